@@ -336,27 +336,32 @@ void bind_worker(py::module_ &m)
         kinds.append(kr_reduce_name(kr_reduce(kind)));
     m.attr("reductions") = kinds;
     py::class_<work, std::shared_ptr<work>>(m, "Work")
-        .def(py::init([](bool listens) {
-                 auto made = std::make_shared<work>();
-                 made->listens = listens;
-                 return made;
-             }),
-             "listens"_a = false)
+        .def(py::init([] { return std::make_shared<work>(); }))
+        .def(
+            "listen",
+            [](work &shared, size_t tops, const py::object &progress) {
+                shared.listens = true;
+                shared.tops = tops;
+                shared.progress = progress;
+            },
+            "tops"_a, "progress"_a)
         .def("end",
              [](work &shared) {
                  const auto raised = std::move(shared.raised);
                  if (raised) throw *raised;
              })
         .def(
-            "share",
-            [](work &shared, size_t tops, size_t threads) {
-                shared.tops = tops;
-                shared.threads = threads;
-            },
-            "tops"_a, "threads"_a)
+            "share", [](work &shared, size_t threads) { shared.threads = threads; }, "threads"_a)
         .def("stop", [](work &shared) { shared.stopped = true; })
         .def(
-            "did", [](work &shared, int64_t tops) { shared.done += tops; }, "tops"_a)
+            "did",
+            [](work &shared, int64_t tops) {
+                shared.done += tops;
+                if (!shared.listens || !shared.is_due()) return;
+                shared.told = work::clock::now();
+                shared.progress(shared.share());
+            },
+            "tops"_a)
         .def_property_readonly("stopped", [](const work &shared) { return shared.stopped.load(); })
         .def_property_readonly("done", [](const work &shared) { return shared.done.load(); });
     py::class_<worker>(m, "Worker")

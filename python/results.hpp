@@ -17,7 +17,13 @@ struct patience {
         if (!self->shared) return watch::poll(&self->watching);
         return self->shared->stopped || (self->shared->listens && watch::poll(&self->watching));
     }
-    void begin() { watching.begin(py::none()); }
+    void begin()
+    {
+        if (shared)
+            watching.begin(*shared);
+        else
+            watching.begin(py::none());
+    }
     bool is_over() const { return (shared && shared->stopped) || watching.raised; }
     void did(int64_t tops)
     {

@@ -14,17 +14,27 @@ inline bool in_main_thread()
     return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
 }
 
-// What several calls share that whoever waits for them may stop. Where nobody waits, because the
-// thread that would does the work itself, it listens to signals, and what these raise ends it.
+// State shared by the calls that run the tops of an ensemble. Another thread may stop them. If
+// `listens`, the calls run in the thread that would wait for them: it looks for signals and calls
+// `progress`, and an exception of either stops all calls.
 struct work {
+    using clock = std::chrono::steady_clock;
     std::atomic<bool> stopped{false};
     std::atomic<int64_t> done{0}; // tops
     bool listens = false;
+    py::object progress = py::none();
+    clock::time_point looked = clock::now(), told = looked; // last look for signals, last progress
     std::unique_ptr<py::error_already_set> raised;
-    // So many threads help themselves to what is left of so many tops: ever fewer at a time, so
-    // that all end at about the same time. With no threads everybody has a range of his own.
+    // Threads take what is left of the tops, ever fewer at a time, so that all end at about the
+    // same time. With 0 threads each call has a range of its own.
     size_t threads = 0, tops = 0;
     std::atomic<size_t> next{0};
+
+    bool is_due() const
+    {
+        return !progress.is_none() && clock::now() - told >= std::chrono::milliseconds(100);
+    }
+    double share() const { return double(done) / double(tops); }
 
     bool take(size_t most, size_t &begin, size_t &count)
     {
@@ -43,9 +53,11 @@ struct work {
 // thread may run Python's signal handlers, and which one runs is not asked before the first look.
 struct watch {
     using clock = std::chrono::steady_clock;
+    static constexpr std::chrono::milliseconds longest{100}; // between calls of progress
     const kr_top *top = nullptr;
     py::object progress = py::none();
     std::shared_ptr<work> shared;                     // in place of progress
+    work *counted = nullptr;                          // progress is called with its share
     enum { unknown, ours, theirs } signals = unknown; // those of Python, for the main thread alone
     // by the whole run, however short its pieces are
     clock::time_point looked = clock::now(), told = looked;
@@ -58,27 +70,35 @@ struct watch {
         signals = unknown;
         raised.reset();
     }
+    // Calls the progress of `all`, if it listens, from now on.
+    void begin(work &all)
+    {
+        begin(all.listens ? all.progress : py::none());
+        counted = &all;
+    }
     void look()
     {
-        const bool due = !progress.is_none() && looked - told >= std::chrono::milliseconds(100);
+        const bool due = counted ? !progress.is_none() && counted->is_due()
+                                 : !progress.is_none() && looked - told >= longest;
         if (signals == theirs && !due) return;
         py::gil_scoped_acquire gil;
         try {
             if (signals == unknown) signals = in_main_thread() ? ours : theirs;
             if (signals == ours && PyErr_CheckSignals() != 0) throw py::error_already_set();
-            if (due) progress(kr_top_time(top));
+            if (due) progress(counted ? counted->share() : kr_top_time(top));
         } catch (py::error_already_set &error) {
             raised = std::make_unique<py::error_already_set>(std::move(error));
         }
-        if (due) told = looked;
+        if (due) (counted ? counted->told : told) = clock::now();
     }
     static int poll(void *context)
     {
         auto *self = static_cast<watch *>(context);
         if (self->shared && self->shared->stopped) return 1;
         const auto now = clock::now();
-        if (now - self->looked < std::chrono::milliseconds(10)) return 0;
-        self->looked = now;
+        auto &looked = self->counted ? self->counted->looked : self->looked;
+        if (now - looked < std::chrono::milliseconds(10)) return 0;
+        looked = now;
         self->look();
         return self->raised != nullptr;
     }

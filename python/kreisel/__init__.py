@@ -17,34 +17,33 @@ from ._analysis.compare import CompareInterrupted, Row, Table, compare
 from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
-from ._analysis.units import Units, h_eps, scaled_units
 from ._core import version as __version__
 from ._ground.names import MethodName, QuantityName
 from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
-from ._recording.growing import Indicator
-from ._recording.many_events import ManyEvents
+from ._recording.ensemble_events import EnsembleEvents
+from ._recording.ensemble_paths import Paths
+from ._recording.indicators import Indicator
 from ._recording.path import Error, Events, Interrupted, Path, Stats
-from ._recording.paths import Paths
-from ._recording.reduced import Reduced
-from ._recording.section import Section
+from ._recording.reductions import Reductions
+from ._recording.section_result import Section
 from ._request.methods import Method, methods
-from ._request.plan import Choice, Plan
+from ._request.plan import Plan, StepChoice
 from ._showing.view import View, view
 from ._sweeping.source import Source
 from ._sweeping.sweep import SweepInterrupted, sweep
 from ._sweeping.swept import Swept, read_sweep
 from ._verbs.chaos import lyapunov, megno, oli
+from ._verbs.ensemble_plan import EnsemblePlan, plan
 from ._verbs.exact import Exact, ExactMap, exact
-from ._verbs.exact_many import ExactEnsemble
+from ._verbs.exact_ensemble import ExactEnsemble
 from ._verbs.load import load
-from ._verbs.plans import ManyPlan, plan
-from ._verbs.run import Run, resume
+from ._verbs.run import Run, resume, start
 from ._verbs.section import section
 from ._verbs.solve import solve
-from ._verbs.start import start
+from ._verbs.solve_ensemble import reduce
 from ._verbs.stream import stream
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
@@ -53,9 +52,10 @@ __all__ = [
     "Apex",
     "Bodies",
     "Body",
-    "Choice",
     "CompareInterrupted",
     "Ensemble",
+    "EnsembleEvents",
+    "EnsemblePlan",
     "Error",
     "Event",
     "Events",
@@ -65,8 +65,6 @@ __all__ = [
     "Frequencies",
     "Indicator",
     "Interrupted",
-    "ManyEvents",
-    "ManyPlan",
     "Method",
     "MethodName",
     "Nutation",
@@ -74,7 +72,7 @@ __all__ = [
     "Paths",
     "Plan",
     "QuantityName",
-    "Reduced",
+    "Reductions",
     "Rod",
     "Row",
     "Run",
@@ -82,10 +80,10 @@ __all__ = [
     "Section",
     "Source",
     "Stats",
+    "StepChoice",
     "SweepInterrupted",
     "Swept",
     "Table",
-    "Units",
     "View",
     "__version__",
     "apex",
@@ -96,7 +94,6 @@ __all__ = [
     "exact",
     "frequencies",
     "from_rotation",
-    "h_eps",
     "load",
     "lyapunov",
     "megno",
@@ -106,9 +103,9 @@ __all__ = [
     "plot",
     "quaternion",
     "read_sweep",
+    "reduce",
     "resume",
     "rod",
-    "scaled_units",
     "scenes",
     "section",
     "solve",

@@ -38,7 +38,7 @@ from ._ground.arguments import Array, instance, number, shown, vector, whole
 from ._ground.refusals import unknown
 from ._model.scene import Scene
 from ._recording.path import Events, Path
-from ._request.methods import ELSE
+from ._request.methods import FALLBACK
 from .quaternion import turn
 
 __all__ = [
@@ -69,7 +69,7 @@ class _Count(TypedDict, total=False):
     """Keyword arguments of crossing and extremum except `where`."""
 
     direction: int
-    most: int | None
+    max_count: int | None
     terminal: bool
 
 
@@ -92,15 +92,15 @@ class Event:
     where      terms of a function that must be positive at the event; empty: no condition
     extremum   False: g crosses zero; True: g has an extremum
     direction  1: g rises, or has a minimum; -1: g falls, or has a maximum; 0: either
-    most       number of events to record, the first ones; None: all
-    terminal   True: the path ends at the event, or at the last one if `most` is given
+    max_count  number of events to record, the first ones; None: all
+    terminal   True: the path ends at the event, or at the last one if `max_count` is given
     """
 
     terms: Terms
     where: Terms = ()
     extremum: bool = False
     direction: int = 0
-    most: int | None = None
+    max_count: int | None = None
     terminal: bool = False
 
     def value(self, path: Path) -> Array:
@@ -115,17 +115,17 @@ def crossing(
     *,
     direction: int = 0,
     where: Function | None = None,
-    most: int | None = None,
+    max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
     """Find where a function crosses a value, given in its own units.
 
-    direction, most and terminal are as in Event; where is a function that must be positive at the
-    event. Raises TypeError and ValueError for invalid functions and for a constant.
+    direction, max_count and terminal are as in Event; `where` is a function that must be positive
+    at the event. Raises TypeError and ValueError for invalid functions and for a constant.
     """
     level = number("value", value)
     terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
-    return _event(terms, _condition(where), False, direction, most, terminal)
+    return _event(terms, _condition(where), False, direction, max_count, terminal)
 
 
 def extremum(
@@ -133,12 +133,12 @@ def extremum(
     *,
     direction: int = 0,
     where: Function | None = None,
-    most: int | None = None,
+    max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
     """Find local minima (direction 1) or maxima (-1) of a function; the rest as in crossing."""
     terms = _terms("function", function)
-    return _event(terms, _condition(where), True, direction, most, terminal)
+    return _event(terms, _condition(where), True, direction, max_count, terminal)
 
 
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
@@ -280,7 +280,7 @@ def _event(
     where: Terms,
     extremum: bool,
     direction: int,
-    most: int | None,
+    max_count: int | None,
     terminal: bool,
 ) -> Event:
     if not any(of for _, of, _ in terms):
@@ -293,7 +293,7 @@ def _event(
     for name, value in {"extremum": extremum, "terminal": terminal}.items():
         if not isinstance(value, bool):
             raise TypeError(f"{name} must be True or False, not {shown(value)}")
-    limit = None if most is None else whole("most", most, 1)
+    limit = None if max_count is None else whole("max_count", max_count, 1)
     return Event(terms, where, extremum, int(direction), limit, terminal)
 
 
@@ -302,10 +302,12 @@ MAKERS: dict[str, Callable[..., Event]] = {  # by the names that a shell and fil
 }
 
 
-def checked_events(method: str, events: object) -> tuple[Event, ...]:
+def parse_events(method: str, events: object) -> tuple[Event, ...]:
     """Validate the events of a call; raise TypeError or ValueError if the method has none."""
-    if method != ELSE:
-        raise ValueError(f"events need the polynomials of method={ELSE!r}, and {method!r} has none")
+    if method != FALLBACK:
+        raise ValueError(
+            f"events need the polynomials of method={FALLBACK!r}, and {method!r} has none"
+        )
     listed = [events] if isinstance(events, Event) else events
     if not isinstance(listed, Sequence) or not all(isinstance(event, Event) for event in listed):
         raise TypeError(
@@ -323,7 +325,7 @@ LookedFor = list[
 def looked_for(events: Iterable[Event]) -> LookedFor:
     """Convert events to the tuples that the core takes."""
     return [
-        (list(e.terms), list(e.where), e.extremum, e.direction, e.most or 0, e.terminal)
+        (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
         for e in events
     ]
 
@@ -338,7 +340,7 @@ class Written(TypedDict):
     where: list[tuple[float, str, str]]
     extremum: bool
     direction: int
-    most: int | None
+    max_count: int | None
     terminal: bool
 
 
@@ -349,7 +351,7 @@ def written(event: Event) -> Written:
         "where": _named(event.where),
         "extremum": event.extremum,
         "direction": event.direction,
-        "most": event.most,
+        "max_count": event.max_count,
         "terminal": event.terminal,
     }
 
@@ -367,7 +369,7 @@ def read(row: Written) -> Event:
         _numbered(row["where"]),
         row["extremum"],
         row["direction"],
-        row["most"],
+        row["max_count"],
         row["terminal"],
     )
 

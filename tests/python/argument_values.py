@@ -45,10 +45,10 @@ MANY = [
     kr.solve(ENSEMBLES[2], [4.0, 5.0], "taylor", max_steps=3),
     kr.solve(ENSEMBLES[3], 1.0),
 ]
-SECTIONS = [kr.section(ENSEMBLES[i], LOW, 2, wait=20) for i in (0, 2, 3, 4)]
+SECTIONS = [kr.section(ENSEMBLES[i], LOW, 2, max_wait=20) for i in (0, 2, 3, 4)]
 SWAY = kr.solve(LAGRANGE, np.linspace(0, 50, 101))
 KEEPING = {"nutation": ("min", "max"), "apex": "where_max", "m_x": ["mean", "variance"]}
-REDUCED = [kr.solve(tops, [0.5, 1.0], reduce=KEEPING) for tops in ENSEMBLES]
+REDUCED = [kr.reduce(tops, [0.5, 1.0], KEEPING) for tops in ENSEMBLES]
 SOURCES = [
     kr.Source.grid(LAGRANGE, spin=[1.0, 2.0, 3.0], tilt=[0.0, 0.5]),
     kr.Source.random(TOP, 5, seed=1, gravity=(0.5, 1)),
@@ -79,7 +79,9 @@ RIGHT = {
     **dict.fromkeys(["thickness", "elevation", "azimuth"], SIZES),
     **dict.fromkeys(["made_up", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
     **dict.fromkeys(["back", "open", "last", "terminal"], FLAGS),
-    **dict.fromkeys(["n", "every", "most", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS),
+    **dict.fromkeys(
+        ["n", "every", "max_count", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS
+    ),
     **dict.fromkeys(["function", "where"], FUNCTIONS),
     **dict.fromkeys(["file", "source", "path"], FILES),
     **dict.fromkeys(["t", "times"], TIMES),
@@ -105,7 +107,7 @@ RIGHT = {
     "checkpoint": [CHECKPOINT, "top.run"],
     "grid": [None, [[0.1, 0.2], [0.3, 0.4]]],
     "event": [None, LOW],
-    "wait": [None, 20.0, -5],
+    "max_wait": [None, 20.0, -5],
     "seed": [0, 7],
     "map": ["bobenko_suris", None],
     "rotation": [PATHS[0].rotation[0]],
@@ -124,6 +126,7 @@ RIGHT = {
     "threads": [None, 1, 2],
     "executor": [None],
     "reduce": [None, KEEPING, {"spin": "last"}],
+    "reductions": [KEEPING, {"spin": "last"}],
     "out": [None],
     "index": [0, 1, (0, 1)],
     "tangents": [None, "start", ["gravity", "start"]],
@@ -140,18 +143,19 @@ RIGHT = {
     "sweep": [None],
 }
 WORDS = {  # what a function's **words are
-    "more": ["direction", "where", "most", "terminal"],
+    "more": ["direction", "where", "max_count", "terminal"],
     "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
     "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],
 }
 PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
 PARTICULAR = {  # where a word means something else than elsewhere
-    **dict.fromkeys(["apex.path", "rod.path", "h_eps.path", "Event.value.path"], PATHS),
+    **dict.fromkeys(["apex.path", "rod.path", "Event.value.path"], PATHS),
     **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
     "plot.path": [*PATHS, PATHS[:2]],
     "Body.cuboid.half": VECTORS,
     "Body.ellipsoid.half": VECTORS,
     "section.tops": [*SCENES, *ENSEMBLES],
+    "reduce.tops": ENSEMBLES,
     "frequencies.path": [SWAY, *PATHS],
     **{f"{verb}.scene": [TOP, LAGRANGE, *ENSEMBLES] for verb in ("lyapunov", "megno", "oli")},
     **{f"{verb}.t": [1.0, [0.5, 2.0], -1.0] for verb in ("lyapunov", "megno", "oli")},

@@ -3,7 +3,6 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._analysis.units import scaled_units
 
 TOP = kr.scenes.asymmetric
 
@@ -28,9 +27,6 @@ WITH_UNIT = np.array([1.0, 2.0, 3.0]).view(Metres)
         lambda: kr.quaternion.turn_back((1, 0, 0, 0), ()),
         lambda: kr.quaternion.from_rotation(np.eye(3)),
         lambda: kr.events.nutation().value(TOP),
-        lambda: scaled_units("thesis"),
-        lambda: scaled_units(kr.scenes.thesis.body).into(None),
-        lambda: scaled_units(kr.scenes.thesis.body).back(None),
         lambda: kr.methods["rk4"].applies_to(TOP),
         lambda: kr.methods["rk4"].suits(TOP.body),
         lambda: kr.scenes.named(None),

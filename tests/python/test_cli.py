@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from cli_helpers import call, said
 from click.testing import CliRunner
-from internals import WANTED, cli
+from internals import RECORDABLE, cli
 from tops import GENERAL
 
 SCENE = GENERAL.replace(gravity=1 / 3)
@@ -148,7 +148,7 @@ def test_scenes_are_listed_and_written(tmp_path):
 
 def test_quantities_are_listed():
     listed = call("quantities")
-    assert all(name in listed for name in WANTED)
+    assert all(name in listed for name in RECORDABLE)
 
 
 def test_the_version_is_told_by_the_module_too():

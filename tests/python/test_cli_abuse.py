@@ -5,7 +5,7 @@ import random
 import kreisel as kr
 import pytest
 from click.testing import CliRunner
-from internals import WANTED, cli, view
+from internals import RECORDABLE, cli, view
 
 # In each list what may do comes first, and is drawn more often.
 NUMBERS = [
@@ -46,7 +46,7 @@ FILES = [
 ]
 EVENTS = ["nutation", "loop", "plane:0,1,0", "crossing:m_x:1", "separatrix", "nutation:terminal"]
 EVENTS += ["extremum:1", "crossing:m_x*q_w*q_x", "kinetic:x", "plane", ":::", "loop:=", "cusp:0"]
-WANTS = [*WANTED, *(["nutation,energy", "t", ",", "nutatoin", ""] * 6)]
+WANTS = [*RECORDABLE, *(["nutation,energy", "t", ",", "nutatoin", ""] * 6)]
 OPTIONS = {
     "--t": TIMES + NUMBERS,
     "--method": METHODS,

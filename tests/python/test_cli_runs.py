@@ -150,7 +150,7 @@ main()
     [
         "--method rk4 --step 1e-3 --save run",
         "--method taylor --want energy --save run",
-        "--events nutation:most=1 --events-csv events.csv",
+        "--events nutation:max_count=1 --events-csv events.csv",
     ],
 )
 def test_a_signal_keeps_what_was_reached(tmp_path, name, how):

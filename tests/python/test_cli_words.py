@@ -82,8 +82,8 @@ def test_more_times_than_fit_are_refused_where_all_are_kept(tmp_path):
 
 EVENTS = [
     ("nutation", kr.events.nutation()),
-    ("nutation:direction=1:most=2", kr.events.nutation(direction=1, most=2)),
-    ("nutation:most=3:terminal", kr.events.nutation(most=3, terminal=True)),
+    ("nutation:direction=1:max_count=2", kr.events.nutation(direction=1, max_count=2)),
+    ("nutation:max_count=3:terminal", kr.events.nutation(max_count=3, terminal=True)),
     ("plane:0,1,0", kr.events.plane((0, 1, 0))),
     ("plane:0,1,0:0.1:of=m", kr.events.plane((0, 1, 0), 0.1, of="m")),
     ("cusp:1e-3", kr.events.cusp(1e-3)),
@@ -146,7 +146,7 @@ def test_many_events_are_counted():
         ("crossing:omega", "unknown quantity 'omega'"),
         ("nutation:direction=2", "direction must be 1, -1 or 0"),
         ("nutation:terminal=no", "terminal stands alone"),
-        ("nutation:most=x", "--events nutation:most=x: "),
+        ("nutation:max_count=x", "--events nutation:max_count=x: "),
         ("separatrix:1", "too many"),
         ("", "unknown event ''"),
     ],
@@ -236,9 +236,9 @@ def test_names_are_completed(line, found):
 
 def test_events_in_the_shell_are_counted_beyond_the_twentieth():
     def shown(n):
-        return call(f"solve thesis --t 1000 --events nutation:most={n}")
+        return call(f"solve thesis --t 1000 --events nutation:max_count={n}")
 
-    path = kr.solve(THESIS, [1000.0], events=kr.events.nutation(most=21))
+    path = kr.solve(THESIS, [1000.0], events=kr.events.nutation(max_count=21))
     assert len(path.events.t) == 21
     for n, more in ((19, ""), (20, ""), (21, "and 1 more events: --events-csv writes all")):
         text = said(shown(n))

@@ -133,15 +133,6 @@ def test_what_has_no_damping():
     assert math.isnan(path.energy_error)
 
 
-def test_units():
-    top = kr.scenes.thesis.replace(damping=(0.1, 0.1, 0.3))
-    units = kr.scaled_units(top.body)
-    there = units.into(top)
-    a, b = kr.solve(top, TIMES), kr.solve(there, TIMES)
-    assert kr.attitude_error(a.q, b.q).max() < 1e-12
-    assert np.allclose(units.back(there).damping, top.damping, rtol=1e-15, atol=0)
-
-
 def test_verbs():
     """Streams, runs and want= agree with solve, and events are found."""
     path = kr.solve(HEAVY, TIMES)

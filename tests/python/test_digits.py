@@ -8,7 +8,7 @@ import kreisel as kr
 import mpmath as mp
 import numpy as np
 import pytest
-from kreisel._request import request
+from kreisel._request import solve_options
 from tops import unit
 
 from validation.references.quadrature import product
@@ -130,8 +130,10 @@ def test_a_path_of_thirty_digits_knows_how_many_are_right():
 def test_digits_go_up_to_the_next_that_there_are():
     taylor = kr.methods["taylor"]
     asked = {1: 16, 16: 16, 17: 20, 20: 20, 21: 30, 30: 30}
-    assert {n: request.checked_digits(taylor, n, None) for n in asked} == asked
-    assert [request.request(TOP, "taylor", digits=n).low for n in (16, 17)] == [False, True]
+    assert {n: solve_options.parse_digits(taylor, n, None) for n in asked} == asked
+    assert [
+        solve_options.parse_options(TOP, "taylor", digits=n).extended_precision for n in (16, 17)
+    ] == [False, True]
     for wrong, said in ((31, "at most 30, not 31"), (0, "digits must be")):
         with pytest.raises(ValueError, match=said):
-            request.checked_digits(taylor, wrong, None)
+            solve_options.parse_digits(taylor, wrong, None)

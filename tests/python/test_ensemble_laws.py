@@ -53,7 +53,7 @@ def test_other_processes_tell_as_much(words):
     assert np.array_equal(here.status, there.status) and np.array_equal(here.steps, there.steps)
     for place in np.ndindex(5, 8):
         assert same_path(here[place], there[place], events="events" in words)
-        assert here.why(place) == there.why(place)
+        assert here.message(place) == there.message(place)
 
 
 def test_bits_do_not_depend_on_the_shape():
@@ -124,7 +124,7 @@ def test_a_failure_has_the_path_of_a_run_that_fails():
     for i, scene in enumerate(UNDAMPED):
         with pytest.raises(kr.Error) as alone:
             kr.solve(scene, [1.0, 100.0], "rk4", step=0.01, max_steps=500)
-        assert same_path(bounded[i], alone.value.path) and bounded.why(i) == str(alone.value)
+        assert same_path(bounded[i], alone.value.path) and bounded.message(i) == str(alone.value)
         assert bounded.reached[i] == alone.value.path.t[-1]
     with pytest.raises(
         kr.Error, match=r"top\[0\], the first of 5 of 5: the largest number"
@@ -138,19 +138,19 @@ def test_what_is_wrong_with_one_top_alone_is_its_status():
     fast = kr.Ensemble(TOPS[1].body, momentum=[(0, 0, 1), (0, 0, 1e300), (1, 0, 0)])
     late = kr.solve(fast, [1.0, 2.0])
     assert late.status_names.tolist() == ["OK", "ERR_RESOLUTION", "OK"]
-    assert "more often than a double" in late.why(1) and late.why(0) == "success"
+    assert "more often than a double" in late.message(1) and late.message(0) == "success"
     own = kr.solve(fast[::2], [[1.0, 2.0], [1.0, 1e300]])
     assert own.status_names.tolist() == ["OK", "ERR_RESOLUTION"]
     steps = kr.Ensemble(kr.scenes.cusps.body, momentum=(0, 0, 3), gravity=[1.0, 1e9])
     large = kr.solve(steps, 1.0, "bobenko_suris4", step=0.1)
-    assert large.status_names.tolist() == ["OK", "ERR_STEP_SIZE"] and "would do" in large.why(1)
+    assert large.status_names.tolist() == ["OK", "ERR_STEP_SIZE"] and "would do" in large.message(1)
 
 
 def test_reductions_have_the_bits_of_any_threads():
     asked = {"nutation": ("min", "max", "mean", "variance", "last", "where_min", "where_max")}
-    first, *others = (kr.solve(TOPS, TIMES, reduce=asked, threads=n) for n in (1, 2, 3))
+    first, *others = (kr.reduce(TOPS, TIMES, asked, threads=n) for n in (1, 2, 3))
     with ProcessPoolExecutor(2) as pool:
-        others.append(kr.solve(TOPS, TIMES, reduce=asked, executor=pool))
+        others.append(kr.reduce(TOPS, TIMES, asked, executor=pool))
     for other in others:
         for kind, values in first["nutation"].items():
             assert np.array_equal(values, other["nutation"][kind])

@@ -4,25 +4,30 @@ from concurrent.futures import ThreadPoolExecutor
 
 import kreisel as kr
 import pytest
-from kreisel._request import many
+from kreisel._request import ensemble_options
 
 THESIS = kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
 def test_threads_are_no_more_than_can_be():
-    assert [many.threads_of(n, None) for n in (1, 1024, 1025, 10**9)] == [1, 1024, 1024, 1024]
+    assert [ensemble_options.parse_threads(n, None) for n in (1, 1024, 1025, 10**9)] == [
+        1,
+        1024,
+        1024,
+        1024,
+    ]
     with pytest.raises(ValueError, match="threads must be"):
-        many.threads_of(0, None)
+        ensemble_options.parse_threads(0, None)
     with ThreadPoolExecutor(1) as pool:
-        assert many.threads_of(None, pool) >= 1
+        assert ensemble_options.parse_threads(None, pool) >= 1
         with pytest.raises(ValueError, match="give either threads or an executor, not both"):
-            many.threads_of(1, pool)
+            ensemble_options.parse_threads(1, pool)
         kr.solve(MANY, 1.0, executor=pool)
 
 
 @pytest.mark.parametrize("count, threads", [(None, 1), (3, 3)])
 def test_where_nobody_tells_who_may_run_all_processors_do(monkeypatch, count, threads):
-    monkeypatch.delattr(many.os, "sched_getaffinity", raising=False)
-    monkeypatch.setattr(many.os, "cpu_count", lambda: count)
-    assert many.threads_of(None, None) == threads
+    monkeypatch.delattr(ensemble_options.os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(ensemble_options.os, "cpu_count", lambda: count)
+    assert ensemble_options.parse_threads(None, None) == threads

@@ -14,6 +14,10 @@ SPIN = {"spin": "max"}
 SHAPE = (len(MIXED), len(TIMES), 8)
 
 
+def verb_of(words):
+    return kr.reduce if "reductions" in words else kr.solve
+
+
 @pytest.mark.parametrize(
     ("words", "kind", "says"),
     [
@@ -39,16 +43,14 @@ SHAPE = (len(MIXED), len(TIMES), 8)
         ({"progress": 3}, TypeError, "progress must be a function"),
         ({"events": [3]}, TypeError, "events must be a list"),
         ({"events": [kr.events.loop()], "method": "rk4"}, ValueError, "rk4"),
-        ({"events": [kr.events.loop()], "reduce": SPIN}, ValueError, "leave reduce out"),
-        ({"reduce": {"nutatio": "max"}}, ValueError, "did you mean 'nutation'"),
-        ({"reduce": {"q_low": "max"}}, ValueError, "unknown quantity in reduce"),
-        ({"reduce": {"spin": "maxx"}}, ValueError, "did you mean 'max'"),
-        ({"reduce": {"spin": []}}, ValueError, "is empty"),
-        ({"reduce": {"spin": 3}}, TypeError, "must be one or several"),
-        ({"reduce": {}}, ValueError, "names no quantity"),
-        ({"reduce": ["spin"]}, TypeError, "reduce must name quantities"),
-        ({"reduce": SPIN, "want": ["spin"]}, ValueError, "either want"),
-        ({"reduce": SPIN, "digits": 20}, ValueError, "up to 16 digits"),
+        ({"reductions": {"nutatio": "max"}}, ValueError, "did you mean 'nutation'"),
+        ({"reductions": {"q_low": "max"}}, ValueError, "unknown quantity in reductions"),
+        ({"reductions": {"spin": "maxx"}}, ValueError, "did you mean 'max'"),
+        ({"reductions": {"spin": []}}, ValueError, "is empty"),
+        ({"reductions": {"spin": 3}}, TypeError, "must be one or several"),
+        ({"reductions": {}}, ValueError, "name no quantity"),
+        ({"reductions": ["spin"]}, TypeError, "reductions must name quantities"),
+        ({"reductions": SPIN, "digits": 20}, ValueError, "up to 16 digits"),
         ({"out": [1.0]}, TypeError, "out must be an array of numpy"),
         ({"out": np.empty((1, 4, 8))}, ValueError, r"of shape \(6, 4, 8\)"),
         ({"out": np.empty(SHAPE, np.float32)}, ValueError, "of float64"),
@@ -58,7 +60,7 @@ SHAPE = (len(MIXED), len(TIMES), 8)
 )
 def test_words_are_refused(words, kind, says):
     with pytest.raises(kind, match=says):
-        kr.solve(MIXED, TIMES, **words)
+        verb_of(words)(MIXED, TIMES, **words)
 
 
 @pytest.mark.parametrize(
@@ -97,8 +99,8 @@ def test_words_of_many_are_refused_for_one():
     for verb in (kr.solve, kr.stream):
         with pytest.raises(ValueError, match=r"threads: for a kreisel\.Ensemble of many"):
             verb(SCENES[0], [1.0], threads=2)
-    with pytest.raises(ValueError, match="reduce and out"):
-        kr.solve(SCENES[0], [1.0], reduce=SPIN, out=np.empty(3))
+    with pytest.raises(ValueError, match="threads and out"):
+        kr.solve(SCENES[0], [1.0], threads=2, out=np.empty(3))
     with pytest.raises(ValueError, match="threads and reduce"):
         kr.plan(SCENES[0], [1.0], threads=2, reduce=SPIN)
 
@@ -119,12 +121,12 @@ def test_no_tops_and_no_times_give_empty_results():
         told = []
         paths = kr.solve(none, TIMES, progress=told.append, **words).check()
         assert len(paths) == 0 and paths.apex.shape == (0, 4, 3) and told == [1.0]
-    assert kr.solve(none, 1.0, reduce=SPIN)["spin"]["max"].shape == (0,)
+    assert kr.reduce(none, 1.0, SPIN)["spin"]["max"].shape == (0,)
     assert kr.solve(none, 1.0, "geometric", error=1e-3).q.shape == (0, 2, 4)
     assert kr.exact(none)([1.0, 2.0]).shape == (0, 2, 8) and list(kr.stream(none, 1.0)) == []
     nowhen = kr.solve(MIXED, [])
     assert nowhen.q.shape == (6, 0, 4) and not nowhen.failed.size and len(nowhen[0]) == 0
-    assert np.isnan(kr.solve(MIXED, [], reduce=SPIN)["spin"]["max"]).all()
+    assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()
 
 
 TOPS = scattered(400)
@@ -184,10 +186,10 @@ def test_ctrl_c_is_told_beside_tops_that_failed():
     assert "ERR_INTERRUPTED" in paths.status_names
 
 
-@pytest.mark.parametrize("method", [{"method": "geometric", "error": 1e-9}, {"reduce": SPIN}])
-def test_ctrl_c_ends_all_that_is_asked_for(method):
+@pytest.mark.parametrize("words", [{"method": "geometric", "error": 1e-9}, {"reductions": SPIN}])
+def test_ctrl_c_ends_all_that_is_asked_for(words):
     with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
-        kr.solve(TOPS, 1e6, **method)
+        verb_of(words)(TOPS, 1e6, **words)
     assert len(stop.value.paths.status) == 400 and stop.value.paths.failed.size
 
 

@@ -67,7 +67,7 @@ def test_places_are_those_of_an_array():
         with pytest.raises(IndexError):
             PATHS[key]
     with pytest.raises(IndexError, match="is not the index of one top"):
-        PATHS.why(0)
+        PATHS.message(0)
     with pytest.raises(TypeError, match=r"paths\[0\]"):
         kr.apex(PATHS)
     with pytest.raises(TypeError, match="no array"):
@@ -80,7 +80,7 @@ def test_results_go_through_pickles():
     for paths in (PATHS, kr.solve(GRID, TIMES, want=["q"]), kr.solve(GRID, TIMES, digits=20)):
         again = pickle.loads(pickle.dumps(paths))
         assert np.array_equal(again.q, paths.q) and same_path(again[1, 2], paths[1, 2])
-    kept = kr.solve(GRID, TIMES, reduce={"apex": "max"})
+    kept = kr.reduce(GRID, TIMES, {"apex": "max"})
     assert np.array_equal(pickle.loads(pickle.dumps(kept))["apex"]["max"], kept["apex"]["max"])
     failed = kr.solve(UNDAMPED, 9, "rk4", step=0.1, max_steps=5)
     with pytest.raises(kr.Error) as error:
@@ -91,7 +91,7 @@ def test_results_go_through_pickles():
 
 def test_reductions_are_those_of_the_states():
     kinds = "min", "max", "mean", "variance", "last", "where_min", "where_max"
-    kept = kr.solve(GRID, TIMES, reduce={"nutation": kinds, "apex": ("max",), "m_x": "last"})
+    kept = kr.reduce(GRID, TIMES, {"nutation": kinds, "apex": ("max",), "m_x": "last"})
     nutation, t = PATHS.nutation, np.array(TIMES)
     for kind in ("min", "max"):
         assert np.array_equal(kept["nutation"][kind], getattr(nutation, kind)(axis=-1))
@@ -112,7 +112,7 @@ def test_reductions_are_those_of_the_states():
 
 
 def test_what_failed_has_nothing_to_keep():
-    kept = kr.solve(UNDAMPED, [1.0, 9.0], "rk4", step=0.1, max_steps=20, reduce={"spin": "max"})
+    kept = kr.reduce(UNDAMPED, [1.0, 9.0], {"spin": "max"}, "rk4", step=0.1, max_steps=20)
     assert np.isnan(kept["spin"]["max"]).all() and (kept.done == 1).all()
     with pytest.raises(kr.Error, match=r"top\[0\], the first of 5 of 5") as error:
         kept.check()
@@ -135,7 +135,7 @@ def test_tables_have_the_names_of_the_axes_and_units():
     assert np.array_equal(data["spin"], np.linspace(5, 20, 4)) and data["status"].shape == (4, 3)
     own = kr.solve(GRID, np.broadcast_to(TIMES, (4, 3, 4))).to_xarray()
     assert own["t"].dims == ("spin", "tilt", "time") and own["q"].dims[-1] == "quaternion"
-    kept = kr.solve(GRID, TIMES, reduce={"nutation": "variance", "apex": "where_max", "m_x": "min"})
+    kept = kr.reduce(GRID, TIMES, {"nutation": "variance", "apex": "where_max", "m_x": "min"})
     table = kept.to_xarray()
     assert table["nutation_variance"].attrs["units"] == "(rad)^2"
     assert table["apex_where_max"].dims == ("spin", "tilt", "axis")
@@ -159,8 +159,8 @@ def test_low_words_are_those_of_each_top_alone(digits):
 
 
 def test_events_are_those_of_each_top_alone():
-    low, high = kr.events.nutation(direction=1), kr.events.nutation(direction=-1, most=1)
-    ends = kr.events.nutation(direction=-1, most=1, terminal=True)
+    low, high = kr.events.nutation(direction=1), kr.events.nutation(direction=-1, max_count=1)
+    ends = kr.events.nutation(direction=-1, max_count=1, terminal=True)
     for events in (low, [low, high], [low, ends]):
         many = kr.solve(MIXED, [1.0, 5.0, 10.0], events=events)
         met = many.events
@@ -172,7 +172,7 @@ def test_events_are_those_of_each_top_alone():
         assert many[2:4].events.count.tolist() == met.count[2:4].tolist()
         assert many[[3, 1]].events.t.tolist() == [*many[3].events.t, *many[1].events.t]
     assert (many.done < 3).any() and not many.failed.size
-    assert kr.solve(MIXED, 1.0).events is None
+    assert len(kr.solve(MIXED, 1.0).events) == 0
     square = kr.solve(MIXED.reshape(2, 3), 9.0, events=low, want=["spin"]).events
     assert square.top.shape == (len(square), 2) and square.q.shape == (len(square), 4)
 
@@ -185,7 +185,7 @@ def test_a_method_is_chosen_for_each_top():
         alone = kr.solve(scene, [0.5, 2.0], "geometric", error=1e-6)
         assert same_path(many[i], alone) and many[i].plan.choice == alone.plan.choice
     unmet = kr.solve(tops, [0.5, 2.0], "geometric", error=2e-15, want=["nutation"])
-    assert len(unmet.failed) > 0 and "cannot be met" in unmet.why(int(unmet.failed[0]))
+    assert len(unmet.failed) > 0 and "cannot be met" in unmet.message(int(unmet.failed[0]))
     still = kr.solve(tops, [0.0, 0.0], "geometric", error=1e-6)
     assert np.array_equal(still.q[:, 1], tops.attitude) and not still.failed.size
 

@@ -125,7 +125,7 @@ TURNED = {  # the same motion, upside down, and of a body that hangs from its ax
 @pytest.mark.parametrize("course", COURSES)
 def test_course(course, turned):
     plain, top = kr.exact(COURSES[course]), kr.exact(TURNED[turned](COURSES[course]))
-    assert plain.course == top.course == course
+    assert plain.motion_type == top.motion_type == course
     want = plain.least_nutation, plain.greatest_nutation, plain.t_least, plain.t_greatest
     if turned == "gravity upwards":
         want = math.pi - want[1], math.pi - want[0], want[3], want[2]
@@ -206,10 +206,10 @@ def test_an_ensemble_gives_arrays_with_the_same_bits():
         column = getattr(tops, word)
         assert column.shape == (len(scenes),) and not column.flags.writeable
         assert column.tolist() == [getattr(kr.exact(scene), word) for scene in scenes]
-    assert tops.course.tolist() == list(COURSES)
+    assert tops.motion_type.tolist() == list(COURSES)
     for again in copy.deepcopy(tops), pickle.loads(pickle.dumps(tops)):
         assert np.array_equal(again.greatest_nutation, tops.greatest_nutation)
-    assert pickle.loads(pickle.dumps(kr.exact(scenes[0]))).course == "cusps"
+    assert pickle.loads(pickle.dumps(kr.exact(scenes[0]))).motion_type == "cusps"
 
 
 def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
@@ -225,7 +225,7 @@ def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
         kr.exact(kr.scenes.cusps.replace(damping=(0, 0, 0.1)))
     beside = kr.Scene(kr.Body(1.0, (1, 2, 2), (0, 0, 0)), momentum=(1, 2, 3))
     with pytest.raises(ValueError, match="kind 'euler'"):
-        kr.exact(beside).course  # noqa: B018
+        kr.exact(beside).motion_type  # noqa: B018
 
 
 def test_frames_of_description_do_not_matter():

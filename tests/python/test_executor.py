@@ -1,12 +1,12 @@
 """Slices of an ensemble for worker threads."""
 
 import pytest
-from kreisel._recording.crew import Crew
+from kreisel._recording.executor import WorkerPool
 
 
 @pytest.mark.parametrize(("n", "threads", "first"), [(10_000, 2, 1256), (100, 2, 56), (5, 4, 5)])
 def test_threads_take_ever_fewer_members_and_whole_vectors(n, threads, first):
-    slices = list(Crew(threads).slices(n))
+    slices = list(WorkerPool(threads).slices(n))
     sizes = [end - begin for begin, end in slices]
     assert sizes[0] == first and sum(sizes) == n
     assert [begin for begin, _ in slices[1:]] == [end for _, end in slices[:-1]]
@@ -14,4 +14,4 @@ def test_threads_take_ever_fewer_members_and_whole_vectors(n, threads, first):
 
 
 def test_threads_take_so_many_members_at_most():
-    assert next(Crew(1).slices(10**6)) == (0, 1 << 15)
+    assert next(WorkerPool(1).slices(10**6)) == (0, 1 << 15)

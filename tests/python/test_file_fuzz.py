@@ -126,8 +126,7 @@ def used_path(path):
     assert isinstance(repr(path), str) and isinstance(repr(path.plan), str)
     for name in path.want or ("energy", "nutation", "precession_angle", "frame"):
         assert len(getattr(path, name)) == len(path)
-    if path.events is not None:
-        assert len(path.events.t) == len(path.events.which) == len(path.events)
+    assert len(path.events.t) == len(path.events.which) == len(path.events)
 
 
 def used_run(run):
@@ -212,6 +211,8 @@ def test_a_damaged_archive_is_told_in_short(file):
         2, "little"
     )  # letters of the first name, which go on into numbers
     file.write_bytes(data)
-    with pytest.raises(ValueError, match="the archive is damaged: File name in directory") as refused:
+    with pytest.raises(
+        ValueError, match="the archive is damaged: File name in directory"
+    ) as refused:
         kr.load(file)
     assert len(str(refused.value)) < 400

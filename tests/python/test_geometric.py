@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._verbs import geometric
+from kreisel._verbs import step_search
 from tops import unit
 
 THESIS = kr.scenes.thesis
@@ -278,11 +278,11 @@ def test_of_a_top_that_takes_too_many_steps_the_states_are_kept_that_it_reached(
 
 
 def test_an_error_is_at_most_a_tenth_of_a_radian():
-    assert geometric.checked_error(0.1, {"step": None}) == 0.1
+    assert step_search.parse_error(0.1, {"step": None}) == 0.1
     with pytest.raises(ValueError, match=r"at most 0\.1 rad, not 0\.100"):
-        geometric.checked_error(math.nextafter(0.1, 1.0), {})
+        step_search.parse_error(math.nextafter(0.1, 1.0), {})
     with pytest.raises(ValueError, match="leave step and every out"):
-        geometric.checked_error(0.1, {"step": 1.0, "tol": None, "every": 2})
+        step_search.parse_error(0.1, {"step": 1.0, "tol": None, "every": 2})
 
 
 class Search:
@@ -299,7 +299,7 @@ class Search:
         error = next(self.errors)
         return None if error is None else (np.zeros((1, 8)), error)
 
-    def finer(self, steps, error):
+    def refine(self, steps, error):
         return steps + 1
 
     def refusal(self, why):
@@ -309,26 +309,26 @@ class Search:
 def searched(monkeypatch, errors, **more):
     search = Search(errors)
     search.__dict__.update(more)
-    monkeypatch.setattr(geometric, "_Search", lambda *_: search)
-    monkeypatch.setattr(geometric, "_path", lambda search, states, error, steps: (error, steps))
-    return search, lambda: geometric.best(THESIS, np.array([8.0]), 1e-9, 0)
+    monkeypatch.setattr(step_search, "StepSearch", lambda *_: search)
+    monkeypatch.setattr(step_search, "_path", lambda search, states, error, steps: (error, steps))
+    return search, lambda: step_search.search_path(THESIS, np.array([8.0]), 1e-9, 0)
 
 
 def test_a_search_goes_on_by_what_it_found(monkeypatch):
-    enough = geometric._ENOUGH * 1e-9
+    enough = step_search._ENOUGH * 1e-9
     search, found = searched(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
     assert found() == (enough, 14) and search.asked == [10, 11, 12, 13, 14]
     search, found = searched(monkeypatch, itertools.repeat(1e-8))
     with pytest.raises(ValueError, match=re.escape("a run come to 1.0e-08 rad, and finer")):
         found()
     assert search.asked == [10, *(11 * 2**k for k in range(len(search.asked) - 1))]
-    assert len(search.asked) == geometric._STALLS + 1
+    assert len(search.asked) == step_search._STALLS + 1
     search, found = searched(monkeypatch, [1e-6, 1e-8, 0.5e-8, 1e-9, enough])
     assert found() == (enough, 14)
 
 
 def test_a_search_ends_with_its_budget(monkeypatch):
-    enough = geometric._ENOUGH * 1e-9
+    enough = step_search._ENOUGH * 1e-9
     _, found = searched(monkeypatch, [1e-3, enough], budget=21)
     assert found() == (enough, 11)
     _, found = searched(monkeypatch, [1e-3, enough], budget=20)
@@ -341,7 +341,7 @@ def test_a_search_ends_with_its_budget(monkeypatch):
 
 def test_an_error_of_a_tenth_tells_nothing_of_finer_steps():
     search = SimpleNamespace(target=0.01, order=4)
-    finer = geometric._Search.finer
+    finer = step_search.StepSearch.finer
     assert finer(search, 100, 0.1) == finer(search, 100, 0.2) == 400
     assert finer(search, 100, 0.0999) == 224
     assert finer(search, 100, 0.0) == 111

@@ -9,7 +9,7 @@ import weakref
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._verbs import run, tangents
+from kreisel._verbs import run, variational
 from toolbox import python
 from tops import GENERAL
 
@@ -188,11 +188,12 @@ STOPS = {
     "exact": "kr.solve(kr.scenes.thesis, np.linspace(0, 10, 30_000_000), progress=send)",
     "wanted": 'kr.solve(top, np.linspace(0, 1e8, 10_000_000), want=("energy",), progress=send)',
     "stream": 'list(kr.stream(top, math.inf, "strang", step=.01, every=200, progress=send))',
-    "between": "send(0), kr.Path(top, far, 'strang', 1e-3, None, kr.Stats(0, 0, 0, 0))([3, 1e8])",
+    "between": "send(0), replace(kr.solve(top, [1], 'strang', step=1e-3), states=far)([3, 1e8])",
     "by itself": 'kr.solve(top, 1e9, "rk4", step=1e-3, progress=stop)',
 }
 INTERRUPTED = """
 import math, numpy as np, os, signal, sys, threading, kreisel as kr
+from dataclasses import replace
 top = kr.scenes.asymmetric
 far = np.array([[1e8, 1, 0, 0, 0, 0, 0, 1.0]])
 def stop(t):
@@ -245,7 +246,7 @@ def test_other_signals_raise_what_their_handler_raises():
 
 @pytest.mark.parametrize("words", [{"tangents": "start"}, {"events": [kr.events.nutation()]}])
 def test_a_top_that_the_core_refuses_has_taken_no_step(words, monkeypatch):
-    for verb in run, tangents:
+    for verb in run, variational:
         monkeypatch.setattr(verb, "start_top", lambda *_: ("ERR_NOT_FINITE", None))
     with pytest.raises(kr.Error) as told:
         kr.solve(TOP, [1.0], **words)

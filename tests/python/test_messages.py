@@ -6,7 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import events
-from kreisel._recording.path import ROUNDING, stopped
+from kreisel._recording.path import ROUNDING, stop_exception
 from tops import GENERAL, LAGRANGE
 
 TOP = kr.scenes.asymmetric
@@ -72,7 +72,7 @@ CALLS = {
     "factor": lambda x: events.crossing({"spin": x}),
     "direction": lambda x: events.nutation(direction=x),
     "terminal": lambda x: events.nutation(terminal=x),
-    "most": lambda x: events.nutation(most=x),
+    "max_count": lambda x: events.nutation(max_count=x),
     "normal": lambda x: events.plane(x),
     "of": lambda x: events.plane((0, 1, 0), of=x),
     "within": lambda x: events.cusp(within=x),
@@ -197,5 +197,5 @@ def test_a_tolerance_is_told_to_be_below_rounding_where_it_is():
 def test_the_rounding_itself_is_not_below_rounding():
     for tol, said in ((ROUNDING, False), (0.5 * ROUNDING, True)):
         path = SimpleNamespace(tol=tol)
-        error = stopped("ERR_STEP", path, "it got to t = 1")
+        error = stop_exception("ERR_STEP", path, "it got to t = 1")
         assert ("below the rounding" in str(error)) == said and f"tol = {tol!r}" in str(error)

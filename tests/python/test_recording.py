@@ -9,7 +9,7 @@ import time
 import kreisel as kr
 import numpy as np
 import pytest
-from internals import QUANTITIES, states
+from internals import QUANTITIES, state_quantities
 from tops import CORNER, FIXED, GENERAL, matrix, scene_for
 
 TOP = kr.scenes.asymmetric
@@ -115,9 +115,11 @@ def test_quantities_are_what_their_definitions_say():
 
 @pytest.mark.parametrize("name", COMPUTED)
 def test_nothing_is_computed_unasked(name, monkeypatch):
-    called, original = [], states.values
+    called, original = [], state_quantities.values
     monkeypatch.setattr(
-        states, "values", lambda word, *words: called.append(word) or original(word, *words)
+        state_quantities,
+        "values",
+        lambda word, *words: called.append(word) or original(word, *words),
     )
     path = kr.solve(GENERAL, 1, "strang", step=0.1, every=1)
     repr(path), len(path), path.t, path.q, path.m, path.end

@@ -6,7 +6,7 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
-from internals import rows
+from internals import core_calls
 
 NAN, INF = float("nan"), float("inf")
 BODY = {"mass": 1, "inertia": (2, 2, 1), "com": (0, 0, 1)}
@@ -25,10 +25,10 @@ def refused(make, words, exception, message):
 
 @pytest.fixture(autouse=True)
 def nothing_runs(monkeypatch):
-    def record(*words, original=rows.record, **more):
+    def record(*words, original=core_calls.record, **more):
         assert original(*words, **more) is None, "a run was begun"
 
-    monkeypatch.setattr(rows, "record", record)
+    monkeypatch.setattr(core_calls, "record", record)
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_wrong_words_of_solve_are_refused(words, exception, message):
     refused(kr.solve, {"scene": TOP, "t": 10, **words}, exception, message)
 
 
-@pytest.mark.parametrize("reader", [kr.rod, kr.apex, lambda path: kr.h_eps(path, 0.1)])
+@pytest.mark.parametrize("reader", [kr.rod, kr.apex])
 def test_what_reads_a_path_takes_no_scene(reader):
     with pytest.raises(TypeError, match=r"path must be a kreisel.Path, not Scene\("):
         reader(TOP)

@@ -4,7 +4,7 @@ import pydoc
 
 import kreisel as kr
 import pytest
-from internals import WANTED
+from internals import RECORDABLE
 
 TOP = kr.scenes.asymmetric
 
@@ -41,7 +41,7 @@ def test_dir_lists_what_a_path_has(words):
         else:
             assert name in dir(path) or name.endswith("_low")
     if "want" not in words:
-        assert public(path) >= {"states", "end", "rotation", "euler", "plot", *WANTED}
+        assert public(path) >= {"states", "end", "rotation", "euler", "plot", *RECORDABLE}
 
 
 def test_a_trace_shows_itself_in_one_line():

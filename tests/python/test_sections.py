@@ -13,7 +13,7 @@ TOP = kr.scenes.asymmetric
 TOPS = kr.Ensemble.of([kr.scenes.asymmetric.replace(momentum=m) for m in np.eye(3) + 0.3])
 LOW = kr.events.nutation(direction=1)
 LOOP = kr.events.loop()
-FIELDS = "states", "top", "count", "status", "reached", "steps", "wait"
+FIELDS = "states", "top", "count", "status", "reached", "steps", "max_wait"
 
 
 def same(one, other):
@@ -32,7 +32,9 @@ def test_the_section_of_a_lagrange_top_is_its_lowest_points(scene):
     assert np.abs(section.nutation - exact.greatest_nutation).max() < 1e-12
     assert np.ptp(section.axial_momentum) < 1e-12
     turns = np.diff(section.precession_angle) - exact.precession * exact.period
-    halves = 2.0 if exact.course == "rosette" else 1.0  # a passage of the pole counts as no turn
+    halves = (
+        2.0 if exact.motion_type == "rosette" else 1.0
+    )  # a passage of the pole counts as no turn
     assert np.abs(np.exp(1j * halves * turns) - 1.0).max() < 1e-10
 
 
@@ -48,7 +50,7 @@ def test_the_section_of_a_free_body_lies_on_its_ellipsoid():
 @pytest.mark.parametrize("event", [LOW, LOOP])
 def test_kowalewskis_integral_is_constant_on_sections(event):
     tops = kr.starts(kr.scenes.kowalewski.body, energy=1.0, vertical=0.5, n=4)
-    section = kr.section(tops, event, n=100, wait=200)
+    section = kr.section(tops, event, n=100, max_wait=200)
     assert len(section.t) > 100
     for i in range(4):
         path = section[i]
@@ -85,7 +87,7 @@ def test_what_is_asked_of_it():
 
 
 def test_the_states_of_a_top_are_its_own():
-    tops, words = scattered(120), {"n": 12, "wait": 60}
+    tops, words = scattered(120), {"n": 12, "max_wait": 60}
     whole = kr.section(tops, **words)
     assert same(kr.section(tops, threads=1, **words), whole)
     assert same(kr.section(tops, threads=3, **words), whole)
@@ -93,13 +95,13 @@ def test_the_states_of_a_top_are_its_own():
     for pool in (ThreadPoolExecutor(2), ProcessPoolExecutor(2)):
         with pool:
             assert same(kr.section(tops, executor=pool, **words), whole)
-    few = kr.section(tops, n=5, wait=60)
+    few = kr.section(tops, n=5, max_wait=60)
     assert np.array_equal(few[7].states, whole[7].states[:5])
 
 
 def test_it_can_lead_back_in_time():
-    back = kr.section(TOPS, n=6, wait=-100)
-    assert (back.t < 0).all() and (np.diff(back[0].t) < 0).all() and (back.wait == -100).all()
+    back = kr.section(TOPS, n=6, max_wait=-100)
+    assert (back.t < 0).all() and (np.diff(back[0].t) < 0).all() and (back.max_wait == -100).all()
     ahead = kr.section(
         kr.Ensemble.of([s.replace(momentum=-np.array(s.momentum)) for s in TOPS]), n=6
     )
@@ -108,11 +110,11 @@ def test_it_can_lead_back_in_time():
 
 def test_a_top_whose_event_does_not_come_is_told():
     tops = kr.Ensemble.of([kr.scenes.steady_precession, kr.scenes.thesis, kr.scenes.thesis])
-    section = kr.section(tops, n=10, wait=[50, 50, 3])
+    section = kr.section(tops, n=10, max_wait=[50, 50, 3])
     assert section.status_names.tolist() == ["ERR_EVENT", "OK", "ERR_EVENT"]
     assert section.count.tolist() == [0, 10, 0] and section.failed.tolist() == [0, 2]
     assert section.reached[0] == pytest.approx(50) and len(section.t) == 10 == len(section.energy)
-    assert "0 of 10 came by t = 50, after waiting for 50" in section.why(0)
+    assert "0 of 10 came by t = 50, after waiting for 50" in section.message(0)
     with pytest.raises(kr.Error, match=r"top\[0\], the first of 2 of 3") as failure:
         section.check()
     assert failure.value.paths is section and len(failure.value.path) == 0
@@ -122,9 +124,9 @@ def test_a_top_whose_event_does_not_come_is_told():
 
 @pytest.mark.parametrize("scene", SCENES)
 def test_every_kind_of_top_has_sections(scene):
-    section = kr.section(scene, kr.events.crossing("body_momentum_y"), n=3, wait=200)
+    section = kr.section(scene, kr.events.crossing("body_momentum_y"), n=3, max_wait=200)
     assert len(section.t) > 0 and np.abs(section.body_momentum[:, 1]).max() < 1e-12
-    assert len(kr.section(scene, LOW, n=2, digits=20, wait=100).t) == 2
+    assert len(kr.section(scene, LOW, n=2, digits=20, max_wait=100).t) == 2
 
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
@@ -155,14 +157,14 @@ def test_progress_and_interruption():
     [
         ({"tops": [LAGRANGE]}, "tops must be a kreisel.Ensemble"),
         ({"event": "nutation"}, "events must be a list of what kreisel.events makes"),
-        ({"event": kr.events.nutation(most=3)}, "leave most and terminal out"),
-        ({"event": kr.events.nutation(terminal=True)}, "leave most and terminal out"),
+        ({"event": kr.events.nutation(max_count=3)}, "leave max_count and terminal out"),
+        ({"event": kr.events.nutation(terminal=True)}, "leave max_count and terminal out"),
         ({"n": 0}, "n must be at least 1"),
         ({"n": 2.5}, "n must be a whole number"),
         ({"n": 2**50}, "GB"),
-        ({"wait": 0}, "wait must not be zero"),
-        ({"wait": np.inf}, "wait must be finite"),
-        ({"wait": [1, 2]}, r"wait must be a number, or an array of shape \(3,\)"),
+        ({"max_wait": 0}, "max_wait must not be zero"),
+        ({"max_wait": np.inf}, "max_wait must be finite"),
+        ({"max_wait": [1, 2]}, r"max_wait must be a number, or an array of shape \(3,\)"),
         ({"tol": -1}, "tol"),
         ({"tol": 1e-9, "digits": 20}, "digits"),
         ({"threads": 0}, "threads must be at least 1"),
@@ -180,14 +182,14 @@ def test_what_cannot_be_is_refused(words, said):
 
 def test_a_section_waits_as_long_as_is_said():
     first = kr.section(TOP, n=1).t[0]
-    assert kr.section(TOP, n=1, wait=1.001 * first).count.tolist() == [1]
-    late = kr.section(TOP, n=1, wait=0.999 * first)
+    assert kr.section(TOP, n=1, max_wait=1.001 * first).count.tolist() == [1]
+    late = kr.section(TOP, n=1, max_wait=0.999 * first)
     assert late.count.tolist() == [0] and late.failed.tolist() == [0]
-    for wrong, said in ((0.0, "wait must not be zero"), ([1.0, 2.0], r"of shape \(1,\)")):
+    for wrong, said in ((0.0, "max_wait must not be zero"), ([1.0, 2.0], r"of shape \(1,\)")):
         with pytest.raises(ValueError, match=said):
-            kr.section(TOP, n=1, wait=wrong)
-    for event in (kr.events.nutation(most=2), kr.events.nutation(terminal=True)):
-        with pytest.raises(ValueError, match="leave most and terminal out"):
+            kr.section(TOP, n=1, max_wait=wrong)
+    for event in (kr.events.nutation(max_count=2), kr.events.nutation(terminal=True)):
+        with pytest.raises(ValueError, match="leave max_count and terminal out"):
             kr.section(TOP, event, 1)
     with pytest.raises(ValueError, match="n must be"):
         kr.section(TOP, n=0)

@@ -228,7 +228,7 @@ def test_choices_that_are_wrong_are_refused(file):
     with zipfile.ZipFile(file) as archive:
         parts = {info.filename: archive.read(info) for info in archive.infolist()}
     head = head_of(parts)
-    for name in [field.name for field in dataclasses.fields(kr.Choice)]:
+    for name in [field.name for field in dataclasses.fields(kr.StepChoice)]:
         for value in (None, [], {}):
             choice = head["choice"] | {name: value}
             refused(file, parts | {"head.npy": text(json.dumps(head | {"choice": choice}))})

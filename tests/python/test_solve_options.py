@@ -4,36 +4,43 @@ import math
 
 import kreisel as kr
 import pytest
-from kreisel._request import request, times
+from kreisel._request import solve_options, times
 
 TOP = kr.scenes.asymmetric
 
 
 def test_a_tolerance_is_below_one():
     below = math.nextafter(1.0, 0.0)
-    assert request.checked_tol(kr.methods["taylor"], below) == below
+    assert solve_options.parse_tol(kr.methods["taylor"], below) == below
     with pytest.raises(ValueError, match=r"tol must be below 1: .* not 1\.0"):
-        request.checked_tol(kr.methods["taylor"], 1.0)
-    assert request.checked_tol(kr.methods["exact"], 0.5) is None
-    assert request.checked_step(kr.methods["exact"], 0.5) is None
+        solve_options.parse_tol(kr.methods["taylor"], 1.0)
+    assert solve_options.parse_tol(kr.methods["exact"], 0.5) is None
+    assert solve_options.parse_step(kr.methods["exact"], 0.5) is None
 
 
 def test_a_request_that_is_asked_again_is_the_same():
-    one, other = (request.request(TOP, "strang", step=0.1, want=("energy",)) for _ in range(2))
+    one, other = (
+        solve_options.parse_options(TOP, "strang", step=0.1, want=("energy",)) for _ in range(2)
+    )
     assert one is other
-    assert request.request(TOP, "strang", step=1).step == 1.0
-    assert type(request.request(TOP, "strang", step=1).step) is float
-    assert one.signed(True) == -0.1 and one.signed(False) == 0.1
-    assert request.request(TOP, "taylor").signed(True) is None
-    assert one.within == 2.0**52 * 0.1 and request.request(TOP, "taylor").within == math.inf
-    assert request.request(TOP, "taylor").limit > one.limit == times.PIECE
-    assert request.request(TOP, "taylor", want=("q", "energy")).size == 40
-    assert request.request(TOP, "taylor").size == 64
+    assert solve_options.parse_options(TOP, "strang", step=1).step == 1.0
+    assert type(solve_options.parse_options(TOP, "strang", step=1).step) is float
+    assert one.signed_step(True) == -0.1 and one.signed_step(False) == 0.1
+    assert solve_options.parse_options(TOP, "taylor").signed_step(True) is None
+    assert (
+        one.safe_horizon == 2.0**52 * 0.1
+        and solve_options.parse_options(TOP, "taylor").safe_horizon == math.inf
+    )
+    assert (
+        solve_options.parse_options(TOP, "taylor").chunk_size > one.chunk_size == times.CHUNK_SIZE
+    )
+    assert solve_options.parse_options(TOP, "taylor", want=("q", "energy")).size == 40
+    assert solve_options.parse_options(TOP, "taylor").size == 64
 
 
 def test_the_heading_is_left_out_where_nothing_needs_it():
     def left(method="taylor", **more):
-        return request.request(TOP, method, **more).leave_heading
+        return solve_options.parse_options(TOP, method, **more).leave_heading
 
     assert left(want=("energy",)) and left(want=("nutation", "energy"))
     assert (
@@ -41,4 +48,4 @@ def test_the_heading_is_left_out_where_nothing_needs_it():
     )
     assert left(want=("energy",), digits=16) and not left("strang", want=("energy",), step=0.1)
     watched = kr.start(TOP, want=["energy"], events=kr.events.nutation())
-    assert not watched._request.leave_heading
+    assert not watched._options.leave_heading

@@ -270,7 +270,7 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
         ("section has no word 't'", "verb = 'section'\n" + GRID),
         ("unknown verb 'oly'", "verb = 'oly'\n" + GRID),
         ("reduce must be a table", "reduce = 3\n" + GRID),
-        ("unknown quantity in reduce", GRID + "[reduce]\nnutatoin = 'min'\n"),
+        ("unknown quantity in reductions", GRID + "[reduce]\nnutatoin = 'min'\n"),
         ("unknown quantity in want", "want = ['nutatoin']\n" + GRID),
         ("Invalid initial character", GRID + "["),
     ],

@@ -10,8 +10,8 @@ from sweeps import TOP
     ("said", "words"),
     [
         ("t must be a number or a list of times", {"t": [[1.0, 2.0]]}),
-        ("wait must be a number, which all", {"t": None, "verb": "section", "wait": [1.0]}),
-        ("solve has no word 'wait': it has t, method, step, ", {"t": 1, "wait": 3.0}),
+        ("max_wait must be a number, which all", {"t": None, "verb": "section", "max_wait": [1.0]}),
+        ("solve has no word 'max_wait': it has t, method, step, ", {"t": 1, "max_wait": 3.0}),
     ],
 )
 def test_words_are_for_all_tops(tmp_path, said, words):

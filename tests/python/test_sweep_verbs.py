@@ -19,7 +19,10 @@ GROWN = {
     "megno": {"t": [-3, -9.5], "direction": DIRECTION},
     "oli": {"t": 20.0, "max_steps": 60},
 }
-MET = [{"n": 5, "wait": -4}, {"n": 3, "event": PLANE, "wait": 2.5, "max_steps": 50, "tol": 1e-9}]
+MET = [
+    {"n": 5, "max_wait": -4},
+    {"n": 3, "event": PLANE, "max_wait": 2.5, "max_steps": 50, "tol": 1e-9},
+]
 WORDS = [{"verb": verb, **words} for verb, words in GROWN.items()]
 WORDS += [{"verb": "section", **words} for words in MET]
 
@@ -61,7 +64,7 @@ def test_indicators_are_those_of_the_ensemble(tmp_path, form, verb):
 
 
 def test_a_single_top_has_a_section_too(tmp_path):
-    alone, words = kr.scenes.asymmetric.vary(spin=[1.0]), {"n": 3, "wait": 20.0}
+    alone, words = kr.scenes.asymmetric.vary(spin=[1.0]), {"n": 3, "max_wait": 20.0}
     found = kr.sweep(alone, to=tmp_path, verb="section", **words)
     assert found["event_t"].size == 3
     assert np.array_equal(found["event_t"], kr.section(alone, **words).states[:, 0])
@@ -131,7 +134,7 @@ def test_a_scattered_top_tells_its_start(tmp_path):
         (
             "verb = 'section'\nn = 3\nwait = 5\nevent = { event = 'plane', normal = [0, 0, 1], "
             "offset = 0.3 }",
-            {"verb": "section", "n": 3, "wait": 5, "event": PLANE},
+            {"verb": "section", "n": 3, "max_wait": 5, "event": PLANE},
         ),
     ],
 )
@@ -154,7 +157,7 @@ def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path, text, words):
         (TypeError, "t is missing", {"verb": "megno"}),
         (ValueError, "megno has no word 'reduce'", {"verb": "megno", "reduce": {"spin": "min"}}),
         (ValueError, "lyapunov has no word 'method'", {"verb": "lyapunov", "method": "taylor"}),
-        (ValueError, "solve has no word 'wait'", {"t": 1, "wait": 3}),
+        (ValueError, "solve has no word 'max_wait'", {"t": 1, "max_wait": 3}),
         (ValueError, "section has no word 't'", {"verb": "section", "t": 1}),
         (ValueError, "section has no word 'events'", {"verb": "section", "events": LOW}),
         (ValueError, "not 0", {"verb": "oli", "t": 0}),
@@ -163,11 +166,11 @@ def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path, text, words):
         (ValueError, "tol must be", {"verb": "oli", "t": 1, "tol": -1}),
         (ValueError, "max_steps must be", {"verb": "oli", "t": 1, "max_steps": -1}),
         (ValueError, "n must be at least 1", {"verb": "section", "n": 0}),
-        (ValueError, "wait must not be zero", {"verb": "section", "wait": 0}),
-        (ValueError, "wait must be a number", {"verb": "section", "wait": np.ones((4, 5))}),
-        (ValueError, "wait must be finite", {"verb": "section", "wait": np.nan}),
+        (ValueError, "max_wait must not be zero", {"verb": "section", "max_wait": 0}),
+        (ValueError, "max_wait must be a number", {"verb": "section", "max_wait": np.ones((4, 5))}),
+        (ValueError, "max_wait must be finite", {"verb": "section", "max_wait": np.nan}),
         (TypeError, "event", {"verb": "section", "event": 3}),
-        (ValueError, "leave most", {"verb": "section", "event": kr.events.loop(most=3)}),
+        (ValueError, "leave max_count", {"verb": "section", "event": kr.events.loop(max_count=3)}),
         (MemoryError, "smaller parts", {"verb": "section", "n": 10**12}),
     ],
 )

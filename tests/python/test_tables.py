@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from internals import QUANTITIES, WANTED
+from internals import QUANTITIES, RECORDABLE
 from scipy.spatial.transform import Rotation
 from tops import GENERAL
 
@@ -37,10 +37,10 @@ def test_states_in_a_table_of_pandas(path):
     assert path.q[0, 0] != 2.0
 
 
-@pytest.mark.parametrize("name", WANTED)
+@pytest.mark.parametrize("name", RECORDABLE)
 def test_each_quantity_in_tables_of_its_components(name, path):
     table, data = path.to_pandas(name), path.to_xarray(name)
-    values, quantity = getattr(path, name), WANTED[name]
+    values, quantity = getattr(path, name), RECORDABLE[name]
     assert list(table) == quantity.components
     assert np.array_equal(table.to_numpy().reshape(values.shape), values, equal_nan=True)
     assert np.array_equal(data[name].values, values, equal_nan=True)
@@ -73,7 +73,7 @@ def test_a_table_has_what_the_path_keeps(words, names, times, tmp_path):
     path = kr.solve(TOP, times, **words)
     data, table = path.to_xarray(), path.to_pandas()
     assert list(data.data_vars) == names and data.sizes["time"] == len(table) == len(times)
-    components = [each for name in names for each in WANTED[name].components]
+    components = [each for name in names for each in RECORDABLE[name].components]
     assert list(table) == components
     assert data.attrs["method"] == "taylor" and data.attrs["scene"] == TOP.to_toml()
     assert [data.attrs.get(word) for word in ("digits", "tol", "step")] == [
@@ -225,7 +225,7 @@ MISSED = {
 def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
     for name in [name for name in sys.modules if name.split(".")[0] == library]:
         monkeypatch.delitem(sys.modules, name)
-    rooms = ("kreisel._drawing.", "kreisel._recording.attitudes")
+    rooms = ("kreisel._drawing.", "kreisel._recording.scipy_rotation")
     for name in [name for name in sys.modules if name.startswith(rooms)]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, library, None)
@@ -240,7 +240,7 @@ def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
 
 def test_kept_vectors_name_their_components():
     pytest.importorskip("xarray")
-    kept = kr.solve(MANY, 1.0, reduce={"apex": "mean", "energy": "max"}).to_xarray()
+    kept = kr.reduce(MANY, 1.0, {"apex": "mean", "energy": "max"}).to_xarray()
     (name,) = (name for name in kept.data_vars if kept[name].ndim == 3)
     inner = kept[name].dims[-1]
     assert kept[inner].values.tolist() == ["x", "y", "z"]

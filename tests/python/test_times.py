@@ -5,7 +5,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._request import many, times
+from kreisel._request import ensemble_options, times
 
 TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
@@ -21,7 +21,9 @@ def test_steps_can_be_counted_up_to_an_edge():
             times.refuse_endless(TOP, end, 1.0)
     far = np.full((2, 3, 1), 0.01 * edge)
     with pytest.raises(ValueError, match=r"takes more steps of 0\.01"):
-        many.times_of(MANY, far, many.order(MANY, "strang", 0.01), None)
+        ensemble_options.parse_times(
+            MANY, far, ensemble_options.parse_ensemble_options(MANY, "strang", 0.01)
+        )
     assert times._steps(0.0, 0.1) == 0
     assert [times._steps(end, 0.1) for end in (0.3, -0.3, 0.35, 0.34, 0.2999)] == [3, 3, 3, 3, 2]
 
@@ -36,27 +38,35 @@ def test_a_top_turns_up_to_an_edge():
 
 def test_a_grid_has_what_fits():
     def grid(end, every=1, step=0.1):
-        return times.listed(end, step, every).round(12).tolist()
+        return times.time_array(end, step, every).round(12).tolist()
 
     assert grid(0.0) == [0.0] and grid(0.05) == [0.0] and grid(-0.3) == [0.0, -0.1, -0.2, -0.3]
     assert grid(0.5, 2) == [0.0, 0.2, 0.4] and grid(0.5, 5) == [0.0, 0.5] and grid(0.5, 6) == [0.0]
-    assert times.listed(0.5, None, 3).tolist() == times.listed(0.5, 0.1, None).tolist() == [0, 0.5]
+    assert (
+        times.time_array(0.5, None, 3).tolist()
+        == times.time_array(0.5, 0.1, None).tolist()
+        == [0, 0.5]
+    )
 
 
 def test_memory_on_the_edge(monkeypatch):
-    for module in (times, many):
+    for module in (times, ensemble_options):
         monkeypatch.setattr(module, "memory", lambda: 7200)
     times.refuse_too_many(100, 72)
     with pytest.raises(MemoryError, match=r"101 states need 7\.27e-06 GB"):
         times.refuse_too_many(101, 72)
-    assert len(times.listed(9.9, 0.1, 1)) == 100
+    assert len(times.time_array(9.9, 0.1, 1)) == 100
     with pytest.raises(MemoryError, match="101 states"):
-        times.listed(10.0, 0.1, 1)
-    order = many.order(MANY, "auto")
-    many.refuse_too_large(MANY, np.ones(18), order)
+        times.time_array(10.0, 0.1, 1)
+    order = ensemble_options.parse_ensemble_options(MANY, "auto")
+    ensemble_options.check_result_memory(MANY, np.ones(18), order)
     with pytest.raises(MemoryError, match=r"6 tops with 19 states each need 7\.3e-06 GB"):
-        many.refuse_too_large(MANY, np.ones(19), order)
-    many.refuse_too_large(MANY, np.ones(1900), many.order(MANY, "auto", reduce={"energy": "min"}))
+        ensemble_options.check_result_memory(MANY, np.ones(19), order)
+    ensemble_options.check_result_memory(
+        MANY,
+        np.ones(1900),
+        ensemble_options.parse_ensemble_options(MANY, "auto", reduce={"energy": "min"}),
+    )
 
 
 @pytest.mark.parametrize(
@@ -69,7 +79,7 @@ def test_memory_on_the_edge(monkeypatch):
 )
 def test_times_that_go_back_are_named(given, said):
     with pytest.raises(ValueError, match=said):
-        times.listed(given, None, None)
+        times.time_array(given, None, None)
 
 
 def test_times_that_go_back_from_where_a_run_stands_are_named():
@@ -79,13 +89,13 @@ def test_times_that_go_back_from_where_a_run_stands_are_named():
         with pytest.raises(ValueError, match=rf"t\[0\] = {sign * 0.5} goes back from the run's"):
             run.to([sign * 0.5])
         assert run.to([sign * 1.0]).t.tolist() == [sign * 1.0]
-    assert times.listed([1.0, 1.0], None, None).tolist() == [1.0, 1.0]
-    assert times.listed([-1.0, -1.0], None, None).tolist() == [-1.0, -1.0]
-    assert times.listed([0.0, 0.0], None, None).tolist() == [0.0, 0.0]
+    assert times.time_array([1.0, 1.0], None, None).tolist() == [1.0, 1.0]
+    assert times.time_array([-1.0, -1.0], None, None).tolist() == [-1.0, -1.0]
+    assert times.time_array([0.0, 0.0], None, None).tolist() == [0.0, 0.0]
 
 
 def test_own_times_of_a_top_that_go_back_are_named(monkeypatch):
-    monkeypatch.setattr(many, "_ROWS", 4)
+    monkeypatch.setattr(ensemble_options, "_MAX_ROWS", 4)
     own = np.array([[[1.0, 2.0]] * 3] * 2)
     own[1, 2] = 2.0, 1.0
     with pytest.raises(ValueError, match=r"t\[1, 2, 1\] = 1\.0 goes back from t\[1, 2, 0\] = 2\.0"):
@@ -100,7 +110,7 @@ def test_own_times_of_a_top_that_go_back_are_named(monkeypatch):
 def test_pieces_are_of_the_size_that_is_asked_for():
     def sizes(t, size, **more):
         words = {"step": 0.1, "every": 1, "after": None, **more}
-        return [piece.round(12).tolist() for piece in times.pieces(t, size=size, **words)]
+        return [piece.round(12).tolist() for piece in times.time_chunks(t, size=size, **words)]
 
     assert sizes(0.3, 2) == [[0.0, 0.1], [0.2, 0.3]] and sizes(-0.2, 2) == [[0.0, -0.1], [-0.2]]
     assert sizes(0.7, 2, every=3) == [[0.0, 0.3], [0.6]]
@@ -112,7 +122,7 @@ def test_pieces_are_of_the_size_that_is_asked_for():
         assert sizes(t, 2, every=None) == [[1.0, 2.0], [3.0]]
     run = kr.start(TOP)
     assert [len(path) for path in run.stream([1.0, 2.0], chunk=1)] == [1, 1]
-    endless = times.pieces(-math.inf, 0.5, 2, 3, None)
+    endless = times.time_chunks(-math.inf, 0.5, 2, 3, None)
     assert [next(endless).tolist() for _ in range(2)] == [[0.0, -1.0, -2.0], [-3.0, -4.0, -5.0]]
 
 

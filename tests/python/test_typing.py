@@ -10,7 +10,7 @@ from typing import get_args
 
 import kreisel as kr
 import pytest
-from internals import WANTED
+from internals import RECORDABLE
 from toolbox import ROOT, run
 
 SCRIPTS = ROOT / "tests/python/typed"
@@ -69,7 +69,7 @@ def test_a_right_script_runs():
 def test_type_checkers_know_the_names_of_the_core():
     known = set(get_args(kr.MethodName))
     assert known - {"gsl_rk8pd", "gsl_bsimp"} <= {"auto", *kr.methods} <= known
-    assert list(get_args(kr.QuantityName)) == ["t", *WANTED]
+    assert list(get_args(kr.QuantityName)) == ["t", *RECORDABLE]
 
 
 def test_the_names_are_written_as_the_tables_say():

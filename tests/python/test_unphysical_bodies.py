@@ -122,8 +122,6 @@ def test_a_body_is_told_of_once():
     scene = kr.Scene(body, body_velocity=(0, 0, 30.0))
     run = kr.start(scene, "rk4", step=0.01)
     run.to(0.5)
-    units = kr.scaled_units(body)
-    assert units.back(units.into(scene)).body.made_up
     for again in (
         kr.Scene.from_toml(scene.to_toml()).body,
         kr.resume(run.checkpoint).scene.body,

@@ -7,14 +7,14 @@ import tracemalloc
 import kreisel as kr
 import numpy as np
 import pytest
-from internals import PIECE, TURNING, WANTED
-from kreisel._verbs import plans
+from internals import CHUNK_SIZE, HEADING_DEPENDENT, RECORDABLE
+from kreisel._verbs import ensemble_plan
 from tops import FREE, WILD, scene_for, words_for
 
 THESIS = kr.scenes.thesis
 
 TOP = kr.scenes.asymmetric
-MANY = np.linspace(0, 20, PIECE + 123)  # more than a piece
+MANY = np.linspace(0, 20, CHUNK_SIZE + 123)  # more than a piece
 TOPS = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
@@ -24,7 +24,7 @@ TOPS = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 @pytest.mark.parametrize("method", ["strang", "extrap", "exact", "taylor"])
 def test_want_keeps_the_bits_of_the_whole_path(method):
     scene, words = scene_for(method), words_for(method)
-    names = [*WANTED]
+    names = [*RECORDABLE]
     whole, path = (
         kr.solve(scene, MANY, method, **words),
         kr.solve(scene, MANY, method, want=names, **words),
@@ -42,7 +42,7 @@ def test_want_keeps_the_bits_of_the_whole_path(method):
 def test_want_is_all_there_is():
     path = kr.solve(TOP, 3, want=("energy", "t", "energy"))
     assert path.want == ("energy",) and path.t.tolist() == [0, 3] and path.energy.shape == (2,)
-    for name in WANTED.keys() - {"energy"}:
+    for name in RECORDABLE.keys() - {"energy"}:
         with pytest.raises(
             AttributeError, match=rf"no '{name}': .*want=\('energy',\).*; add '{name}' to want"
         ):
@@ -61,7 +61,7 @@ def test_want_is_all_there_is():
 @pytest.mark.parametrize("scene", [TOP, kr.scenes.kowalewski, kr.scenes.goryachev_chaplygin])
 def test_without_heading_what_does_not_turn_is_right(scene):
     times = np.linspace(0, 10, 300)
-    names = tuple(name for name in WANTED if name not in TURNING)
+    names = tuple(name for name in RECORDABLE if name not in HEADING_DEPENDENT)
     path, whole = kr.solve(scene, times, want=names), kr.solve(scene, times, digits=20)
     assert "attitude" in dict(path.plan.left_out)
     for name in names:
@@ -220,13 +220,13 @@ def test_a_plan_tells_its_bytes_in_all():
 
 def test_a_plan_measures_tops_at_their_own_times(monkeypatch):
     seen = []
-    fill = plans.fill
+    lanes = ensemble_plan.LANES
 
     def filled(rows, few, some, begin, end, times, work):
         seen.append(np.array(times))
-        return fill(rows, few, some, begin, end, times, work)
+        return lanes.run(rows, few, some, begin, end, times, work)
 
-    monkeypatch.setattr(plans, "fill", filled)
+    monkeypatch.setattr(ensemble_plan, "LANES", lanes._replace(run=filled))
     own = np.arange(1.0, 101.0)[:, None] * np.array([0.001, 0.002])
     kr.plan(THESIS.vary(spin=np.linspace(1.0, 2.0, 100)), own)
     at = np.linspace(0, 99, 16).astype(int)

@@ -4,22 +4,22 @@ import numpy as np
 from kreisel import _core as core
 from kreisel._analysis import costs as table_of_costs
 from kreisel._analysis.costs import page as page_of_methods
-from kreisel._recording import rows, states
-from kreisel._request.quantities import QUANTITIES, TURNING, WANTED
-from kreisel._request.times import PIECE
+from kreisel._recording import core_calls, state_quantities
+from kreisel._request.quantities import HEADING_DEPENDENT, QUANTITIES, RECORDABLE
+from kreisel._request.times import CHUNK_SIZE
 from kreisel._showing import cli, view
 
 __all__ = [
-    "PIECE",
+    "CHUNK_SIZE",
+    "HEADING_DEPENDENT",
     "QUANTITIES",
-    "TURNING",
-    "WANTED",
+    "RECORDABLE",
     "cli",
     "core",
+    "core_calls",
     "page_of_methods",
-    "rows",
     "solid_of",
-    "states",
+    "state_quantities",
     "table_of_costs",
     "view",
 ]

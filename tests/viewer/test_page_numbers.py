@@ -49,7 +49,7 @@ def test_circles_and_critical_spin_are_those_of_python(page, preset):
         assert [top[key] for key in ("least", "greatest", "critical")] == pytest.approx(
             expected, rel=1e-12, abs=1e-12
         )
-        assert top["course"] == exact.course
+        assert top["course"] == exact.motion_type
         assert top["precession"] == pytest.approx(exact.precession, rel=1e-10, abs=1e-12)
 
 
@@ -159,7 +159,7 @@ def test_doubled_spin_halves_the_precession(page):
 def test_the_axis_moves_as_the_text_says(page, preset, ask, course):
     load(page, preset)
     exact = attempt(page, ask) if ask else kr.exact(scene_in_python(scene(page)))
-    assert exact.course == course
+    assert exact.motion_type == course
     degrees = np.degrees([exact.least_nutation, exact.greatest_nutation])
     written = [float(word) for word in re.findall(r"([\d.]+)°", about(page))]
     assert all(np.abs(degrees - each).min() < 0.051 for each in written)
@@ -186,7 +186,7 @@ def test_a_scene_changed_by_hand_is_told_as_it_is(page):
     page.evaluate("kreisel.page.set('gravity', 2)")
     exact = kr.exact(scene_in_python(scene(page)))
     least, greatest = np.degrees([exact.least_nutation, exact.greatest_nutation])
-    assert f"{least:.1f}° and {greatest:.1f}°" in about(page) and exact.course == "loops"
+    assert f"{least:.1f}° and {greatest:.1f}°" in about(page) and exact.motion_type == "loops"
     assert "It leans" not in about(page)
 
 

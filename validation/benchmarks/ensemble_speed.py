@@ -38,7 +38,7 @@ LARGE = """
 import kreisel as kr, numpy as np, sys
 from validation.references.random_ensembles import draw_tops
 tops = draw_tops("Lagrange", int(sys.argv[1])).ensemble()
-kr.solve(tops, np.linspace(0, 100, 101), reduce={"nutation": ("min", "max", "mean")})
+kr.reduce(tops, np.linspace(0, 100, 101), {"nutation": ("min", "max", "mean")})
 print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM")).split()[1])
 """
 
@@ -148,7 +148,7 @@ def large(options):
     command = [sys.executable, "-c", LARGE, str(n)]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
     print_grade(
-        f"{n:.0e} tops with reduce=: peak memory",
+        f"{n:.0e} tops with reduce: peak memory",
         float(done.stdout) / 1000,
         300,
         unit=" MB",

@@ -20,7 +20,7 @@ from .ensemble_speed import print_grade
 
 BODY = kr.Body(1.0, (2.0, 1.6, 1.1), (0.3, 0.1, 0.7), made_up=True)
 TOPS, CROSSINGS, ROUNDS = 100, 500, 7
-LOW = kr.events.nutation(direction=1, most=CROSSINGS, terminal=True)
+LOW = kr.events.nutation(direction=1, max_count=CROSSINGS, terminal=True)
 
 
 def best_time(function):

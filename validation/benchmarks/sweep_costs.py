@@ -69,7 +69,7 @@ def cost(options):
 
         def without():
             for begin in range(0, len(tops), part):
-                kr.solve(tops[begin : begin + part], TIMES, reduce=KEPT)
+                kr.reduce(tops[begin : begin + part], TIMES, KEPT)
 
         for k in range(options.rounds):
             files = timing.time_once(lambda k=k: run_sweep(f"{folder}/{k}", options.tops))

@@ -43,7 +43,6 @@ def constructor_calls():
         "events": partial(kr.events.plane, (1, 2, 3), 0.1),
         "pickle": lambda: pickle.loads(pickle.dumps(TOP)),
         "copy": partial(copy.deepcopy, SYMMETRIC),
-        "scaled_units": partial(kr.scaled_units, body),
     }
 
 

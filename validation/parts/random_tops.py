@@ -111,7 +111,7 @@ def measure_outcomes(problems, truths, name, setting):
     return [
         {"seconds": seconds, "attitude_error": attitude_error(problem.to_principal_axes(q), true)}
         if status == 0
-        else {"failure": paths.why(i)}
+        else {"failure": paths.message(i)}
         for i, (problem, true, q, status) in enumerate(
             zip(problems, truths, paths.q[:, -1], paths.status, strict=True)
         )

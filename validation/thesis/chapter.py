@@ -22,6 +22,7 @@ from . import (
     sentences_conclusions,
 )
 from .line_charts import BLUE, ORANGE, draw_scatter
+from .scaled_units import h_eps, scaled_units
 from .trajectories import HALF, IMPROVED, SCENE, Trajectory, compute_frame_error, solve_truth
 
 HERE = Path(__file__).parent
@@ -151,7 +152,7 @@ def draw_forms(forms, scene):
 
 def make_units_table():
     """Return the units of 4.2.1 for the cuboid: text and truth."""
-    units = kr.scaled_units(SCENE.body)
+    units = scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF
     third = SCENE.body.mass / 3
@@ -164,7 +165,7 @@ def make_units_table():
         (
             "H_eps of experiment 6.1 at the start, eps = 0.2",
             "",
-            f"{kr.h_eps(solve_truth(scaled, [0.0]).path, 0.2)[0]:.6f}",
+            f"{h_eps(solve_truth(scaled, [0.0]).path, 0.2)[0]:.6f}",
         ),
     ]
 

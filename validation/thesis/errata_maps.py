@@ -5,9 +5,10 @@ import numpy as np
 
 from . import su2
 from .errata import register_erratum
+from .scaled_units import scaled_units
 from .trajectories import HALF, SCENE, solve_theorem42, solve_truth
 
-UNITS = kr.scaled_units(SCENE.body)
+UNITS = scaled_units(SCENE.body)
 SCALED = UNITS.into(SCENE)
 # Tilted by 0.6 rad, because no torque acts on an upright start.
 TILTED = SCALED.replace(attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0))

@@ -7,6 +7,7 @@ from . import su2
 from .experiments import time_grid
 from .figures_chapter5 import compute_rod
 from .integrals import FORMS, special_scene
+from .scaled_units import scaled_units
 from .sentence import Sentence
 from .trajectories import HALF, SCENE, solve_fixed_step, solve_theorem42, solve_truth
 
@@ -89,7 +90,7 @@ def check_chapter4(four):
 
 def compute_map_residual(eps=0.2):
     """Return the deviation of bobenko_suris from theorem 4.1 as printed, in scaled units."""
-    scaled = kr.scaled_units(SCENE.body).into(SCENE)
+    scaled = scaled_units(SCENE.body).into(SCENE)
     path = solve_fixed_step(scaled, "bobenko_suris", eps, 20.0).path
     g = scaled.body.mass * scaled.gravity
     before = zip(path.m[:-1], path.apex[:-1], strict=True)

@@ -89,7 +89,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
         now = path.end
         if k % every == 0:
             states.append(np.array([k * interval, *path.states[-1, 1:]]))
-    whole = kr.Path(scene, np.array(states), "extrap", first, tol, path.stats)
+    whole = replace(path, scene=scene, states=np.array(states))
     return Trajectory(whole, *cost.tolist())
 
 

@@ -29,5 +29,5 @@ print(f"{(path.events.which == 1).sum()} times the precession reverses: twice in
 # Any quadratic function of the state can be an event and can end the path. Here the path ends when
 # the axis crosses a plane for the third time in one direction.
 
-east = kr.events.plane((1, 0, 0), of="apex", direction=1, most=3, terminal=True)
+east = kr.events.plane((1, 0, 0), of="apex", direction=1, max_count=3, terminal=True)
 print(kr.solve(scene, 100, events=east).events.t)

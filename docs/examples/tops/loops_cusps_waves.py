@@ -26,7 +26,7 @@ kr.plot([kr.solve(start_top(rate), t) for rate in (-8, 0, 8)], degrees=True)
 for rate in (-8, 0, 8):
     motion = kr.exact(start_top(rate))
     low, high = np.degrees([motion.least_nutation, motion.greatest_nutation])
-    print(f"{rate:3} rad/s: {motion.course:6} between {low:.2f} and {high:.2f} degrees")
+    print(f"{rate:3} rad/s: {motion.motion_type:6} between {low:.2f} and {high:.2f} degrees")
 
 # %%
 # An interactive top that starts with cusps:

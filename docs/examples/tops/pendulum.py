@@ -21,7 +21,7 @@ for chart, spin in zip(axes, (0, 20, 60, 400), strict=True):
     x, y, _ = kr.solve(scene, t).apex.T
     chart.plot(x, y, linewidth=0.6)
     chart.plot(x[:1], y[:1], "o", markersize=4, color="tab:orange")
-    chart.set_title(f"{spin} rad/s: {kr.exact(scene).course}")
+    chart.set_title(f"{spin} rad/s: {kr.exact(scene).motion_type}")
     chart.set_aspect("equal")
 figure.supxlabel("the apex from above", fontsize=9.5)
 

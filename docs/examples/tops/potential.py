@@ -32,4 +32,4 @@ right.plot(t, np.degrees(motion(t).nutation))
 for turn in np.degrees(turns):
     right.axhline(turn, color="tab:orange", linestyle="--", linewidth=0.9)
 right.set(xlabel="time")
-print(f"{motion.course}: {np.degrees(turns).round(4)} degrees, period {motion.period:.6f}")
+print(f"{motion.motion_type}: {np.degrees(turns).round(4)} degrees, period {motion.period:.6f}")

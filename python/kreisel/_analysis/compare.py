@@ -17,9 +17,9 @@ from .._ground.files import write
 from .._ground.names import MethodName
 from .._model.scene import Scene
 from .._recording.path import Error, Path, Stats
-from .._request.methods import fitting
 from .._request.methods import methods as known
-from .._request.request import Progress, checked_progress
+from .._request.methods import resolve_method
+from .._request.solve_options import Progress, parse_progress
 from .._verbs.solve import solve
 from ..quaternion import attitude_error
 from ..scenes import name_of
@@ -178,7 +178,7 @@ def compare(
     by_step, by_tol = _settings("steps", steps), _settings("tols", tols)
     runs = _runs(scene, t, methods, by_step, by_tol)
     rounds = whole("repeats", repeats, 1)
-    tell = checked_progress(progress)
+    tell = parse_progress(progress)
     reference: Path | None = None
     try:
         reference = truth if isinstance(truth, Path) else _truth(scene, t, truth, by_step)
@@ -228,7 +228,7 @@ def _runs(
         methods = [method.name for method in known.values() if method.suits(scene)]
     runs = []
     for name in methods:
-        method = fitting(name, scene)
+        method = resolve_method(name, scene)
         if not method.adaptive and not by_step:
             raise ValueError(
                 f"the method {name!r} has a fixed step: give steps, as in steps=[0.1, 0.01]"
@@ -247,7 +247,7 @@ def _apart(path: Path, truth: Path) -> float:
 
 
 def _truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[float]) -> Path:
-    chosen = fitting(method, scene)
+    chosen = resolve_method(method, scene)
     if chosen.digits:
         return solve(scene, t, method, digits=20)
     if chosen.adaptive:

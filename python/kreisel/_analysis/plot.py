@@ -47,5 +47,5 @@ def plot(
         raise ValueError(f"path must be a list of 1 to {MOST} paths, not of {len(paths)}")
     from .._drawing.charts import plotted
 
-    both = [(one, one.events.path if one.events else None) for one in paths]
+    both = [(one, one.events.path if len(one.events) else None) for one in paths]
     return plotted(both, axes, degrees)

@@ -1,2 +1,1 @@
-"""What came out: the core is called, a path is made of what it gave, and a failure is put into
-words."""
+"""Results of runs: the core is called, its result becomes a path, and a failure an exception."""

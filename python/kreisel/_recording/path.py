@@ -1,5 +1,4 @@
-"""Paths: the states at the times asked for, and what can be computed from them, when it is asked
-for."""
+"""Paths: the states at the requested times, and the quantities computed from them on access."""
 
 from __future__ import annotations
 
@@ -14,21 +13,22 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
+from .._ground.archive import Integers
 from .._ground.arguments import Array, Numbers, frozen
 from .._ground.files import write
-from .._ground.names import MethodName, QuantityName
+from .._ground.names import QuantityName
 from .._model.scene import Scene
-from .._request.methods import EXACT, methods
-from .._request.plan import Choice, Plan, plan_of
-from .._request.request import Request, wanted
-from .carried import Carried
-from .places import Which, inside, places
-from .reference import ROUNDING, SERIES, apart, grown_roundings, told_error
-from .rows import Rows, refused, rows_in_any_order
-from .saved import saved
-from .states import NO_STATES, PARTS
-from .states import Stats as Stats
+from .._request.methods import EXACT
+from .._request.plan import Plan, StepChoice, plan_of
+from .._request.solve_options import SolveOptions, parse_want
+from .core_calls import CoreResult, creation_error, record_unordered
+from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
+from .indexing import StateIndex, check_path_times, resolve_index
+from .serialization import dump_path
+from .state_quantities import NO_STATES, STATE_COLUMNS
+from .state_quantities import Stats as Stats
 from .tables import Tables
+from .tangent_data import TangentData
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,67 +39,60 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Path(Tables):
-    """n states of a scene in motion. Arrays are read-only (.copy() gives one to write to); t, q and
-    m are views of `states`, all else is computed when it is first asked for. Vectors are seen from
-    space unless said otherwise.
+    """n states of a scene in motion. Arrays are read-only; a copy is writeable. t, q and m are
+    views of `states`; other quantities are computed on first access. Vectors are seen from space
+    unless said otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none
             or chose its own
     stats   what the run cost, trial runs included
-    events  those that were met, where solve was asked for events; else None
-    want    what solve was asked to keep beside t, and all that there is then; None: the states, and
-            with them everything
+    events  the events met on the way; empty if none were requested
+    want    the quantities that the path keeps beside t; None: the states, and so every quantity
     """
 
     scene: Scene
-    states: Array  # not there where _columns are
-    method: MethodName
-    step: float | None
-    tol: float | None
+    states: Array  # missing where _columns are
     stats: Stats
-    digits: int | None = None
-    want: tuple[QuantityName, ...] | None = None
-    events: Events | None = None
-    _low: Array | None = None  # what the doubles of the states leave out
-    _columns: dict[str, Array] | None = None  # in place of states: t, and what is wanted
-    _asked: str = ""  # the method in the user's words
-    _choice: Choice | None = None  # of method="geometric"
-    _carried: Carried | None = None  # the tangents
+    _options: SolveOptions
+    _is_back: bool = False
+    _low: Array | None = None  # low words of the states
+    _columns: dict[str, Array] | None = None  # in place of states: t and the quantities in want
+    _events: Events | None = None
+    _choice: StepChoice | None = None  # of method='geometric'
+    _tangent_data: TangentData | None = None  # the tangents
 
     def __init__(
         self,
         scene: Scene,
         states: Array,
-        method: MethodName,
-        step: float | None,
-        tol: float | None,
         stats: Stats,
-        digits: int | None = None,
-        want: tuple[QuantityName, ...] | None = None,
-        events: Events | None = None,
+        _options: SolveOptions,
+        _is_back: bool = False,
         _low: Array | None = None,
         _columns: dict[str, Array] | None = None,
-        _asked: str = "",
-        _choice: Choice | None = None,
-        _carried: Carried | None = None,
+        _events: Events | None = None,
+        _choice: StepChoice | None = None,
+        _tangent_data: TangentData | None = None,
     ) -> None:
-        kept = self.__dict__  # past the guard of a frozen value, and in no time
-        kept["scene"], kept["method"], kept["stats"] = scene, method, stats
-        kept["step"], kept["tol"], kept["digits"] = step, tol, digits
-        kept["want"], kept["events"], kept["_low"] = want, events, _low
-        kept["_columns"], kept["_asked"], kept["_choice"] = _columns, _asked, _choice
-        kept["_carried"] = _carried
+        fields = self.__dict__  # faster than object.__setattr__ of a frozen dataclass
+        fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
+        fields["_is_back"], fields["_low"], fields["_columns"] = _is_back, _low, _columns
+        fields["_events"], fields["_choice"], fields["_tangent_data"] = (
+            _events,
+            _choice,
+            _tangent_data,
+        )
         if _low is not None:
             _low.flags.writeable = False
         if _columns is None:
             states.flags.writeable = False
-            kept["states"] = states
+            fields["states"] = states
             return
         for name, column in _columns.items():
             column.flags.writeable = False
-            if name not in PARTS:
-                kept[name] = column
+            if name not in STATE_COLUMNS:
+                fields[name] = column
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)
@@ -108,51 +101,58 @@ class Path(Tables):
                 frozen(array)
 
     def __repr__(self) -> str:
-        words = {"step": self.step, "tol": self.tol, "digits": self.digits}
-        steering = "".join(f", {k}={v!r}" for k, v in words.items() if v is not None)
+        values = {"step": self.step, "tol": self.tol, "digits": self.digits}
+        controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
         span = f", t = {self.t[0]:g} .. {self.t[-1]:g}" if len(self) else ""
-        ran = f"{self.method}{steering}, {self.stats.steps} steps"
+        ran = f"{self.method}{controls}, {self.stats.steps} steps"
         return f"<kreisel.Path: {len(self)} states{span}; {ran}>"
 
     @cached_property
     def error(self) -> float:
-        """The largest attitude error of the states [rad], as a second run tells: the closed form
-        where it holds to the bit and is far nearer, or the Taylor series with 20 digits (30 for a
-        path of 20, and for a closed form that is far from that of 20). Of 30 digits it is a guess,
-        by three runs of shorter steps and what roundings grow to.
-        Without the attitude it is the largest on all of the way, where solve was given an error."""
+        """The largest attitude error of the states [rad], estimated by a second run.
+
+        The second run is the closed form where it holds to the bit and is precise enough, else the
+        Taylor series with 20 digits. It has 30 digits for a path of 20 digits, and for a closed
+        form that is far from the series of 20. The error of 30 digits is estimated by three runs of
+        shorter steps and the growth of roundings. Without the attitude it is the largest error on
+        the way, if solve was given an error.
+
+        """
         if not len(self):
             return 0.0
         if self._choice and self._columns is not None and "q" not in self._columns:
             return self._choice.error
-        return told_error(self.scene, self.method, self.digits, self._apart, self._grown)
+        return estimate_error(
+            self.scene, self.method, self.digits, self._max_angle_to, self._rounding_growth
+        )
 
-    def _grown(self) -> float:
-        came, most = grown_roundings(self.scene, self.t, self.digits or 16)
-        good(self.scene, SERIES, came)
-        return most
+    def _rounding_growth(self) -> float:
+        result, largest = rounding_growth(self.scene, self.t, self.digits or 16)
+        path_or_raise(self.scene, SERIES, result)
+        return largest
 
-    def _apart(self, second: Request) -> float:
-        """The largest angle to the attitudes of a second run, low words included: their difference
-        loses no digit."""
-        other = good(self.scene, second, rows_in_any_order(self.scene, second, self.t))
-        return apart((self.q, self.q_low), (other.q, other.q_low))
+    def _max_angle_to(self, second: SolveOptions) -> float:
+        """Return the largest angle to the attitudes of a second run, low words included."""
+        result = record_unordered(self.scene, second, self.t)
+        other = path_or_raise(self.scene, second, result)
+        return max_angle((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
-        """What was used for this path, and what was left out, and why."""
-        return plan_of(self.scene, self._request, len(self), self._choice)
+        """The kreisel.Plan of this path: what was used, what was left out, and why."""
+        return plan_of(self.scene, self._options, len(self), self._choice)
 
-    @property
-    def _request(self) -> Request:
-        step = None if self.step is None else abs(self.step)
-        watched = self.events is not None
-        words = step, self.tol, self.digits, 0, self.want, self._asked, watched
-        return Request(methods[self.method], *words)
+    @cached_property
+    def events(self) -> Events:
+        """The events met on the way; empty if none were requested."""
+        if self._events is not None:
+            return self._events
+        none = np.empty(0, dtype=np.intc)
+        return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """The states of the same run at other times, as a path: bit for bit those that solve gives
-        in the same words.
+        """Return a path of the states of the same run at other times: bit for bit those that solve
+        returns with the same arguments.
 
         t  a number, for the path of one state, or a list in any order, between 0 and where the
            path ends [T]
@@ -163,82 +163,94 @@ class Path(Tables):
             [2.5, 1.0]
 
         Raises ValueError for other times, and for a path of kreisel.exact's map, which has states
-        at its steps only; kreisel.Error and kreisel.Interrupted as solve does. The run is made
-        again, from the start to the last of these times; by the closed form at once. It keeps what
-        `want` names, no events and no tangents.
+        at its steps only; kreisel.Error and kreisel.Interrupted as solve does. The run is repeated
+        from the start to the last of these times; a closed form is evaluated directly. The path
+        keeps the quantities in `want`, but no events and no tangents.
         """
-        if self._asked == EXACT != self.method:
+        if self._options.requested_method == EXACT != self.method:
             raise ValueError(
                 f"this path is of the closed form of {self.method}'s map, which has no states "
                 "between its steps: call what kreisel.exact gave, with the numbers of the steps"
             )
-        done = self._request
-        path = good(self.scene, done, rows_in_any_order(self.scene, done, inside(self.t, t)))
+        result = record_unordered(self.scene, self._options, check_path_times(self.t, t))
+        path = path_or_raise(self.scene, self._options, result)
         states = NO_STATES if path._columns else path.states
-        return replace(path, states=states, step=self.step, _choice=self._choice)
+        return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
-    def __getitem__(self, which: Which) -> Path:
-        """Some of the states, as a path that keeps all but the events: a number gives one state, a
-        slice, a list of numbers or of True and False several, as of an array.
+    def __getitem__(self, which: StateIndex) -> Path:
+        """Return a path of some states, without events. A number selects one state; a slice, a list
+        of numbers or a mask several, as of an array.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
             >>> len(path[-1]), path[::2].t.tolist(), path[path.t > 1.5].t.tolist()
             (1, [0.0, 2.0], [2.0, 3.0])
         """
-        at = places(len(self), which)
+        at = resolve_index(len(self), which)
         if self._columns is not None:
             columns = {name: column[at] for name, column in self._columns.items()}
-            return replace(self, states=NO_STATES, _columns=columns, events=None)
+            return replace(self, states=NO_STATES, _columns=columns, _events=None)
         low = None if self._low is None else self._low[at]
-        carried = self._carried and self._carried.at(at)
-        return replace(self, states=self.states[at], _low=low, events=None, _carried=carried)
+        carried = self._tangent_data and self._tangent_data.select(at)
+        return replace(self, states=self.states[at], _low=low, _events=None, _tangent_data=carried)
 
     def __iter__(self) -> Iterator[Path]:
-        """The states one by one, each a path."""
+        """Return an iterator over the states, each a path."""
         return (self[i] for i in range(len(self)))
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """A path is many arrays, and no one of them is meant."""
-        raise TypeError("a path is no array: take one of its own, as path.q or path.states")
+        """Raise TypeError: a path has several arrays."""
+        raise TypeError("a path is no array: use one of its arrays, as path.q or path.states")
 
     def scene_at(self, i: int) -> Scene:
-        """The scene that begins, at t = 0, with state i. IndexError if there is none."""
-        (state,) = self.states[places(len(self), index(i))]
+        """Return the scene that begins, at t = 0, with state i. Raises IndexError if there is no
+        such state."""
+        (state,) = self.states[resolve_index(len(self), index(i))]
         return self.scene.replace(attitude=state[1:5], momentum=state[5:])
 
     @property
     def end(self) -> Scene:
-        """The scene that begins, at t = 0, with the last state. IndexError if there is none."""
+        """The scene that begins, at t = 0, with the last state. Raises IndexError if there is no
+        state."""
         return self.scene_at(-1)
 
     def only(self, want: Iterable[QuantityName]) -> Path:
-        """The path with no more than t and these quantities, as if solve had been asked for
-        them."""
-        names = wanted(want) or ()
+        """Return the path with no more than t and the quantities in `want`."""
+        names = parse_want(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
+        options = replace(self._options, want=names)
         return replace(
-            self, states=NO_STATES, _low=None, want=names, _columns=columns, _carried=None
+            self,
+            states=NO_STATES,
+            _options=options,
+            _low=None,
+            _columns=columns,
+            _tangent_data=None,
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the path, for kreisel.load; a file of that name is replaced once all is on the
-        disk, never left half done. OSError where it cannot be written.
+        """Write the path to a file for kreisel.load. The file is replaced atomically. Raises
+        OSError if it cannot be written.
 
         The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
         `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
         what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
         events_direction; of tangents tangents and tangents_low.
         """
-        met = self.events
-        write(file, saved(self, None if met is None else (met.path, met.which, met.direction)))
+        write(file, dump_path(self, self._core_events))
+
+    @property
+    def _core_events(self) -> tuple[Path, Integers, Integers] | None:
+        """The events as path.save writes them: the path at them, their indices and directions."""
+        met = self._events
+        return None if met is None else (met.path, met.which, met.direction)
 
     def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
-        """The picture that kreisel.plot draws, of this path alone."""
+        """Return the picture that kreisel.plot draws of this path."""
         from .._drawing.charts import plotted
 
-        return plotted([(self, self.events.path if self.events else None)], axes, degrees)
+        return plotted([(self, self.events.path if len(self.events) else None)], axes, degrees)
 
     def animate(
         self,
@@ -248,14 +260,14 @@ class Path(Tables):
         fps: int = 25,
         size: int = 480,
     ) -> Film:
-        """The body in motion with the trace of its apex, drawn with matplotlib: a film that a
-        notebook shows, and that goes to a file. A body symmetric about its apex is drawn as a
-        turned top, any other as a cuboid, in the proportions of its moments.
+        """Return a film of the body in motion with the trace of its apex, drawn with matplotlib. A
+        notebook shows it, and it can be written to a file. A body symmetric about its apex is drawn
+        as a body of revolution, any other as a cuboid, in the proportions of its moments.
 
-        file   its name, .gif, .mp4 (where ffmpeg is) or .html; it is there whole or not at all
-        speed  of the path's time that passes in a second [T]; left out: all of it in 8 seconds
-        fps    frames in a second; of a GIF, hundredths of a second
-        size   of a frame, high and wide [pixels]
+        file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; it is written atomically
+        speed  the path's time that passes in a second [T]; default: the whole path in 8 seconds
+        fps    frames in a second; frames of a GIF last whole hundredths of a second
+        size   the height and width of a frame [pixels]
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, 2)
@@ -263,8 +275,8 @@ class Path(Tables):
             <Film: 41 frames, 5 a second, t = 0 .. 2>
 
         Frames are evenly spaced in time, whatever the path's times are: their states are those of
-        `path(t)`, which raises what it cannot give. ValueError for a path within no time, and for
-        more than 2**28 pixels in all; OSError for a file that cannot be written.
+        `path(t)`, and so are the exceptions. Raises ValueError for a path without duration and for
+        more than 2**28 pixels in all, OSError for a file that cannot be written.
         """
         from .._drawing.film import film_of
 
@@ -275,9 +287,8 @@ class Path(Tables):
 class Events:
     """k events in the order in which a path met them. Arrays are read-only.
 
-    path       the states at the events, with all that a path can tell; its t is (k,), in the path's
-               order [T]
-    which      (k,) the index of each in the list that solve was given
+    path       a kreisel.Path of the states at the events; its t is (k,), in the path's order [T]
+    which      (k,) the index of each event in the list passed to solve
     direction  (k,) 1: the function grew with time, or was smallest; -1: it fell, or was largest
     """
 
@@ -307,12 +318,12 @@ class Events:
 
 
 class Stopped(BaseException):
-    """A run that ended before its time.
+    """A run that ended before its last time.
 
     status  its name, as in kreisel.h without the prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE', ...
-    path    the states asked for that were reached, and the last good state where that is later
-    paths   of many tops what is known of all, a kreisel.Paths or kreisel.Reduced; `path` is then
-            that of the first that failed, or was not done
+    path    the requested states that were reached, and the last good state if that is later
+    paths   of an ensemble its kreisel.Paths or kreisel.Reductions; `path` is then that of the first
+            top that failed or was not done
     """
 
     def __init__(self, message: str, status: str, path: Path, paths: Any = None) -> None:
@@ -337,8 +348,8 @@ class Interrupted(Stopped, KeyboardInterrupt):
     __module__ = "kreisel"
 
 
-def stopped(status: str, path: Path, where: str) -> BaseException:
-    """What the status of a run stands for: a failure with its path, or bad input."""
+def stop_exception(status: str, path: Path, where: str) -> BaseException:
+    """Return the exception for the status of a run: a failure with its path, or bad input."""
     kinds: dict[str, type[Stopped]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
@@ -346,39 +357,37 @@ def stopped(status: str, path: Path, where: str) -> BaseException:
         text += f" at tol = {path.tol!r}{below}"
     if what in kinds:
         return kinds[what](f"{text}: {where}", status, path)
-    return refused(status, path.scene, path.method, path.step, path.tol)
+    return creation_error(status, path.scene, path.method, path.step, path.tol)
 
 
-def path_of(scene: Scene, done: Request, came: Rows) -> Path:
-    """The path of what the core has recorded, with all its states."""
-    _, states, low, counts, end = came
-    step = done.step if end >= 0.0 else done.signed(True)
-    name, stats, asked = done.method.name, Stats(*counts), done.asked
-    return Path(scene, states, name, step, done.tol, stats, done.digits, _low=low, _asked=asked)
+def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
+    """Return the path of a result of the core, with all its states."""
+    _, states, low, counts, end = result
+    is_back = end < 0.0 and options.step is not None
+    return Path(scene, states, Stats(*counts), options.of_path, is_back, low)
 
 
-def good(scene: Scene, done: Request, came: Rows) -> Path:
-    """The path of what the core has recorded, kept to what is wanted; raises what its status stands
-    for."""
-    path = path_of(scene, done, came)
-    path = kept(path, done.want, came[-1])
-    if came[0] != "OK":
-        raise stopped(came[0], path, way(path, came[-1]))
+def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
+    """Return the path of a result of the core, with no more than what is wanted. Raises the
+    exception for its status."""
+    path = keep_wanted(make_path(scene, options, result), options.want, result[-1])
+    if result[0] != "OK":
+        raise stop_exception(result[0], path, progress_text(path, result[-1]))
     return path
 
 
-def kept(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
-    """The path with no more than what is wanted; Ctrl-C while that is computed loses nothing."""
+def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
+    """Return the path with no more than what is wanted; Ctrl-C on the way loses nothing."""
     if want is None:
         return path
     try:
         return path.only(want)
     except KeyboardInterrupt:
         part = path.only(want)
-        raise stopped("ERR_INTERRUPTED", part, way(part, end)) from None
+        raise stop_exception("ERR_INTERRUPTED", part, progress_text(part, end)) from None
 
 
-def way(path: Path, end: float) -> str:
-    """How far a path has come, in words."""
+def progress_text(path: Path, end: float) -> str:
+    """Return how far a path has come, as text."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} got to t = {last:g} of {end:g} in {path.stats.steps} steps"

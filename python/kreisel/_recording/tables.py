@@ -1,5 +1,4 @@
-"""Tables of what a path tells, with units: for pandas, xarray and CSV; and Euler's angles as one
-array."""
+"""Tables of a path, with units, for pandas, xarray and CSV; and Euler's angles as one array."""
 
 from __future__ import annotations
 
@@ -16,18 +15,18 @@ from .._ground.files import write
 from .._ground.names import QuantityName
 from .._ground.optional import installed
 from .._ground.refusals import unknown
-from .._request.quantities import ANGLES, LOW, TIME, WANTED, Quantity
-from .states import States
+from .._request.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
+from .state_quantities import States
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-Rows = list[tuple[Quantity, Array]]
+QuantityRows = list[tuple[Quantity, Array]]
 
 
-class Keeper(Protocol):
-    """A path, or many: quantities are its attributes."""
+class HasQuantities(Protocol):
+    """A path or the paths of an ensemble; quantities are attributes."""
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None: ...
@@ -45,13 +44,15 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows t
 }
 
 
-def tabled(path: Keeper, names: Iterable[str], degrees: bool, unwrap: bool) -> Rows:
-    """The quantities of these names with their values at each state; of none, what the path keeps.
-    The dimension of an angle is its unit."""
+def quantity_rows(
+    path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
+) -> QuantityRows:
+    """Return the quantities in `names`, or those that the path keeps, with their values at each
+    state. The dimension of an angle is its unit."""
     in_degrees, unwrapped = boolean("degrees", degrees), boolean("unwrap", unwrap)
     rows = []
-    for name in _checked(names) or _kept(path):
-        quantity, values = WANTED[name], getattr(path, name)
+    for name in _parse_names(names) or _kept_names(path):
+        quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
             values = np.unwrap(values) if unwrapped else values
             values = np.degrees(values) if in_degrees else values
@@ -60,19 +61,19 @@ def tabled(path: Keeper, names: Iterable[str], degrees: bool, unwrap: bool) -> R
     return rows
 
 
-def _checked(names: Iterable[str]) -> list[str]:
+def _parse_names(names: Iterable[str]) -> list[str]:
     for name in names:
         if not isinstance(name, str):
             raise TypeError(
                 "quantities are given by their names, as in to_pandas('nutation', 'energy'), "
                 f"not {shown(name)}"
             )
-        if name not in WANTED and name != "t":
-            raise ValueError(unknown("quantity", name, WANTED))
+        if name not in RECORDABLE and name != "t":
+            raise ValueError(unknown("quantity", name, RECORDABLE))
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
-def _kept(path: Keeper) -> tuple[str, ...]:
+def _kept_names(path: HasQuantities) -> tuple[str, ...]:
     if path.want is not None:
         return path.want
     return ("q", "m") if path._low is None else ("q", "m", *LOW)
@@ -81,11 +82,11 @@ def _kept(path: Keeper) -> tuple[str, ...]:
 def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
-    """t and the components of the quantities of these names, (n,) each."""
-    return _components(path, tabled(path, names, degrees, unwrap))
+    """Return t and the components of the quantities in `names`, (n,) each."""
+    return _components(path, quantity_rows(path, names, degrees, unwrap))
 
 
-def _components(path: States, rows: Rows) -> dict[str, Array]:
+def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
     table = {"t": path.t}
     for quantity, values in rows:
         table |= zip(
@@ -94,14 +95,14 @@ def _components(path: States, rows: Rows) -> dict[str, Array]:
     return table
 
 
-def _units(rows: Rows) -> dict[str, str]:
-    """The unit or dimension of each component, and of t."""
+def _units(rows: QuantityRows) -> dict[str, str]:
+    """Return the unit or dimension of each component, and of t."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 
 
 def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
-    """Columns as CSV with all their digits, under these heads or their names."""
+    """Return columns as CSV with all digits, under `heads` or their names."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table if heads is None else heads)
@@ -110,24 +111,24 @@ def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> st
 
 
 class Tables(States):
-    """What a kreisel.Path hands on."""
+    """A path with its tables."""
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
-        """(n, 3) Euler's angles z-x-z: precession_angle, nutation, spin_angle [rad].
+        """Return (n, 3) Euler's angles z-x-z: precession_angle, nutation, spin_angle [rad].
 
-        degrees  in degrees
-        unwrap   without the jumps of whole turns, where the states are less than half a turn apart
+        degrees  True: in degrees
+        unwrap   True: without jumps of whole turns, if states are less than half a turn apart
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0]).euler(degrees=True).round(6).tolist()
             [[0.0, 53.130102, 0.0]]
         """
-        angles = tabled(self, _EULER, degrees, unwrap)
+        angles = quantity_rows(self, _EULER, degrees, unwrap)
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
-        """A pandas.DataFrame with a row for each state and t as its index; the columns are the
-        components of the quantities of these names, in place of what the path keeps.
+        """Return a pandas.DataFrame with a row for each state and t as its index. The columns are
+        the components of the quantities in `names`, or of what the path keeps.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
@@ -136,35 +137,35 @@ class Tables(States):
             (['nutation', 'm_x', 'm_y', 'm_z'], 'deg')
 
         `attrs` has method and scene, and in `units` the dimension [M L T] of each column; of an
-        angle it is 'rad' or, with degrees=True, 'deg'. unwrap=True takes the jumps of whole turns
-        out of angles. Raises TypeError and ValueError for names that are none, AttributeError for
-        what `want` has left out, ImportError without pandas.
+        angle it is 'rad' or, with degrees=True, 'deg'. unwrap=True removes jumps of whole turns
+        from angles. Raises TypeError and ValueError for an unknown name, AttributeError for a
+        quantity that `want` left out, ImportError without pandas.
         """
         with installed(TABLES):
             import pandas as pd
-        rows = tabled(self, names, degrees, unwrap)
+        rows = quantity_rows(self, names, degrees, unwrap)
         frame = pd.DataFrame(_components(self, rows)).set_index("t")
         frame.attrs = self._about() | {"units": _units(rows)}
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
-        """An xarray.Dataset with a variable for each quantity of these names, in place of what the
-        path keeps: with the dimension time, and quaternion (w, x, y, z), axis (x, y, z) and
-        principal_axis (N, B, T) where it has components.
+        """Return an xarray.Dataset with a variable for each quantity in `names`, or for what the
+        path keeps. Its dimensions are time, and for components quaternion (w, x, y, z), axis
+        (x, y, z) and principal_axis (N, B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
             ('time', 'principal_axis', 'axis')
 
-        Each has its `units`, the dimension [M L T] or 'rad' or 'deg', and its `long_name`; the
-        Dataset the method and the scene, in TOML. The words are those of to_pandas, and so is what
-        it raises.
+        Each variable has `units`, the dimension [M L T] or 'rad' or 'deg', and a `long_name`; the
+        Dataset has the method and the scene, in TOML. Arguments and exceptions are those of
+        to_pandas.
         """
         with installed(TABLES):
             import xarray as xr
         coordinates: dict[str, list[str]] = {}
         variables = {}
-        for quantity, values in [(TIME, self.t), *tabled(self, names, degrees, unwrap)]:
+        for quantity, values in [(TIME, self.t), *quantity_rows(self, names, degrees, unwrap)]:
             about = {"units": quantity.dimension, "long_name": quantity.text}
             own = {f"{quantity.name}_component": quantity.components}
             along = DIMENSIONS.get(quantity.shape, own)
@@ -181,8 +182,8 @@ class Tables(States):
         unwrap: bool = False,
         units: bool = False,
     ) -> None:
-        """Write t and the components of the quantities of these names, in place of what the path
-        keeps, with all their digits and their names in the first line.
+        """Write t and the components of the quantities in `names`, or of what the path keeps, with
+        all digits and with their names in the first line.
 
             >>> import pathlib, tempfile
             >>> import kreisel as kr
@@ -197,11 +198,11 @@ class Tables(States):
                none
 
         pandas.read_csv(file, index_col="t") is the same table as to_pandas, to the bit from pandas
-        3.1 on, and before with float_precision="round_trip". A file of that name is replaced once
-        all is on the disk. Raises OSError where it cannot be written, else what to_pandas raises;
-        needs no pandas.
+        3.1 on, and before with float_precision="round_trip". The file is replaced
+        atomically. Raises OSError if it cannot be written, else what to_pandas raises; needs no
+        pandas.
         """
-        rows = tabled(self, names, degrees, unwrap)
+        rows = quantity_rows(self, names, degrees, unwrap)
         heads = None
         if boolean("units", units):
             heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]

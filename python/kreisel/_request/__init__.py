@@ -1,1 +1,1 @@
-"""What is asked for, checked before anything runs: methods, quantities, times, and the plan."""
+"""Options of the verbs, validated before anything runs: methods, quantities, times and the plan."""

@@ -1,4 +1,4 @@
-"""The methods of this build, read from the core's table."""
+"""The methods of this build, from the core's table."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .._ground.refusals import unknown as unknown_name
 from .._model.body import Body
 from .._model.scene import Scene
 
-# for some bodies only
+# flags of methods for some bodies only
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
-# What 'auto' takes: the first where it suits.
+# 'auto' is the first of these where it suits the scene, else the second.
 EXACT: Final = "exact"
-ELSE: Final = "taylor"
+FALLBACK: Final = "taylor"
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,10 @@ class Method:
     """A way to step from one state to the next.
 
     order      of the error of a path in the step; 0: chosen on the way
-    conserves  what it keeps to rounding
-    adaptive   chooses its steps by a tolerance; else it needs a step
+    conserves  the invariants that it conserves to rounding
+    adaptive   controls its steps by a tolerance; other methods need a step
     algebraic  uses + - * / and square roots only: the same bits from every compiler and machine
-    digits     can be asked for more digits than a double has
+    digits     accepts more digits than a double has
     """
 
     name: MethodName
@@ -61,37 +61,38 @@ class Method:
 
     @property
     def digits(self) -> bool:
-        """Can be asked for more digits than a double has."""
+        """True if it accepts more digits than a double has."""
         return bool(self.flags & FLAGS["digits"])
 
     @property
     def splitting(self) -> bool:
-        """Kicks and drifts in turn; a drift is exact where two moments are equal."""
+        """True if it consists of kicks and drifts; a drift is exact where two moments are equal."""
         return bool(self.flags & FLAGS["splitting"])
 
     @property
-    def headless(self) -> bool:
-        """Can leave out the heading of the top, its turn about the vertical."""
+    def skips_heading(self) -> bool:
+        """True if it can leave out the heading of the top, its turn about the vertical."""
         return bool(self.flags & FLAGS["headless"])
 
     @property
     def exact(self) -> bool:
-        """The closed form: it has neither step nor tolerance, and is for integrable scenes only."""
+        """True for the closed form: it has neither step nor tolerance, and needs an integrable
+        scene."""
         return bool(self.flags & FLAGS["integrable"])
 
     @property
     def damped(self) -> bool:
-        """Moves tops that are damped, too."""
+        """True if it moves damped tops, too."""
         return bool(self.flags & FLAGS["damped"])
 
     @property
     def tangents(self) -> bool:
-        """Carries derivatives of the state along."""
+        """True if it computes derivatives of the state."""
         return bool(self.flags & FLAGS["tangents"])
 
     @property
     def tops(self) -> str:
-        """Those that it is for, in words."""
+        """The bodies that it applies to, as text."""
         lagrange = "two equal moments and the centre of mass on the third axis"
         kinds = {
             FLAGS["lagrange_only"]: lagrange,
@@ -99,25 +100,25 @@ class Method:
             FLAGS["symmetric_only"]: "two equal moments",
             FLAGS["euler_only"]: "the centre of mass at the fixed point",
         }
-        return next((words for flag, words in kinds.items() if self.flags & flag), "any body")
+        return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Whether it can move this body under any gravity; `tops` says in words which it can."""
+        """Return True if it applies to this body under any gravity. `tops` describes its bodies."""
         return method_applies(self.name, instance("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
-        """Whether it can move this scene: without gravity more bodies have a closed form, and few
-        methods move what is damped."""
+        """Return True if it applies to this scene. Without gravity more bodies have a closed form;
+        few methods move damped tops."""
         damped = instance("scene", scene, Scene)._is_damped
         any_body = not self.flags & _SOME and not damped
         return any_body or method_suits(self.name, scene._block)
 
 
 class Methods(dict[MethodName, Method]):
-    """Methods by name; a KeyError suggests the nearest. Printed, they are a table."""
+    """The methods by name. A KeyError suggests the nearest name; printed, they are a table."""
 
     def __repr__(self) -> str:
-        """A line for each: its name, its order and what it is."""
+        """Return a line for each method: its name, its order and a description."""
         rows = [(name, str(method.order or "-"), method.text) for name, method in self.items()]
         wide = max((len(name) for name, _, _ in rows), default=0)
         return "\n".join(f"{name:<{wide}} {order:>2}  {text}" for name, order, text in rows)
@@ -127,11 +128,11 @@ class Methods(dict[MethodName, Method]):
         def __getitem__(self, name: str, /) -> Method: ...
 
     def __missing__(self, name: str) -> Method:
-        raise KeyError(unknown(name))
+        raise KeyError(unknown_method(name))
 
 
-def unknown(name: str) -> str:
-    """What to say of a method that is not there."""
+def unknown_method(name: str) -> str:
+    """Return the message for a method that does not exist."""
     if name == "geometric":
         return "method='geometric' makes whole runs to choose by: it is for kreisel.solve alone"
     if name in ("gsl_rk8pd", "gsl_bsimp"):
@@ -146,48 +147,48 @@ def unknown(name: str) -> str:
 methods = Methods({row["name"]: Method(**row) for row in core_methods})
 
 
-def told(scene: Scene) -> str:
-    """The body of a scene by its kind, in words."""
+def describe_kind(scene: Scene) -> str:
+    """Return a description of the body of a scene by its kind."""
     damped, near = "damped " if scene._is_damped else "", scene.body._nearly
     which = f", which is {near}" if near else ""
     return f"this {damped}body of kind {scene.body.kind!r}{which}"
 
 
-def no_closed_form(scene: Scene) -> str:
-    """Why there is none, in words."""
+def why_no_closed_form(scene: Scene) -> str:
+    """Return the reason why a scene has no closed form."""
     if scene._is_damped:
-        return f"no closed form is known for {told(scene)} with damping"
+        return f"no closed form is known for {describe_kind(scene)} with damping"
     if not methods[EXACT].applies_to(scene.body):
-        return f"no closed form is known for {told(scene)} under gravity"
+        return f"no closed form is known for {describe_kind(scene)} under gravity"
     return (
         "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
         "the start, and yet does not stand"
     )
 
 
-def named(name: object) -> Method:
-    """The method of this name; TypeError or ValueError if there is none."""
+def get_method(name: object) -> Method:
+    """Return the method called `name`. Raises TypeError or ValueError if there is none."""
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {shown(name)}")
     method = methods.get(cast(MethodName, name))
     if method is None:
-        raise ValueError(unknown(name))
+        raise ValueError(unknown_method(name))
     return method
 
 
-def fitting(name: object, scene: Scene) -> Method:
-    """The method of this name or 'auto'; ValueError if there is none, or if it does not apply to
-    the scene."""
+def resolve_method(name: object, scene: Scene) -> Method:
+    """Return the method called `name`, or that of 'auto'. Raises ValueError if there is none, or if
+    it does not apply to the scene."""
     if isinstance(name, str) and name == "auto":
-        return methods[EXACT if methods[EXACT].suits(scene) else ELSE]
-    method = named(name)
+        return methods[EXACT if methods[EXACT].suits(scene) else FALLBACK]
+    method = get_method(name)
     if not method.suits(scene):
         if method.applies_to(scene.body) and not scene._is_damped:
-            raise ValueError(f"the method {name!r} does not apply: {no_closed_form(scene)}")
+            raise ValueError(f"the method {name!r} does not apply: {why_no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         tops = method.tops if method.damped or not scene._is_damped else "tops without damping"
         raise ValueError(
-            f"the method {name!r} does not apply to {told(scene)}: "
+            f"the method {name!r} does not apply to {describe_kind(scene)}: "
             f"it is for {tops}; these apply: {others}"
         )
     return method

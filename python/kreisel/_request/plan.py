@@ -1,38 +1,34 @@
-"""kreisel.plan: what a run of a scene uses, and what it leaves out, and why."""
+"""The plan of a solve: what a run of a scene uses, what it leaves out, and why."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from .._core import start, values
-from .._ground.arguments import Numbers
-from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
-from .methods import ELSE, EXACT, no_closed_form, told
-from .quantities import TURNING, doubles
-from .request import Request, checked_every, request
-from .times import PIECE, listed
+from .methods import EXACT, FALLBACK, describe_kind, why_no_closed_form
+from .quantities import HEADING_DEPENDENT, doubles
+from .solve_options import SolveOptions
+from .times import CHUNK_SIZE
 
-BY_TRIAL: str = "geometric"  # which is no name of a method, and asked for all the same
+GEOMETRIC: str = "geometric"  # a value of method= that names no method
 Reasons = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
-class Choice:
-    """What method='geometric' chose so that the attitude error stays below a target on [0, t], and
-    what that cost.
+class StepChoice:
+    """The method and step that method='geometric' chose, and the cost of the choice.
 
     step          [T]
-    target        the error asked for [rad]
-    error         what it is, by a reference: the closed form or the Taylor series with 20 digits
-                  [rad]
-    conditioning  about how far one rounding of the state moves the attitude [rad]
-    run, trials   evaluations of the torque: of the run that was kept, and of all others, a term of
-                  the reference's series being one
-    budget        the steps that all runs together were allowed
+    target        the error allowed [rad]
+    error         the largest attitude error on [0, t], by a reference: the closed form or the
+                  Taylor series with 20 digits [rad]
+    conditioning  how far one rounding of the state moves the attitude, approximately [rad]
+    run, trials   evaluations of the torque: of the final run, and of all others, where a term of
+                  the reference's series counts as one
+    budget        the largest number of steps of all runs together
     """
 
     method: str
@@ -57,18 +53,18 @@ class Choice:
 
 @dataclass(frozen=True)
 class Plan:
-    """What is used; print it.
+    """The plan of a run: what it uses and what it leaves out; print it.
 
-    method, why   its name, and why it is this one; step and order: None and 0 where it has none, or
+    method, why   its name and the reason for it; step and order: None and 0 where it has none, or
                   chooses them
     form          the equations that are integrated
     kernel        the instruction set of taylor's series, else empty
-    columns       what is recorded of a state, `bytes` so many a state
-    left_out      (what, why) of all that the scene or the request does not need
-    kept          (what, why) of what is not needed and yet computed
-    choice        of method="geometric": its target, error, conditioning and cost; else None
-    turn          about how far the top turns in a step: as fast as at the start, or as a pendulum
-                  would; None where the steps are chosen on the way [rad]
+    columns       what is recorded of a state, and `bytes`, their size
+    left_out      (what, why) of all that neither the scene nor the options need
+    kept          (what, why) of what is computed without need
+    choice        of method='geometric': its target, error, conditioning and cost; else None
+    turn          how far the top turns in a step, approximately: as fast as at the start, or as a
+                  pendulum would; None where the method chooses its steps [rad]
     """
 
     method: str
@@ -81,7 +77,7 @@ class Plan:
     bytes: int
     left_out: Reasons
     kept: Reasons
-    choice: Choice | None = None
+    choice: StepChoice | None = None
     turn: float | None = None
 
     def __str__(self) -> str:
@@ -110,100 +106,71 @@ class Plan:
         return "\n".join(f"{name:<11}{text}" for name, text in rows)
 
 
-def plan(
-    scene: Scene,
-    t: Numbers | None = None,
-    want: Iterable[QuantityName] | None = None,
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-) -> Plan:
-    """What kreisel.solve would use in these words, and what it would leave out; nothing is run.
-
-    t  may be left out; with it the plan says which states are wanted
-
-        >>> import kreisel as kr
-        >>> plan = kr.plan(kr.scenes.asymmetric, want=("nutation", "energy"))
-        >>> print(str(plan).splitlines()[0])
-        method     taylor: no closed form is known for this body of kind 'general' under gravity
-
-    Raises what kreisel.solve raises before anything runs; ValueError for 'geometric', whose choice
-    takes trial runs: see path.plan.
-    """
-    if method == BY_TRIAL:
-        raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
-    asked = request(scene, method, step, tol, digits, 0, want)
-    number = checked_every(asked.method, every)
-    states = None if t is None else listed(t, asked.step, number, asked.size).size
-    return plan_of(scene, asked, states)
-
-
 def plan_of(
-    scene: Scene, done: Request, states: int | None = None, choice: Choice | None = None
+    scene: Scene, options: SolveOptions, states: int | None = None, choice: StepChoice | None = None
 ) -> Plan:
-    """The plan of a request for this scene, for so many states."""
-    kernel, order = "", done.method.order
-    if done.method.suits(scene):
-        _, top = start(scene._block, *done.core)
+    """Return the plan of a solve of this scene, for so many states."""
+    kernel, order = "", options.method.order
+    if options.method.suits(scene):
+        _, top = start(scene._block, *options.core)
         kernel, order = top.kernel if top else (kernel, order)
-    columns = ("t", "q", "m") if done.want is None else ("t", *done.want)
-    if done.want is None and done.low:
+    columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
+    if options.want is None and options.extended_precision:
         columns += "q_low", "m_low"
     return Plan(
-        method=done.method.name,
-        why=_why(scene, done, choice),
-        step=done.step,
+        method=options.method.name,
+        why=_why(scene, options, choice),
+        step=options.step,
         order=order,
-        form=_form(done),
+        form=_form(options),
         kernel=kernel,
         columns=columns,
         bytes=8 * sum(map(doubles, columns)),
-        left_out=_left_out(scene, done, states),
-        kept=_kept(scene, done),
+        left_out=_left_out(scene, options, states),
+        kept=_kept(scene, options),
         choice=choice,
-        turn=_turn(scene, done),
+        turn=_turn(scene, options),
     )
 
 
-def _turn(scene: Scene, done: Request) -> float | None:
-    """How far the top turns in a fixed step; from a radian on few methods can follow it."""
-    if done.step is None or done.method.adaptive:
+def _turn(scene: Scene, options: SolveOptions) -> float | None:
+    """Return how far the top turns in a fixed step. From a radian on few methods can follow it."""
+    if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
-    return done.step * max(velocity, scene._fastest)
+    return options.step * max(velocity, scene._fastest)
 
 
-def _why(scene: Scene, done: Request, choice: Choice | None) -> str:
+def _why(scene: Scene, options: SolveOptions, choice: StepChoice | None) -> str:
     if choice:
         return "the cheapest that keeps the error allowed"
-    if done.asked != "auto":
+    if options.requested_method != "auto":
         return "asked for by name"
-    if done.digits is not None:
-        return f"asked for {done.digits} digits"
-    if not done.method.exact:
-        return no_closed_form(scene)
-    return f"{told(scene)} has a closed form" + ("" if scene.gravity else " without gravity")
+    if options.digits is not None:
+        return f"asked for {options.digits} digits"
+    if not options.method.exact:
+        return why_no_closed_form(scene)
+    return f"{describe_kind(scene)} has a closed form" + (
+        "" if scene.gravity else " without gravity"
+    )
 
 
-def _form(done: Request) -> str:
-    if done.leave_heading:
+def _form(options: SolveOptions) -> str:
+    if options.leave_heading:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
-    if done.method.name == ELSE:
+    if options.method.name == FALLBACK:
         return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
-    return done.method.text
+    return options.method.text
 
 
 def _no_torque(scene: Scene) -> bool:
     return scene.gravity == 0.0 or not any(scene.body.com)
 
 
-def _left_out(scene: Scene, done: Request, states: int | None) -> Reasons:
-    want, name = done.want, done.method.name
+def _left_out(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
+    want, name = options.want, options.method.name
     rows = []
-    if done.leave_heading:
+    if options.leave_heading:
         rows.append(
             ("attitude", "nothing that is wanted changes when the top is turned about the vertical")
         )
@@ -212,7 +179,7 @@ def _left_out(scene: Scene, done: Request, states: int | None) -> Reasons:
         rows.append(("steps", "any state at once, by the closed form"))
         if _no_torque(scene):
             rows.append(("gravity", "no torque acts: the free body's closed form"))
-    if done.method.splitting and scene.body.is_symmetric:
+    if options.method.splitting and scene.body.is_symmetric:
         rows.append(("two of a drift's four turns", "two moments are equal: the rest is exact"))
     if states == 2 and want is None:
         rows.append(("states on the way", "only the start and the end are asked for"))
@@ -223,19 +190,23 @@ def _left_out(scene: Scene, done: Request, states: int | None) -> Reasons:
         rows.append(
             (
                 "the states themselves",
-                f"at most {PIECE} at a time, dropped when what is wanted is computed",
+                f"at most {CHUNK_SIZE} at a time, dropped when what is wanted is computed",
             )
         )
     rows.append(("the error's estimate", "a second run, made when path.error is asked for"))
     return tuple(rows)
 
 
-def _kept(scene: Scene, done: Request) -> Reasons:
+def _kept(scene: Scene, options: SolveOptions) -> Reasons:
     rows = []
-    if done.method.name == ELSE:
-        if done.want is not None and not done.leave_heading and TURNING.isdisjoint(done.want):
+    if options.method.name == FALLBACK:
+        if (
+            options.want is not None
+            and not options.leave_heading
+            and HEADING_DEPENDENT.isdisjoint(options.want)
+        ):
             why = "the series with more digits than doubles has no form without it"
-            rows.append(("attitude", "events may need it" if done.watched else why))
+            rows.append(("attitude", "events may need it" if options.has_events else why))
         if _no_torque(scene):
             rows.append(
                 ("torque", "zero, and cheap: two products beside the sums of a whole order")
@@ -247,8 +218,15 @@ def _kept(scene: Scene, done: Request) -> Reasons:
                     "what two equal moments make zero shares its vectors with what stays",
                 )
             )
-    elif done.want is not None and TURNING.isdisjoint(done.want) and done.method.name != EXACT:
+    elif (
+        options.want is not None
+        and HEADING_DEPENDENT.isdisjoint(options.want)
+        and options.method.name != EXACT
+    ):
         rows.append(
-            ("attitude", f"{done.method.name} computes it on the way; only taylor can do without")
+            (
+                "attitude",
+                f"{options.method.name} computes it on the way; only taylor can do without",
+            )
         )
     return tuple(rows)

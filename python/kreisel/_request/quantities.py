@@ -1,4 +1,4 @@
-"""What a path can be asked for: the core's table of quantities, and what a recording has beside."""
+"""The quantities of a path: the core's table of quantities, times and low words."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from .._core import quantities
 class Quantity(NamedTuple):
     """A named function of the state.
 
-    doubles     how many it is, and components their names
-    turns       whether it changes when the top is turned about the vertical
-    dimension   in [M L T], empty for a pure number; text: what it is
+    doubles     the number of its components, whose names are `components`
+    turns       True if it changes when the top is turned about the vertical
+    dimension   in [M L T], empty for a pure number; text: a description
     """
 
     name: str
@@ -24,7 +24,7 @@ class Quantity(NamedTuple):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """What follows the n of the states in the shape of its array."""
+        """The shape of one value of the quantity."""
         return () if self.doubles == 1 else (3, 3) if self.doubles == 9 else (self.doubles,)
 
 
@@ -42,7 +42,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 
 
 def _low(name: str) -> Quantity:
-    """What the doubles of a quantity leave out."""
+    """Return the quantity of the low words of `name`."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
     text = f"what the doubles of {name} leave out; zero up to 16 digits"
@@ -50,13 +50,13 @@ def _low(name: str) -> Quantity:
 
 
 LOW = {low.name: low for low in map(_low, ("q", "m"))}
-WANTED = QUANTITIES | LOW  # what `want` can name
+RECORDABLE = QUANTITIES | LOW  # what `want` can name
 TIME = Quantity("t", 1, ["t"], False, "T", "times")
-TURNING = frozenset(name for name, quantity in WANTED.items() if quantity.turns)
+HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
 # as the table says in words, since an angle is a pure number
 ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
 
 
 def doubles(name: str) -> int:
-    """How many doubles a state's quantity or time is."""
-    return (TIME if name == "t" else WANTED[name]).doubles
+    """Return the number of components of a quantity or of time."""
+    return (TIME if name == "t" else RECORDABLE[name]).doubles

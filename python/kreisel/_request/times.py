@@ -1,5 +1,4 @@
-"""The times asked for: what is wrong with them is said before anything runs; grids of steps, whole
-or piece by piece."""
+"""Requested times: their validation, and grids of steps, whole or in chunks."""
 
 from __future__ import annotations
 
@@ -13,34 +12,43 @@ import numpy as np
 from .._ground.arguments import Array, Numbers, array, number
 from .._model.scene import Scene
 
-PIECE = 1 << 14  # states that are computed, reduced and dropped at a time
-COUNTABLE = 2.0**53  # whole numbers, and with them steps and radians, are told apart up to here
+CHUNK_SIZE = 1 << 14  # states that are computed, used and dropped at a time
+COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
 _WHAT = "a number or a list of times"
 
 
-def listed(t: object, step: float | None, every: int | None, size: int = 64) -> Array:
-    """All times that t stands for: a list, or the start and the end, or each so many steps;
-    `size` bytes a state."""
+def time_array(t: object, step: float | None, every: int | None, size: int = 64) -> Array:
+    """Return the times that `t` stands for: a list, the start and the end, or every so many steps.
+
+    `size` is the bytes of a state. Raises MemoryError if the states do not fit into memory.
+    """
     times = array("t", t, _WHAT)
     if times.ndim == 0:
-        end = float(times)
-        return (
-            np.array([0.0, end])
-            if step is None or every is None
-            else _grid(end, step, every, size + 8)
-        )
+        return time_grid(float(times), step, every, size)
     if times.ndim > 1:
         raise ValueError(
             f"t must be a number or a list of times, not an array of shape {times.shape}"
         )
-    if every is not None:
-        raise ValueError("every is for t as a number; a list says itself which states are wanted")
-    refuse_disorder(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
+    check_times(times, every)
     return times
 
 
-def refuse_disorder(times: Array, last: float, back: bool) -> None:
-    """Times that do not lead away from the last one."""
+def time_grid(end: float, step: float | None, every: int | None, size: int = 64) -> Array:
+    """Return the start and `end`, or the times of each `every` steps."""
+    if step is None or every is None:
+        return np.array([0.0, end])
+    return _grid(end, step, every, size + 8)
+
+
+def check_times(times: Array, every: int | None) -> None:
+    """Raise ValueError if a list of times is not monotonic, or comes with `every`."""
+    if every is not None:
+        raise ValueError("every is for t as a number; a list says itself which states are wanted")
+    check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
+
+
+def check_monotonic(times: Array, last: float, back: bool) -> None:
+    """Raise ValueError if the times do not lead away from `last`, back in time if `back`."""
     steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
     if times.size and (times[0] > last if back else times[0] < last):
         i, there = 0, f"the run's {last!r}" if last else "the start at 0"
@@ -53,15 +61,15 @@ def refuse_disorder(times: Array, last: float, back: bool) -> None:
     raise ValueError(f"times must lead away from 0 in one direction; {here} goes back from {there}")
 
 
-def pieces(
+def time_chunks(
     t: Numbers | Iterator[float],
     step: float | None,
     every: int | None,
     size: int,
     after: float | None,
 ) -> Iterator[Array]:
-    """All times that t stands for, in pieces of so many: of a grid those later than `after`; t may
-    be endless, and any iterable."""
+    """Return the times that `t` stands for in chunks of `size`; of a grid those later than `after`.
+    `t` may be any iterable, also an endless one."""
     if isinstance(t, Iterator):
         if every is not None:
             raise ValueError(
@@ -69,7 +77,7 @@ def pieces(
             )
         return _from_iterator(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
-        times = listed(t, step, every)
+        times = time_array(t, step, every)
         return (times[i : i + size] for i in range(0, times.size, size))
     if every is None or step is None:
         raise ValueError(
@@ -81,8 +89,8 @@ def pieces(
 
 
 def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Whether t leads back in time; and t, of which an iterator has been read up to the first time
-    that tells."""
+    """Return True if `t` leads back in time; and `t` itself, since an iterator is read up to the
+    first time other than 0."""
     if isinstance(t, Iterator):
         begun, back = [], False
         for time in t:
@@ -107,7 +115,7 @@ def _from_iterator(t: Iterable[float], size: int) -> Iterator[Array]:
 
 
 def _steps(end: float, step: float) -> int:
-    """The whole steps from 0 to the end, up to its rounding."""
+    """Return the number of whole steps from 0 to `end`, up to its rounding."""
     length = abs(end)
     if not length / step < COUNTABLE:
         raise ValueError(too_many_steps(end, step))
@@ -116,10 +124,10 @@ def _steps(end: float, step: float) -> int:
 
 
 def _grid(end: float, step: float, every: int, size: int) -> Array:
-    """Each so many points of the grid k step from 0 to the end."""
+    """Return every `every`-th point of the grid of steps from 0 to `end`."""
     steps = _steps(end, step)
     states = steps // every + 1
-    refuse_too_many(states, size)
+    check_memory(states, size)
     return np.arange(0, steps + 1, every, dtype=np.float64) * math.copysign(step, end)
 
 
@@ -138,8 +146,8 @@ def _grid_pieces(
     )
 
 
-def refuse_too_many(states: int, size: int) -> None:
-    """More states of so many bytes than there is memory for."""
+def check_memory(states: int, size: int) -> None:
+    """Raise MemoryError if so many states of `size` bytes do not fit into memory."""
     if size * states > memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
@@ -149,7 +157,7 @@ def refuse_too_many(states: int, size: int) -> None:
 
 
 def memory() -> int:
-    """Bytes of this machine's memory; where it does not tell, no limit."""
+    """Return the bytes of memory of this machine, or no limit where that is unknown."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
@@ -163,8 +171,9 @@ def too_many_steps(end: float, step: float) -> str:
     )
 
 
-def refuse_endless(scene: Scene, end: float, step: float | None) -> None:
-    """What would never end, or turns more often than the time's rounding can tell."""
+def check_horizon(scene: Scene, end: float, step: float | None) -> None:
+    """Raise ValueError if the steps up to `end` are not countable, or if the top's angle then
+    exceeds the resolution of a double."""
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps(end, abs(step)))
     angle = scene._fastest * abs(end)

@@ -20,7 +20,7 @@ from .._ground.arguments import Quaternion, Vector, positive
 from .._ground.files import refuse_no_place, write
 from .._model.scene import Scene
 from .._recording.path import Path
-from .._request.methods import fitting
+from .._request.methods import resolve_method
 from ..scenes import about, name_of
 
 _PAGE = File(__file__).parent.with_name("viewer.html")
@@ -193,7 +193,7 @@ def _methods(names: str | list[str] | None, scene: Scene) -> list[str]:
     if not 1 <= len(chosen) <= 3:
         raise ValueError(f"the page shows one to three methods side by side, not {chosen!r}")
     for name in chosen:
-        if fitting(name, scene).name.startswith("gsl_") or name == "auto":
+        if resolve_method(name, scene).name.startswith("gsl_") or name == "auto":
             raise ValueError(f"the page has no {name!r}: solve with it, and view the path")
     return chosen
 

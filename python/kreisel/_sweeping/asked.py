@@ -11,21 +11,20 @@ import numpy as np
 from .._ground.arguments import Array, Numbers, shown
 from .._ground.refusals import unknown
 from .._model.scene import Ensemble
-from .._recording.growing import Indicator
-from .._recording.paths import Paths
-from .._recording.reduced import Reduced
-from .._recording.section import Section
-from .._request.many import Order, order, times_of
-from .._request.methods import ELSE
-from .._request.plan import BY_TRIAL
-from .._request.request import Progress, checked_every
-from .._verbs.chaos import checked_growth, lyapunov, megno, oli
-from .._verbs.many import Words, by_trial, order_of, solve_all
-from .._verbs.section import checked_section, event_of, section
-from ..events import Event, checked_events, read, written
+from .._recording.ensemble_paths import Paths
+from .._recording.indicators import Indicator
+from .._recording.reductions import Reductions
+from .._recording.section_result import Section
+from .._request.ensemble_options import EnsembleOptions, parse_ensemble_options, parse_times
+from .._request.methods import FALLBACK
+from .._request.solve_options import Progress
+from .._verbs.chaos import lyapunov, megno, oli, parse_growth
+from .._verbs.section import parse_event, parse_section, section
+from .._verbs.solve_ensemble import SolveArguments, parse_arguments, reduce, solve_ensemble
+from ..events import Event, parse_events, read, written
 
 Verb = Literal["solve", "lyapunov", "megno", "oli", "section"]
-Became = Paths | Reduced | Indicator | Section
+Became = Paths | Reductions | Indicator | Section
 
 
 class Asked(Protocol):
@@ -35,10 +34,10 @@ class Asked(Protocol):
     def told(self) -> dict[str, Any]:
         """The words that were given, as JSON has them."""
 
-    def plain(self, order: Order) -> Asked:
+    def plain(self, order: EnsembleOptions) -> Asked:
         """The same in the forms that a plan has, each way to say it alike."""
 
-    def look(self, some: Ensemble) -> tuple[Order, Array]:
+    def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         """The order of some tops, and their times; of a section, for each of its states how long
         the tops wait. TypeError or ValueError for what cannot be."""
 
@@ -51,22 +50,22 @@ class Solve(NamedTuple):
 
     t: Numbers
     method: str
-    words: Words
+    words: SolveArguments
 
     @property
     def told(self) -> dict[str, Any]:
         words = self.words
         told = _given(words._asdict())
         if words.events is not None:
-            told["events"] = [written(event) for event in checked_events(ELSE, words.events)]
+            told["events"] = [written(event) for event in parse_events(FALLBACK, words.events)]
         if words.want is not None:
             told["want"] = list(words.want)
         if words.reduce is not None:
             told["reduce"] = [[name, kinds] for name, kinds in words.reduce.items()]
         return {"t": self.t, "method": self.method, "solve": told}
 
-    def plain(self, order: Order) -> Solve:
-        words, request = self.words, order.request
+    def plain(self, order: EnsembleOptions) -> Solve:
+        words, options = self.words, order.solve
         reduce = None
         if words.reduce is not None:
             reduce = {
@@ -77,22 +76,27 @@ class Solve(NamedTuple):
             step=_double(words.step),
             tol=_double(words.tol),
             error=_double(words.error),
-            digits=request.digits,
+            digits=options.digits,
             every=None if words.every is None else int(words.every),
             max_steps=int(words.max_steps),
-            want=None if order.kept else request.want,
+            want=None if order.reductions else options.want,
             reduce=reduce,
         )
         return Solve(_doubles(self.t), self.method, words)
 
-    def look(self, some: Ensemble) -> tuple[Order, Array]:
+    def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         words = self.words
-        order = by_trial(words) if self.method == BY_TRIAL else order_of(some, self.method, words)
-        number = None if order.chooses else checked_every(order.request.method, words.every)
-        return order, times_of(some, self.t, order, number)
+        options = parse_arguments(some, self.method, words)
+        return options, parse_times(some, self.t, options)
 
-    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Paths | Reduced:
-        return solve_all(some, self.t, self.method, self.words, progress, threads)
+    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Paths | Reductions:
+        words = self.words
+        if words.reduce is None:
+            return solve_ensemble(some, self.t, self.method, words, progress, threads)
+        run: Callable[..., Reductions] = reduce
+        controls = {name: getattr(words, name) for name in ("step", "tol", "digits", "every")}
+        controls |= {"max_steps": words.max_steps, "threads": threads, "progress": progress}
+        return run(some, self.t, words.reduce, self.method, **controls)
 
 
 class Growth(NamedTuple):
@@ -109,14 +113,14 @@ class Growth(NamedTuple):
         words = _given(self._asdict())
         return {words.pop("verb"): words}
 
-    def plain(self, order: Order) -> Growth:
+    def plain(self, order: EnsembleOptions) -> Growth:
         direction = None if self.direction is None else _doubles(self.direction)
         steering = direction, _double(self.tol), int(self.max_steps)
         return Growth(self.verb, _doubles(self.t), *steering)
 
-    def look(self, some: Ensemble) -> tuple[Order, Array]:
-        times, _ = checked_growth(some, *self[1:])
-        return order(some, ELSE, tol=self.tol, max_steps=self.max_steps), times
+    def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        times, _ = parse_growth(some, *self[1:])
+        return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
     def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Indicator:
         verb, t, direction, tol, most = self
@@ -129,27 +133,27 @@ class Sections(NamedTuple):
 
     event: Event | None = None
     n: int = 500
-    wait: float | None = None
+    max_wait: float | None = None
     tol: float | None = None
     digits: int | None = None
     max_steps: int = 0
 
     @property
     def told(self) -> dict[str, Any]:
-        return {"section": _given(self._asdict()) | {"event": written(event_of(self.event))}}
+        return {"section": _given(self._asdict()) | {"event": written(parse_event(self.event))}}
 
-    def plain(self, order: Order) -> Sections:
+    def plain(self, order: EnsembleOptions) -> Sections:
         return Sections(
-            event_of(self.event),
+            parse_event(self.event),
             int(self.n),
-            _double(self.wait),
+            _double(self.max_wait),
             _double(self.tol),
-            order.request.digits,
+            order.solve.digits,
             int(self.max_steps),
         )
 
-    def look(self, some: Ensemble) -> tuple[Order, Array]:
-        waits, order = checked_section(some, *self)
+    def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        waits, order = parse_section(some, *self)
         return order, waits[0]
 
     def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Section:
@@ -159,7 +163,7 @@ class Sections(NamedTuple):
 
 INDICATORS: dict[str, Callable[..., Indicator]] = {"lyapunov": lyapunov, "megno": megno, "oli": oli}
 _WORDS: dict[str, tuple[str, ...]] = {
-    "solve": ("t", "method", *Words._fields),
+    "solve": ("t", "method", *SolveArguments._fields),
     **dict.fromkeys(INDICATORS, Growth._fields[1:]),
     "section": Sections._fields,
 }
@@ -181,8 +185,8 @@ def asked_of(verb: object, words: Mapping[str, Any]) -> Asked:
             raise ValueError(
                 "t must be a number or a list of times, which all tops of a sweep share"
             )
-    if np.ndim(words.get("wait", 0.0)):
-        raise ValueError("wait must be a number, which all tops of a sweep share")
+    if np.ndim(words.get("max_wait", 0.0)):
+        raise ValueError("max_wait must be a number, which all tops of a sweep share")
     if verb == "section":
         return Sections(**words)
     return Growth(verb, **words) if verb in INDICATORS else _solve(**words)
@@ -194,7 +198,7 @@ def _solve(t: Numbers, method: object = "auto", **words: Any) -> Solve:
     for word, listed in (("want", _read_once), ("reduce", _listed)):
         if word in words:
             words[word] = listed(words[word])
-    return Solve(t, method, Words(**words))
+    return Solve(t, method, SolveArguments(**words))
 
 
 def _listed(reduce: Any) -> Any:

@@ -6,21 +6,15 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Sequence
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    Executor,
-    Future,
-    ThreadPoolExecutor,
-    wait,
-)
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
-from .._request.request import Progress
+from .._recording.executor import is_local, run_jobs
+from .._request.solve_options import Progress
 from .folder import Folder
 from .rows import Rows, rows_of
 
 _AHEAD = 256  # parts that an executor has at once: more than it has workers, few enough to call off
-_LOOK, _TELL = 0.1, 0.1  # seconds between looks at what is done, and between calls of progress
+_TELL = 0.1  # seconds between calls of progress
 
 
 def moved(folder: Folder, i: int, threads: int, progress: Progress | None) -> Rows:
@@ -76,10 +70,11 @@ class Shift:
             self.progress(tops / self.tops)
 
     def by(self, executor: Executor) -> None:
-        """All parts, by the workers of an executor. What is lost on the way is tried once more."""
+        """Compute all parts on the workers of an executor. Parts that are lost are tried twice."""
         for _ in range(2):
             self._once(executor)
             if not self.left:
+                self._tell(self.done, last=True)
                 return
         raise Lost(
             f"the executor has lost {len(self.left)} parts, the first of them part {self.left[0]}; "
@@ -87,45 +82,31 @@ class Shift:
         )
 
     def _once(self, executor: Executor) -> None:
-        inside = isinstance(executor, ThreadPoolExecutor)
-        watch = (self._watch,) if inside else ()
-        waiting, under_way = list(self.left), dict[Future[int], int]()
+        watch = (self._watch,) if is_local(executor) else ()
+        jobs = ((i, (make, (self.folder, i, *watch))) for i in tuple(self.left))
         try:
-            while waiting or under_way:
-                while waiting and len(under_way) < _AHEAD:
-                    i = waiting.pop(0)
-                    under_way[executor.submit(make, self.folder, i, *watch)] = i
-                ended, _ = wait(under_way, timeout=_LOOK, return_when=FIRST_COMPLETED)
-                for future in ended:
-                    self._end(future, under_way.pop(future))
-                self._tell(self.done)
+            run_jobs(executor, jobs, _AHEAD, self._end, self._poll, self._ended.set)
         except BrokenExecutor as error:
             raise Lost(self._broken(error)) from None
         finally:
-            self._call_off(list(under_way), inside)
+            self._ended.clear()
+
+    def _poll(self) -> None:
+        self._tell(self.done)
 
     def _watch(self, _: float) -> None:
-        """Ends a part that a thread is making, once the others have been called off."""
+        """Raise KeyboardInterrupt in a thread that computes a part, once parts are cancelled."""
         if self._ended.is_set():
             raise KeyboardInterrupt
 
-    def _end(self, future: Future[int], i: int) -> None:
-        """Takes a part that is there; one that was called off, or is not there, stays left."""
+    def _end(self, i: int, future: Future[int]) -> None:
+        """Count a part that was stored; one that was cancelled or is missing stays left."""
         if future.cancelled():
             return
         tops = len(self.folder.plan.tops_of(i))
         if future.result() == tops and self.folder.file(i).exists():
             self.left.remove(i)
             self.done += tops
-            self._tell(self.done, self.done == self.tops)
-
-    def _call_off(self, running: list[Future[int]], inside: bool) -> None:
-        """Ends what waits, and what threads are making. Another process is not waited for."""
-        self._ended.set()
-        left = [future for future in running if not future.cancel()]
-        if inside:
-            wait(left)
-        self._ended.clear()
 
     def _broken(self, error: BrokenExecutor) -> str:
         return (

@@ -14,12 +14,12 @@ import numpy as np
 
 from .._core import Worker
 from .._ground.arguments import Array, whole
-from .._model.scene import Scene
-from .._request.many import Order
-from .._request.request import Progress
+from .._model.scene import Ensemble, Scene
+from .._request.ensemble_options import EnsembleOptions
+from .._request.solve_options import Progress
 from .._request.times import memory
 from .asked import Asked, Became, read_asked
-from .source import Drawn, Source
+from .source import Drawn, Places, Source
 from .start_words import Given
 
 FORMAT = 1  # of the parts: another layout has another number
@@ -35,8 +35,9 @@ class SweepPlan:
     source: Source
     asked: Asked
     part: int
-    order: Order
+    order: EnsembleOptions
     times: Array
+    sample: tuple[Places, Ensemble] | None = None  # the tops by which the plan was validated
 
     @property
     def states(self) -> int:
@@ -89,14 +90,21 @@ class SweepPlan:
     @cached_property
     def kernel(self) -> str:
         """The instruction set of the series here; the bits are the same on all that have fma."""
-        return "" if self.order.chooses else Worker(*self.order.core, []).kernel[0]
+        return "" if self.order.searches_step else Worker(*self.order.core, []).kernel[0]
+
+    def ensemble(self, tops: range) -> Ensemble:
+        """Return the tops of these numbers; those of the sample are not made again."""
+        if self.sample is not None:
+            numbers, ensemble = self.sample
+            if len(numbers) == len(tops) and (numbers[0], numbers[-1]) == (tops[0], tops[-1]):
+                return ensemble
+        return self.source[tops.start : tops.stop]
 
     def became(self, tops: range, threads: int, progress: Progress | None) -> Became:
         """What becomes of the tops of these numbers. TypeError or ValueError for the first that
         cannot be, with its number."""
         try:
-            some = self.source[tops.start : tops.stop]
-            return self.asked.became(some, threads, progress)
+            return self.asked.became(self.ensemble(tops), threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
             raise self.source._refusal(self.asked.look, at, error) from None
@@ -144,7 +152,8 @@ def planned(source: Source, asked: Asked, part: int | None = None) -> SweepPlan:
     what cannot be, by a look at some of its tops."""
     sample = source._sample()
     try:
-        order, times = asked.look(source._made(sample))
+        ensemble = source._made(sample)
+        order, times = asked.look(ensemble)
     except (TypeError, ValueError) as error:
         raise source._refusal(asked.look, sample, error) from None
     states = times.shape[-1]
@@ -155,15 +164,15 @@ def planned(source: Source, asked: Asked, part: int | None = None) -> SweepPlan:
             f"a part of {size} tops with {states} states each needs {1e-9 * kept:.3g} GB, more "
             "than this machine has: take smaller parts, fewer times, or keep less"
         )
-    return SweepPlan(source, asked.plain(order), size, order, times)
+    return SweepPlan(source, asked.plain(order), size, order, times, (sample, ensemble))
 
 
-def _row(order: Order, states: int) -> int:
-    kept = 8 * len(order.kept) if order.kept else states * (8 + order.size)
+def _row(order: EnsembleOptions, states: int) -> int:
+    kept = 8 * len(order.reductions) if order.reductions else states * (8 + order.size)
     return _ROW + kept
 
 
-def _default(order: Order, states: int) -> int:
+def _default(order: EnsembleOptions, states: int) -> int:
     return max(1, min(MOST, _BYTES // _row(order, states)))
 
 

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._recording.growing import Indicator
-from .._recording.many_events import ManyEvents
-from .._recording.outcomes import Outcomes
-from .._recording.paths import Paths
-from .._recording.reduced import Reduced
-from .._recording.section import Section
-from .._recording.tables import tabled
-from .._recording.tables_of_tops import kept_columns
-from .._recording.top_rows import STATUSES
-from .._request.quantities import TIME, WANTED
+from .._recording.ensemble_buffers import STATUSES
+from .._recording.ensemble_events import EnsembleEvents
+from .._recording.ensemble_paths import Paths
+from .._recording.ensemble_result import EnsembleResult
+from .._recording.ensemble_tables import reduction_columns
+from .._recording.indicators import Indicator
+from .._recording.reductions import Reductions
+from .._recording.section_result import Section
+from .._recording.tables import quantity_rows
+from .._request.quantities import RECORDABLE, TIME
 from .asked import Became, Growth
 from .planned import SweepPlan
 from .start_words import Given, components, unit
@@ -27,7 +27,7 @@ from .start_words import Given, components, unit
 Column = npt.NDArray[Any]
 COUNT = "events"  # the column that tells how many a top met
 RATE = {"lyapunov": "T^-1"}  # of the indicators of chaos the others are pure numbers
-_STATES = {"t": TIME, "q": WANTED["q"], "m": WANTED["m"]}
+_STATES = {"t": TIME, "q": RECORDABLE["q"], "m": RECORDABLE["m"]}
 MET = [name for quantity in _STATES.values() for name in quantity.components]
 
 
@@ -53,7 +53,7 @@ def rows_of(plan: SweepPlan, tops: range, outcome: Became) -> Rows:
     rows, results = Rows(), list(_results(plan, outcome))
     taken = {name for name, _, _ in results}
     rows.add("top", np.arange(tops.start, tops.stop, dtype=np.int64))
-    made = plan.source[tops.start : tops.stop] if isinstance(outcome, Indicator) else outcome.tops
+    made = plan.ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
     starts = plan.source._coords(tops.start, tops.stop, made)
     for name, one in starts.items():
         for column, values in _components(name, one):
@@ -63,7 +63,7 @@ def rows_of(plan: SweepPlan, tops: range, outcome: Became) -> Rows:
         rows.add(name, values, dimension)
     if isinstance(outcome, Section):
         _add_states(rows, outcome)
-    elif isinstance(outcome, Paths) and outcome.events is not None:
+    elif isinstance(outcome, Paths) and outcome._options.core_events is not None:
         rows.ragged = {"event_which": outcome.events.which}
         rows.ragged |= {"event_direction": outcome.events.direction}
         _add_states(rows, outcome.events)
@@ -83,8 +83,8 @@ def _results(plan: SweepPlan, outcome: Became) -> Iterator[tuple[str, Column, st
         yield from _grown(plan.asked.verb, outcome)
         return
     yield from _how(outcome)
-    if isinstance(outcome, Reduced):
-        yield from kept_columns(outcome, dict(outcome.items()))
+    if isinstance(outcome, Reductions):
+        yield from reduction_columns(outcome, dict(outcome.items()))
     elif isinstance(outcome, Paths):
         yield from _stated(outcome)
 
@@ -103,20 +103,20 @@ def _grown(name: str, outcome: Indicator) -> Iterator[tuple[str, Column, str]]:
 def _stated(outcome: Paths) -> Iterator[tuple[str, Column, str]]:
     """The states of each top, or what is wanted in their place."""
     yield "t", np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1])), TIME.dimension
-    for quantity, values in tabled(outcome, (), False, False):
+    for quantity, values in quantity_rows(outcome, (), False, False):
         flat = values.reshape(*values.shape[:2], quantity.doubles)
         for i, name in enumerate(quantity.components):
             yield name, flat[:, :, i], quantity.dimension
 
 
-def _how(outcome: Outcomes) -> Iterator[tuple[str, Column, str]]:
+def _how(outcome: EnsembleResult) -> Iterator[tuple[str, Column, str]]:
     """How a top went, how far it came, and what that cost."""
     yield "status", outcome.status, ""
     yield "reached", outcome.reached, TIME.dimension
     yield "steps", outcome.steps, ""
 
 
-def _add_states(rows: Rows, met: ManyEvents | Section) -> None:
+def _add_states(rows: Rows, met: EnsembleEvents | Section) -> None:
     """The states at events, and how many there are of each top."""
     rows.add(COUNT, met.count)
     for name, quantity in _STATES.items():

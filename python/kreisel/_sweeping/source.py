@@ -22,7 +22,7 @@ from .._model.columns import compact
 from .._model.scene import Ensemble, Scene
 from .._model.typed import Varied
 from .._model.varied import scattered
-from .._request.many import index_of, place
+from .._request.ensemble_options import format_index, unravel_index
 from .start_words import FLAGS, Given, Shape, given
 from .tables_of_starts import read_columns
 
@@ -245,7 +245,7 @@ class Source:
             own = _FIRST.match(str(error))
             if own is None:
                 return error
-            where = place(index_of(int(at[0]), self.shape))
+            where = format_index(unravel_index(int(at[0]), self.shape))
             word = "" if own[1] == "top" else f"{own[1]}{own[2]}"
             return type(error)(f"top{where}: {word}{str(error)[own.end() :]}")
         return of_all

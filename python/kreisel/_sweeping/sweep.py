@@ -12,9 +12,9 @@ from .._ground.arguments import Numbers, instance, shown
 from .._ground.names import MethodName, QuantityName
 from .._ground.refusals import warn
 from .._model.scene import Ensemble
-from .._request.many import Reductions, threads_of
-from .._request.request import Progress, checked_progress
-from .._verbs.start import Looked
+from .._request.ensemble_options import ReductionSpec, parse_threads
+from .._request.solve_options import Progress, parse_progress
+from .._verbs.run import EventSpec
 from ..events import Event
 from .asked import WORDS, Verb, asked_of
 from .folder import DAMAGED, DONE, OLD, Folder, prepared
@@ -53,12 +53,12 @@ def sweep(
     max_steps: int = 0,
     error: float | None = None,
     want: Iterable[QuantityName] | None = None,
-    events: Looked | None = None,
-    reduce: Reductions | None = None,
+    events: EventSpec | None = None,
+    reduce: ReductionSpec | None = None,
     direction: Sequence[float] | None = None,
     event: Event | None = None,
     n: int | None = None,
-    wait: float | None = None,
+    max_wait: float | None = None,
     part: int | None = None,
     parts: range | None = None,
     threads: int | None = None,
@@ -84,7 +84,7 @@ def sweep(
     to        the folder: one that is not there yet, or empty, or has parts of the same plan
     verb      what becomes of each top; with its own words, which are those of kreisel.<verb>:
               "solve"; "lyapunov", "megno" or "oli": t, direction, tol, max_steps, and the columns
-              are the verb's name, certificate, t and <verb>_curve; "section": event, n, wait (a
+              are the verb's name, certificate, t and <verb>_curve; "section": event, n, max_wait (a
               number), tol, digits, max_steps, and the columns are events, how many were met, and
               event_t, event_q_w, ..., event_m_z, which are the states
     part      tops of a part; left out: 131072, or fewer so that a part takes about 64 MB
@@ -113,8 +113,8 @@ def sweep(
     """
     given = _given(locals())  # all words by their names, before there is anything else
     plan = _plan(tops, verb, given, part)
-    callback = checked_progress(progress)
-    number = threads_of(threads, executor)
+    callback = parse_progress(progress)
+    number = parse_threads(threads, executor)
     chosen = _chosen(parts, plan.parts)
     folder = prepared(to, plan)
     return _made(Shift(folder, _to_make(folder, chosen), callback), chosen, number, executor)

@@ -13,9 +13,9 @@ import numpy.typing as npt
 from .._ground.arguments import boolean, whole
 from .._ground.optional import installed
 from .._ground.refusals import unknown
-from .._recording.many_events import ManyEvents, events_of
+from .._recording.ensemble_buffers import RawEvents
+from .._recording.ensemble_events import EnsembleEvents, ensemble_events
 from .._recording.tables import TABLES
-from .._recording.top_rows import Met
 from .folder import DAMAGED, DONE, Folder, opened
 from .rows import COUNT, MET, Rows
 from .tables_of_starts import PARQUET
@@ -168,7 +168,7 @@ class Swept:
         return stand
 
     @property
-    def events(self) -> ManyEvents | None:
+    def events(self) -> EnsembleEvents | None:
         """The events that the tops of solve met, where they were looked for; else None. Where parts
         are missing their tops have met none. The states of a section are columns: `events` tells
         how many a top has, `event_t` and the others are those of all tops."""
@@ -176,7 +176,7 @@ class Swept:
             return None
         met = [_met(rows) for rows in self._parts(["top", COUNT, *self._first.ragged])]
         columns = [np.concatenate(column) for column in zip(*met, strict=True)]
-        return events_of(Met(*columns), self.shape)
+        return ensemble_events(RawEvents(*columns), self.shape)
 
     def to_arrow(self) -> Table:
         """A pyarrow.Table with a row for each top, whose fields have their `units` as metadata;
@@ -252,12 +252,12 @@ class Swept:
         return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
 
 
-def _met(rows: Rows) -> Met:
+def _met(rows: Rows) -> RawEvents:
     """The events of a part, with the numbers of their tops."""
     top = np.repeat(rows.columns["top"], rows.columns[COUNT])
     states = np.column_stack([rows.ragged[f"event_{name}"] for name in MET])
     which, direction = rows.ragged["event_which"], rows.ragged["event_direction"]
-    return Met(top, states, np.zeros_like(states), which, direction)
+    return RawEvents(top, states, np.zeros_like(states), which, direction)
 
 
 def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swept:

@@ -1,1 +1,1 @@
-"""What a user calls to move a scene: solve, runs, closed forms, and a method chosen for him."""
+"""The verbs that run a scene: solve, runs, closed forms, and the choice of a geometric method."""

@@ -1,5 +1,7 @@
-"""Chaos: how fast neighbours part, by one tangent of each top. A heavy top has no more than one
-exponent beside its opposite and four zeros, for energy and <m, e3> are kept."""
+"""Indicators of chaos: the rate at which neighbouring motions part, by one tangent of each top.
+
+A heavy top has at most one positive Lyapunov exponent, since energy and <m, e3> are conserved.
+"""
 
 from __future__ import annotations
 
@@ -12,15 +14,23 @@ from .._core import statuses
 from .._ground.arguments import Array, Numbers, array, number, whole
 from .._ground.refusals import refusal
 from .._model.scene import Ensemble, Scene
-from .._recording.crew import Crew
-from .._recording.growing import LOG, MEGNO, MOST, Indicator, Reader, check_one, grown
-from .._request.many import threads_of
-from .._request.methods import ELSE, methods
-from .._request.request import Progress, checked_progress, checked_tol
-from .._request.times import listed, refuse_endless
+from .._recording.executor import WorkerPool
+from .._recording.indicators import (
+    LOG,
+    MEGNO,
+    MOST,
+    CurveFunction,
+    Indicator,
+    compute_indicator,
+    raise_if_failed,
+)
+from .._request.ensemble_options import parse_threads
+from .._request.methods import FALLBACK, methods
+from .._request.solve_options import Progress, parse_progress, parse_tol
+from .._request.times import check_horizon, time_array
 
-POINTS = 32  # of a curve, where no times are given
-_DECADES = 3.0  # over which they lie, evenly in the logarithm
+POINTS = 32  # default number of times of a curve
+_DECADES = 3.0  # their range, even in the logarithm
 
 
 def lyapunov(
@@ -33,25 +43,24 @@ def lyapunov(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """The largest Lyapunov exponent, ln(|tangent(t)| / |tangent(0)|) / t [T^-1]; of an ordered
-    motion it goes to zero as ln(t) / t.
+    """Compute the largest Lyapunov exponent, ln(|tangent(t)| / |tangent(0)|) / t [T^-1]. For a
+    regular motion it goes to zero as ln(t) / t.
 
-    scene      or a kreisel.Ensemble; undamped
+    scene      an undamped kreisel.Scene or kreisel.Ensemble
     t          a number: the curve has 32 times up to it, evenly in the logarithm over three
-               decades; or a list of times, none of them 0, all on one side of it and ever further
-               away [T]
+               decades; or a monotonic list of times on one side of 0 [T]
     direction  of the tangent at the start: a rotation vector seen from the body, then a change of
-               the momentum in space [M L^2 T^-1]; left out: one that is the same for all tops in
-               their own units. The flow and the turn about the vertical are taken out of it, which
-               are tangents for ever and grow at no rate
-    tol        local error of a step of the path; left out: rounding. 1e-9 tells order from chaos as
-               well, in about half the time; the certificate is then of that size
+               the momentum in space [M L^2 T^-1]; default: the same for all tops in their own
+               units. Its components along the flow and the turn about the vertical, which do not
+               grow, are removed
+    tol        local error of a step of the path; default: rounding. 1e-9 separates order from chaos
+               as well, in about half the time; the certificate is then of that size
     max_steps  0: no limit
-    threads    how many move the tops; left out: as many as there are processors
+    threads    number of threads; default: the number of processors
     progress   called with the part of the tops that is done, 0 .. 1
 
-    The tangent rides along with the path, and is renormalised by powers of two. Its size is that in
-    the top's own units: an angle, and a momentum over those of the top.
+    The tangent is integrated with the path, and is renormalised by powers of two. Its size is that
+    in the top's own units of angle and momentum.
 
         >>> import kreisel as kr
         >>> chaos = kr.lyapunov(kr.scenes.asymmetric, 1000)
@@ -60,9 +69,8 @@ def lyapunov(
         >>> kr.lyapunov(kr.scenes.kowalewski, 1000).value < 0.01
         True
 
-    Raises TypeError or ValueError before anything runs; kreisel.Error where the run of one scene
-    fails (of an ensemble `.status` tells); kreisel.Interrupted for Ctrl-C, with what was done as
-    `.paths`.
+    Raises TypeError or ValueError before anything runs, kreisel.Error if the run of one scene fails
+    (an ensemble has `.status`), and kreisel.Interrupted for Ctrl-C, with what was done as `.paths`.
     Source: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
     """
 
@@ -82,9 +90,9 @@ def megno(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """The mean exponential growth of nearby orbits, averaged over time: it goes to 2 where the
-    motion is ordered and its neighbours part linearly, to 0 where they do not, and is half the
-    Lyapunov exponent times t where it is chaotic. The words are those of kreisel.lyapunov.
+    """Compute the mean exponential growth of nearby orbits (MEGNO), averaged over time. It goes to
+    2 if the motion is regular and its neighbours part linearly, to 0 if they do not part. For a
+    chaotic motion it is half the Lyapunov exponent times t. Arguments are as in kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.megno(kr.scenes.asymmetric, 1000).value > 20
@@ -110,9 +118,9 @@ def oli(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """The orthogonal Lyapunov indicator: the largest logarithm up to t of the size of a tangent,
-    across the flow and the turn about the vertical. It grows as ln(t) where the motion is ordered,
-    as t where it is chaotic. The words are those of kreisel.lyapunov.
+    """Compute the orthogonal Lyapunov indicator: the largest logarithm up to t of the size of a
+    tangent, across the flow and the turn about the vertical. It grows as ln(t) for a regular
+    motion, and as t for a chaotic one. Arguments are as in kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.oli(kr.scenes.asymmetric, 1000).value > 100
@@ -136,43 +144,43 @@ def _indicator(
     max_steps: object,
     threads: object,
     progress: Progress | None,
-    reader: Reader,
+    function: CurveFunction,
 ) -> Indicator:
-    times, steering = checked_growth(scene, t, direction, tol, max_steps)
-    crew, callback = Crew(threads_of(threads, None)), checked_progress(progress)
+    times, controls = parse_growth(scene, t, direction, tol, max_steps)
+    pool, callback = WorkerPool(parse_threads(threads, None)), parse_progress(progress)
     if isinstance(scene, Ensemble):
-        return grown(scene, times, reader, steering, crew, callback)
-    refuse_endless(scene, float(times[-1]), None)
+        return compute_indicator(scene, times, function, controls, pool, callback)
+    check_horizon(scene, float(times[-1]), None)
     tops = Ensemble.of([scene])
-    told = grown(tops, times, reader, steering, crew, callback)
-    status = str(told.status[0])
+    result = compute_indicator(tops, times, function, controls, pool, callback)
+    status = str(result.status[0])
     if status != "OK" and statuses[status][0] == "INPUT":
         raise refusal(status, f"no tangent in the direction {direction!r} of {scene!r}")
-    check_one(tops, told, statuses[status][1])
-    own = {"curve": told.curve[0], "certificate": told.certificate[0:1].reshape(())}
-    return replace(told, **own, status=told.status[0:1].reshape(()))
+    raise_if_failed(tops, result, statuses[status][1])
+    own = {"curve": result.curve[0], "certificate": result.certificate[0:1].reshape(())}
+    return replace(result, **own, status=result.status[0:1].reshape(()))
 
 
-def checked_growth(
+def parse_growth(
     scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, tuple[float, int, Sequence[float]]]:
-    """The times of the curve, and what steers it: tol, max_steps and the direction. TypeError or
-    ValueError for what cannot be."""
+    """Return the times of the curve, and the tuple of tol, max_steps and direction. Raises
+    TypeError or ValueError for an invalid argument."""
     if not isinstance(scene, Scene | Ensemble):
         raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
-    times = _times(t)
-    accuracy = checked_tol(methods[ELSE], tol) or 0.0
-    steering = accuracy, whole("max_steps", max_steps, 0), _direction(direction)
+    times = _parse_times(t)
+    accuracy = parse_tol(methods[FALLBACK], tol) or 0.0
+    controls = accuracy, whole("max_steps", max_steps, 0), _parse_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
             "a damped top has no such indicator: its neighbours come to rest, and what certifies "
             "a tangent is not kept"
         )
-    return times, steering
+    return times, controls
 
 
-def _times(t: Numbers) -> Array:
-    times = listed(t, None, None, 16)
+def _parse_times(t: Numbers) -> Array:
+    times = time_array(t, None, None, 16)
     if np.ndim(t) == 0:
         end = number("t", t)
         times = end * np.logspace(-_DECADES, 0.0, POINTS)
@@ -183,7 +191,7 @@ def _times(t: Numbers) -> Array:
     return times
 
 
-def _direction(direction: object) -> tuple[float, ...]:
+def _parse_direction(direction: object) -> tuple[float, ...]:
     if direction is None:
         return ()
     given = array("direction", direction, "six numbers")

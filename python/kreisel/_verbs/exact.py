@@ -1,4 +1,4 @@
-"""kreisel.exact: the closed form of a scene, and of the Bobenko-Suris map; any state at once."""
+"""kreisel.exact: the closed form of a scene and of the Bobenko-Suris map, evaluated at any time."""
 
 from __future__ import annotations
 
@@ -21,10 +21,18 @@ from .._core import (
 from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, turning
+from .._recording.error_estimate import CLOSED_FORM
 from .._recording.path import Path, Stats
-from .._request.methods import EXACT, fitting
-from .._request.times import refuse_endless
-from .exact_many import ExactEnsemble, ensemble_of, form_of, no_form, row_of
+from .._request.methods import EXACT, methods, resolve_method
+from .._request.solve_options import SolveOptions
+from .._request.times import check_horizon
+from .exact_ensemble import (
+    ExactEnsemble,
+    from_ensemble,
+    from_list,
+    no_closed_form_error,
+    parse_time_list,
+)
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53
@@ -33,7 +41,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _Rates:
-    """What a closed form tells of the motion as a whole, in the words of Exact."""
+    """The mean rates of a closed form."""
 
     scene: Scene
     period: float
@@ -44,7 +52,7 @@ class _Rates:
 
 @dataclass(frozen=True)
 class Exact(_Rates):
-    """The motion of a scene in closed form; call it with a time or an array of times for a
+    """The motion of a scene in closed form. Call it with a time or an array of times for a
     kreisel.Path.
 
     period      of the nutation: from one lowest height of the axis to the next; inf if it keeps
@@ -54,22 +62,22 @@ class Exact(_Rates):
     spin        mean rate of the body about its axis [T^-1]: of Euler's angles, hence beside the
                 precession
 
-    The axis is that of symmetry; of a free body without one that which circulates, on the
-    momentum's side. A top that passes a pole precesses there by half a turn either way, which
-    counts as none.
+    The axis is that of symmetry; for a free body without one, the axis that circulates, on the side
+    of the momentum. A top that passes a pole precesses there by half a turn in either direction,
+    which does not count.
 
-    As exact at t = 1e6 as at 1, and as cheap; times may be in any order and of either sign. Ctrl-C
-    is a plain KeyboardInterrupt: there is all or nothing, for no state waits for another.
+    States at t = 1e6 are as exact and as cheap as at 1; times may be in any order and of either
+    sign. Ctrl-C raises a plain KeyboardInterrupt, without partial results.
 
         >>> import kreisel as kr
         >>> top = kr.exact(kr.scenes.cusps)
-        >>> top.course, round(top.least_nutation, 4), round(top.greatest_nutation, 4)
+        >>> top.motion_type, round(top.least_nutation, 4), round(top.greatest_nutation, 4)
         ('cusps', 0.9273, 1.1414)
         >>> top(top.t_greatest).nutation.round(4)
         array([1.1414])
 
-    The turning points are those of the apex of a Lagrange top, or of a free body that is symmetric
-    about its apex; asked for those of another, these attributes raise ValueError.
+    Turning points exist for the apex of a Lagrange top and of a free body that is symmetric about
+    its apex; for other bodies these attributes raise ValueError.
     """
 
     @cached_property
@@ -88,8 +96,8 @@ class Exact(_Rates):
 
     @property
     def t_least(self) -> float:
-        """The first time from the start on at which the nutation is least; the start's where it
-        never changes, inf where that is never reached [T]."""
+        """The first time from the start on at which the nutation is least; the start if it never
+        changes, inf if it is never reached [T]."""
         return float(self._turning.t_least[0])
 
     @property
@@ -98,12 +106,16 @@ class Exact(_Rates):
         return float(self._turning.t_greatest[0])
 
     @property
-    def course(self) -> str:
-        """How the apex goes about the vertical. By the precession where gravity has it highest:
-        against that at the other turning point 'loops', none 'cusps', with it 'waves'. Without
-        nutation 'sleeping' (upright against gravity), 'hanging', 'steady'. Through the vertical
-        'pendulum' (in a plane), 'rosette', 'separatrix' (to the upright in infinite time). Without
-        torque 'circle', 'resting'. What is equal to 1e-12 is equal here."""
+    def motion_type(self) -> str:
+        """The name of the apex's motion about the vertical.
+
+        With nutation it is that of the precession at the turning point of the higher potential:
+        'loops' if opposite to the precession at the other one, 'cusps' if zero, 'waves' if in the
+        same sense. Without nutation it is 'sleeping' (upright against gravity), 'hanging' or
+        'steady'. Through the vertical it is 'pendulum' (in a plane), 'rosette' or 'separatrix' (to
+        the upright in infinite time). Without torque it is 'circle' or 'resting'. Values equal to
+        1e-12 count as equal.
+        """
         return str(self._turning.course[0])
 
     @property
@@ -113,13 +125,13 @@ class Exact(_Rates):
         return float(self._turning.critical_spin[0])
 
     def potential(self, nutation: Numbers) -> Array:
-        """The effective potential at each nutation [rad], of their shape [M L^2 T^-2]:
+        """Return the effective potential at each nutation [rad], in the same shape [M L^2 T^-2]:
 
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
-        with m3 = <m, e3>, c = <m, apex>. It is what I1 / 2 times the squared rate of the nutation
-        leaves of the energy: that of the motion at turning points off the vertical. inf at a pole
-        out of reach.
+        with m3 = <m, e3>, c = <m, apex>. It is the energy without I1 / 2 times the squared rate of
+        the nutation, and so the energy at turning points off the vertical. It is inf at a pole that
+        cannot be reached.
         """
         angles = array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning.rows[0], angles.reshape(-1))
@@ -130,39 +142,22 @@ class Exact(_Rates):
         if states is None:
             states = exact_states(self._plan, self._times(t), math.inf)
         assert states is not None
-        return Path(self.scene, states, EXACT, None, None, _NO_STEPS, _asked=EXACT)
-
-    def tangents(self, t: Numbers) -> Array:
-        """(n, 6, 6) the derivatives of the states at these times by the start, as path.tangents has
-        them: right at any time, for they are those of one period, taken to its power in decimals.
-
-            >>> import kreisel as kr
-            >>> scene = kr.scenes.thesis
-            >>> told = kr.exact(scene).tangents(20.0)
-            >>> bool(abs(told - kr.solve(scene, [20.0], tangents="start").tangents).max() < 1e-11)
-            True
-
-        Raises ValueError for a motion on a separatrix, which has no period, and where a tangent
-        has grown beyond what doubles hold. It takes about a millisecond a time.
-        """
-        from .exact_tangents import tangents_at
-
-        path = self(t)
-        return tangents_at(self.scene, self.period, path.t, path.q)
+        return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
     def _times(self, t: Numbers) -> Array:
-        times = row_of(t)
-        refuse_endless(self.scene, float(np.abs(times).max(initial=0.0)), None)
+        times = parse_time_list(t)
+        check_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
 
 
 @dataclass(frozen=True)
 class ExactMap(_Rates):
-    """The states of bobenko_suris with this step in closed form; call it with a whole number or an
-    array of them.
+    """The states of bobenko_suris with this step in closed form. Call it with a whole number or an
+    array of whole numbers.
 
-    Its period, precession and spin, as in Exact, are the map's own: beside those of the motion they
-    tell the error of the method.
+    Its period, precession and spin, as in Exact, are those of the map: their differences from those
+    of the motion are errors of the method.
+
     """
 
     step: float
@@ -179,7 +174,8 @@ class ExactMap(_Rates):
         ):
             raise ValueError(f"k must be whole and below 2**53, not {shown(k)}")
         states = exact_map_states(self._plan, numbers.astype(np.int64))
-        return Path(self.scene, states, _MAP, self.step, None, _NO_STEPS, _asked=EXACT)
+        options = SolveOptions(methods[_MAP], abs(self.step), requested_method=EXACT)
+        return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
 
 
 @overload
@@ -191,19 +187,19 @@ def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactM
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact | ExactEnsemble | ExactMap:
-    """The closed form of a scene: of a Lagrange top, a spherical body, and any body on which no
-    torque acts.
+    """Return the closed form of a scene: of a Lagrange top, a spherical body, or any body without
+    torque.
 
-    scene  or many, as a kreisel.Ensemble or a list of scenes
-    map    "bobenko_suris": that of the integrable map instead, for Lagrange tops
-    step   the map's, of either sign [T]
+    scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
+    map    "bobenko_suris": the closed form of the integrable map instead, for Lagrange tops
+    step   of the map, of either sign [T]
 
     Raises ValueError, with the reason, for a scene without closed form.
     """
     if isinstance(scene, (list, tuple)) and map is None and step is None:
-        return ensemble_of(scene)
+        return from_list(scene)
     if isinstance(scene, Ensemble) and map is None and step is None:
-        return form_of(scene)
+        return from_ensemble(scene)
     top = instance("scene", scene, Scene)
     if map is not None:
         return _exact_map(top, map, step)
@@ -211,7 +207,7 @@ def exact(
         raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
     status, period, precession, spin, plan = exact_plan(top._block)
     if status != "OK":
-        raise no_form(status, top)
+        raise no_closed_form_error(status, top)
     return Exact(top, period, precession, spin, plan)
 
 
@@ -221,7 +217,7 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     h = number("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero")
-    fitting(_MAP, scene)
+    resolve_method(_MAP, scene)
     status, period, precession, spin, plan = exact_map_plan(scene._block, h)
     if status == "ERR_STEP_SIZE":
         raise ValueError(

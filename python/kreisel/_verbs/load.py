@@ -1,4 +1,4 @@
-"""kreisel.load: what was saved, whatever it is."""
+"""kreisel.load: saved paths, scenes and runs."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import BinaryIO
 
 from .._model.scene import Scene
 from .._recording.path import Events, Path
-from .._recording.saved import Saved, unsaved
+from .._recording.serialization import load_path
 from .run import MAGIC, Run, resume
 
-_ZIP = b"PK"  # how an archive begins
-_LONGEST = 1 << 20  # bytes of a scene, which has a few lines
+_ZIP = b"PK"  # first bytes of an archive
+_MAX_SCENE_BYTES = 1 << 20
 
 
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
-    """What a file holds, by its content: a path that path.save wrote, as it was, bit for bit; a
-    scene in TOML; or the run of a checkpoint, as from kreisel.resume.
+    """Load a file by its content: a path that path.save wrote, bit for bit; a scene in TOML; or the
+    run of a checkpoint, as kreisel.resume does.
 
         >>> import os, tempfile
         >>> import kreisel as kr
@@ -28,8 +28,8 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         ...     kr.load(os.path.join(folder, "top.npz"))
         <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
 
-    Raises OSError for a file that cannot be read, and ValueError for one that is none of these or
-    damaged: nothing in it is run, and it takes no more memory than its size allows.
+    Raises OSError for a file that cannot be read, and ValueError for one that is damaged or of
+    another kind. Nothing in the file is executed, and memory use is limited by its size.
     """
     name = os.fspath(file)
     if not isinstance(name, str):
@@ -48,22 +48,18 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
 
 def _path(name: str, file: BinaryIO, size: int) -> Path:
     try:
-        path, met = unsaved(file, size)
+        path, met = load_path(file, size)
     except ValueError as error:
         raise ValueError(f"{name} is no path that was saved: {error}") from None
     if met is None:
-        return _made(path, None)
+        return Path(*path)
     at, which, direction = met
-    return _made(path, Events(_made(at, None), which, direction))
-
-
-def _made(path: Saved, events: Events | None) -> Path:
-    return Path(*path[:8], events, *path[8:])
+    return Path(*path._replace(events=Events(Path(*at), which, direction)))
 
 
 def _scene(name: str, size: int) -> Scene:
     known = "a path or a run that was saved, nor a scene in TOML"
-    if size > _LONGEST:
+    if size > _MAX_SCENE_BYTES:
         raise ValueError(f"{name} is neither {known}, which would be shorter")
     try:
         return Scene.from_toml(File(name))

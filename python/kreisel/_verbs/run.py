@@ -1,5 +1,4 @@
-"""Runs: a top in motion that can be led on, streamed, saved, and gone on with later, with the same
-bits."""
+"""Runs: a top in motion that can be advanced, streamed, saved and resumed, with the same bits."""
 
 from __future__ import annotations
 
@@ -7,7 +6,7 @@ import json
 import os
 import warnings
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path as File
 
@@ -15,24 +14,40 @@ import numpy as np
 
 from .._core import start as start_top
 from .._core import statuses
-from .._ground.arguments import Array, Numbers, whole
+from .._ground.arguments import Array, Numbers, shown, whole
 from .._ground.files import write
+from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene, parse
-from .._recording.path import Path, Stats, kept, path_of, stopped, way
-from .._recording.recording import in_pieces, told, with_events
-from .._request.plan import Plan, plan_of
-from .._request.request import Progress, Request, checked_every, checked_progress, request
-from .._request.times import (
-    PIECE,
-    listed,
-    pieces,
-    refuse_disorder,
-    refuse_endless,
+from .._recording.path import (
+    Path,
+    Stats,
+    keep_wanted,
+    make_path,
+    progress_text,
+    stop_exception,
 )
-from ..events import Event, checked_events, looked_for, read, written
+from .._recording.recorder import add_events, record_chunks, report_end
+from .._request.methods import FALLBACK
+from .._request.plan import Plan, plan_of
+from .._request.solve_options import (
+    Progress,
+    SolveOptions,
+    parse_every,
+    parse_options,
+    parse_progress,
+)
+from .._request.times import (
+    CHUNK_SIZE,
+    check_horizon,
+    check_monotonic,
+    time_array,
+    time_chunks,
+)
+from ..events import Event, looked_for, parse_events, read, written
 
-MAGIC = b"kreisel run\n"  # how a checkpoint begins
+MAGIC = b"kreisel run\n"  # first bytes of a checkpoint
 _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
+EventSpec = Event | Sequence[Event]
 
 
 class Run:
@@ -40,138 +55,132 @@ class Run:
     lead away from it.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve, step positive
-    t      how far it has come: the time of the last state that it gave, or of the last good one
-           where it failed [T]
-    stats  what it has cost so far
+    t      the time of the last state returned, or of the last good state after a failure [T]
+    stats  the cost so far
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        request: Request,
-        back: bool,
-        events: tuple[Event, ...] | None = None,
-    ) -> None:
-        self._request, self._back, self._fresh = request, back, True
-        self.scene, self.method, self.want = scene, request.method.name, request.want
-        self.events = events
-        self.step, self.tol, self.digits = request.step, request.tol, request.digits
+    def __init__(self, scene: Scene, options: SolveOptions, back: bool) -> None:
+        self._options, self._back, self._fresh = options, back, True
+        self.scene, self.method, self.want = scene, options.method.name, options.want
+        self.events: tuple[Event, ...] | None = options.events
+        self.step, self.tol, self.digits = options.step, options.tol, options.digits
         self.t = 0.0
         self.stats = Stats(0, 0, 0, 0)
-        status, top = start_top(scene._block, *request.core, back, looked_for(events or ()))
+        status, top = start_top(scene._block, *options.core, back, looked_for(self.events or ()))
         if top is None:
-            rows = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
-            path = path_of(scene, request, rows)
-            raise stopped(status, path, way(path, 0.0))
+            result = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
+            path = make_path(scene, options, result)
+            raise stop_exception(status, path, progress_text(path, 0.0))
         self._top = top
 
     def __repr__(self) -> str:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
 
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
-        """On to t: a number, for the state where the run stands and that at t, or with `every` for
-        each so many steps not given yet; or a list, for exactly these. Raises what kreisel.solve
-        raises; the run then stays at its last good state."""
-        asked = self._asked(t, every)
-        if asked.size:
-            self._refuse(asked)
+        """Advance to t and return the path: for a number the current state and that at t, or with
+        `every` the states of each so many steps since; for a list exactly these states. Raises what
+        kreisel.solve raises; the run then stays at its last good state."""
+        times = self._times(t, every)
+        if times.size:
+            self._check(times)
         if self.ended:
             raise ValueError(
                 f"this run has ended at t = {self.t!r}, where a terminal event was met: the scene "
                 "path.end goes on from there"
             )
-        return self._lead(asked, progress)
+        return self._advance(times, parse_progress(progress))
 
-    def _lead(self, times: Array, progress: Progress | None) -> Path:
-        """On to these times, which need no check."""
-        callback = checked_progress(progress)
+    def _advance(self, times: Array, progress: Progress | None) -> Path:
+        """Continue to validated times."""
         if self.want is None:
-            status, path = self._record(times, callback)
+            status, path = self._record(times, progress)
         else:
-            status, path = in_pieces(
-                times, self.want, lambda piece: self._record(piece, callback), lambda: self.ended
+            status, path = record_chunks(
+                times, self.want, lambda chunk: self._record(chunk, progress), lambda: self.ended
             )
         if status != "OK":
-            raise stopped(status, path, way(path, float(times[-1]) if times.size else self.t))
-        return told(path, callback)
+            end = float(times[-1]) if times.size else self.t
+            raise stop_exception(status, path, progress_text(path, end))
+        return report_end(path, progress)
 
     def stream(
         self,
         t: Numbers | Iterator[float],
         *,
         every: int | None = None,
-        chunk: int = PIECE,
+        chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """The states of kreisel.stream, from where the run stands; between two paths the run may be
-        saved."""
-        number = checked_every(self._request.method, every)
-        given = None if self._fresh else self.t
-        found = pieces(t, self.step, number, whole("chunk", chunk, 1), given)
-        return self._stream(found, checked_progress(progress))
+        """Return the states of kreisel.stream from the current time on. The run may be saved
+        between two paths."""
+        number = parse_every(self._options.method, every)
+        reached = None if self._fresh else self.t
+        chunks = time_chunks(t, self.step, number, whole("chunk", chunk, 1), reached)
+        return self._stream(chunks, parse_progress(progress))
 
-    def _stream(self, pieces: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
-        while not self.ended and (piece := next(pieces, None)) is not None:
-            self._refuse(piece)
-            status, path = self._record(piece, progress)
-            path = kept(path, self.want, float(piece[-1]))
+    def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
+        while not self.ended and (chunk := next(chunks, None)) is not None:
+            self._check(chunk)
+            status, path = self._record(chunk, progress)
+            path = keep_wanted(path, self.want, float(chunk[-1]))
             if status != "OK":
-                raise stopped(status, path, way(path, float(piece[-1])))
+                raise stop_exception(status, path, progress_text(path, float(chunk[-1])))
             yield path
         if progress is not None and not self._fresh:
             progress(self.t)
 
-    def _asked(self, t: Numbers, every: int | None) -> Array:
-        number = checked_every(self._request.method, every)
-        asked = listed(t, self.step, number, self._request.size)
+    def _times(self, t: Numbers, every: int | None) -> Array:
+        number = parse_every(self._options.method, every)
+        times = time_array(t, self.step, number, self._options.size)
         if np.ndim(t) > 0 or self._fresh:
-            return asked
+            return times
         if number is not None:
-            return asked[np.abs(asked) > abs(self.t)]
-        return np.array([self.t, asked[-1]])
+            return times[np.abs(times) > abs(self.t)]
+        return np.array([self.t, times[-1]])
 
-    def _refuse(self, times: Array) -> None:
-        refuse_disorder(times, self.t, self._back)
-        refuse_endless(self.scene, float(times[-1]), self.step)
+    def _check(self, times: Array) -> None:
+        check_monotonic(times, self.t, self._back)
+        check_horizon(self.scene, float(times[-1]), self.step)
 
     def _record(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
         met = None
         try:
             if self.events is None:
-                came = self._top.record(times, self._request.low, progress)
+                low = self._options.extended_precision
+                result = self._top.record(times, low, progress)
             else:
-                came, met = self._top.record_events(times, progress)
+                result, met = self._top.record_events(times, progress)
         finally:  # also where progress raised
             self.t, self._fresh = self._top.t, self._fresh and not times.size
-        path = path_of(self.scene, self._request, came)
+        path = make_path(self.scene, self._options, result)
         if met is not None:
-            path = with_events(path, met)
+            path = add_events(path, met)
         self.stats = path.stats
-        return came[0], path
+        return result[0], path
 
     @property
     def ended(self) -> bool:
-        """Whether a terminal event was met, where the run then stands: it goes no further."""
+        """True if a terminal event was met; the run then stays there."""
         return self._top.ended
 
     @property
     def plan(self) -> Plan:
-        """What is used, and what is left out."""
-        return plan_of(self.scene, self._request)
+        """The kreisel.Plan of the run."""
+        return plan_of(self.scene, self._options)
 
     @property
     def checkpoint(self) -> bytes:
-        """All that the run is, for kreisel.resume: from there it goes on as if it had never
-        stopped, with the same bits."""
+        """The complete state of the run for kreisel.resume: it then continues with the same
+        bits."""
         head = {
             "scene": self.scene.to_toml(),
             "method": self.method,
             "step": self.step,
             "tol": self.tol,
             "digits": self.digits,
-            "max_steps": self._request.max_steps,
+            "max_steps": self._options.max_steps,
             "want": self.want,
-            "asked": self._request.asked,
+            "asked": self._options.requested_method,
             "back": self._back,
             "fresh": self._fresh,
             "t": self.t,
@@ -184,23 +193,22 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Copies and pickles go by the checkpoint: two runs never share a motion."""
+        """Copy and pickle by the checkpoint: two runs never share a motion."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the checkpoint; a file of that name is replaced once all is on the disk, never left
-        half done."""
+        """Write the checkpoint to a file, which is replaced atomically."""
         write(file, self.checkpoint)
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
-    """The run of a checkpoint, or of the file in which it was saved, as it stood, with the events
-    that it looks for. `max_steps`: another limit. How to keep results exactly once though a run is
-    killed is told by help(kreisel.start).
+    """Return the run of a checkpoint, or of the file in which it was saved, with its events.
+    `max_steps` sets another limit. help(kreisel.start) explains how to store each state exactly
+    once even if a run is killed.
 
-    Raises ValueError for what is damaged, of another version of kreisel or another kind of machine;
-    OSError for a file that cannot be read. Warns where this processor has another kernel of
-    taylor's: then it goes on to rounding only.
+    Raises ValueError for a checkpoint that is damaged, or of another version of kreisel or another
+    kind of machine; OSError for a file that cannot be read. Warns if this processor has another
+    kernel of taylor: results then agree up to rounding only.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -209,7 +217,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
         raise ValueError(f"{name} is not what a run has saved, or damaged")
     line, _, memory = body.partition(b"\n")
     try:
-        run, kernel = _restored(line, memory, max_steps)
+        run, kernel = _restore_run(line, memory, max_steps)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
         raise ValueError(f"{name} is no checkpoint of a run: {error}") from None
     now = run._top.kernel[0]
@@ -219,20 +227,20 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     return run
 
 
-def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """The run of a checkpoint's two parts, and the kernel that it was made with."""
+def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
+    """Return the run of the two parts of a checkpoint, and the kernel that computed it."""
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
-    words = method, step, tol, digits, limit, head["want"], head["asked"]
+    arguments = method, step, tol, digits, limit, head["want"], None, head["asked"]
     scene = parse(head["scene"])
     if not isinstance(head["back"], bool):
         raise TypeError(f"back must be true or false, not {head['back']!r}")
-    asked, rows = request(scene, *words), head.get("events")
-    events = (
-        None if rows is None else checked_events(asked.method.name, [read(row) for row in rows])
-    )
-    run = Run(scene, replace(asked, watched=events is not None), head["back"], events)
+    options, rows = parse_options(scene, *arguments), head.get("events")
+    if rows is not None:
+        events = parse_events(options.method.name, [read(row) for row in rows])
+        options = replace(options, events=events)
+    run = Run(scene, options, head["back"])
     found = [whole("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, found)
     if status != "OK":
@@ -245,3 +253,70 @@ def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, s
         raise TypeError(f"a kernel has a name, not {kernel!r}")
     run.t, run.stats, run._fresh = run._top.t, Stats(*costs), fresh
     return run, kernel
+
+
+def start(
+    scene: Scene,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    max_steps: int = 0,
+    want: Iterable[QuantityName] | None = None,
+    events: EventSpec | None = None,
+    back: bool = False,
+) -> Run:
+    """Start a run of a scene that advances in pieces: run.to(t) is kreisel.solve up to t;
+    run.save(file) and kreisel.resume continue it later.
+
+        file = pathlib.Path("run.kreisel")
+        run = kr.resume(file) if file.exists() else kr.start(scene, "strang", step=0.01)
+        for path in run.stream(1e6, every=100):
+            keep(path)
+            run.save(file)
+
+    The arguments are those of kreisel.solve; `back` is True for a run back in time. Every method
+    except 'geometric', which needs trial runs, is allowed. Each path has the events that it met,
+    together those of a single solve. A terminal event ends the run: run.ended is then True, and
+    run.t is its time.
+
+    A run killed between keep and save repeats states that were kept last. To store each state once,
+    truncate the file behind run.t, as here where rows of eight doubles are appended to it:
+
+        file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
+        run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)
+        with open("states", "r+b" if begun else "w+b") as kept:
+            t = np.fromfile(kept, dtype=[("t", float), ("q and m", float, 7)])["t"]
+            kept.truncate(64 * np.count_nonzero(abs(t) <= abs(run.t)))
+            kept.seek(0, os.SEEK_END)
+            for path in run.stream(1e6, every=100):
+                kept.write(path.states.tobytes())
+                kept.flush()
+                os.fsync(kept.fileno())
+                run.save(file)
+    """
+    if not isinstance(back, bool):
+        raise TypeError(f"back must be True or False, not {shown(back)}")
+    options = parse_run(scene, method, step, tol, digits, max_steps, want, events)
+    return Run(scene, options, back)
+
+
+def parse_run(
+    scene: object,
+    method: object,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    want: object,
+    events: object,
+    every: object = None,
+) -> SolveOptions:
+    """Return the options of a run; with events, 'auto' is the method that can search for them."""
+    controls = step, tol, digits, max_steps, want, every
+    if events is None:
+        return parse_options(scene, method, *controls)
+    chosen = FALLBACK if method == "auto" else method
+    options = parse_options(scene, chosen, *controls, requested=method)
+    return replace(options, events=parse_events(options.method.name, events))

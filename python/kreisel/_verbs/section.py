@@ -1,4 +1,4 @@
-"""kreisel.section: where the ways of many tops meet an event."""
+"""kreisel.section: the states in which the tops of an ensemble meet an event."""
 
 from __future__ import annotations
 
@@ -11,15 +11,20 @@ from numpy.typing import ArrayLike
 from .._core import horizons
 from .._ground.arguments import Array, array, instance, shown, whole
 from .._model.scene import Ensemble, Scene
-from .._recording.crew import Crew
-from .._recording.moving import move
-from .._recording.section import Section, fill_section, slowest_turns
-from .._request.many import Order, order, refuse_too_large, threads_of
-from .._request.methods import ELSE
-from .._request.request import Progress, checked_progress
-from ..events import Event, checked_events, looked_for, nutation
+from .._recording.executor import WorkerPool
+from .._recording.run_ensemble import run_ensemble
+from .._recording.section_result import SECTION, Section, slowest_turns
+from .._request.ensemble_options import (
+    EnsembleOptions,
+    check_result_memory,
+    parse_ensemble_options,
+    parse_threads,
+)
+from .._request.methods import FALLBACK
+from .._request.solve_options import Progress, parse_progress
+from ..events import Event, looked_for, nutation, parse_events
 
-_TURNS = 1024.0  # slowest turns of a top, for which it waits for an event
+_TURNS = 1024.0  # default longest wait, in slowest turns of a top
 
 
 def section(
@@ -27,7 +32,7 @@ def section(
     event: Event | None = None,
     n: int = 500,
     *,
-    wait: ArrayLike | None = None,
+    max_wait: ArrayLike | None = None,
     tol: float | None = None,
     digits: int | None = None,
     max_steps: int = 0,
@@ -35,20 +40,20 @@ def section(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Section:
-    """The first n states after its start in which each top meets an event.
+    """Find the first n states after its start in which each top meets an event.
 
-    event      what kreisel.events makes; left out: where the apex is lowest, nutation(direction=1),
-               which every motion meets that is not steady. None is missed on taylor's way; the one
-               on which a top may begin does not count
-    n          how many states of each top
-    wait       how long an event may take to come, since the start and then since the one before: a
-               number, or an array of the ensemble's shape; negative: back in time. A top that waits
-               longer has the status 'ERR_EVENT' and keeps what it met. Left out: 1024 turns about
-               the axis of the largest moment, at the pace of momentum and gravity [T]
+    event      an event of kreisel.events; default: the lowest points of the apex,
+               nutation(direction=1), which every motion meets that is not steady. No event is
+               missed; one at the start itself does not count
+    n          the number of states of each top
+    max_wait   the longest time to an event, from the start or from the event before: a number, or
+               an array of the ensemble's shape; negative: back in time. A top that waits longer has
+               the status 'ERR_EVENT' and keeps its states. Default: 1024 turns about the axis of
+               the largest moment, at the rate of momentum and gravity [T]
 
-    The other words are those of solve. A top's states are its own to the last bit, whatever else is
-    moved. What is linear in body_vertical, body_velocity, body_momentum, apex_z and spin is looked
-    for in many tops at once and comes soonest.
+    The other arguments are those of solve. The bits of a top do not depend on the other tops.
+    Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest, since
+    the core searches for them in several tops at once.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -59,59 +64,61 @@ def section(
         ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
 
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
-    kreisel.Interrupted, with what was done, for Ctrl-C. What fails of single tops is told by
-    section.status and section.check().
+    kreisel.Interrupted, with what was done, for Ctrl-C. Failures of single tops are in
+    section.status and raised by section.check().
 
     Sources: Poincare 1892; H. R. Dullin, A. Wittek, Complete Poincare sections and tangent sets,
     J. Phys. A 28 (1995), for sections that every motion meets.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else instance("tops", tops, Ensemble)
-    waits, asked = checked_section(many, event, n, wait, tol, digits, max_steps)
-    crew = Crew(threads_of(threads, executor), executor)
-    callback = checked_progress(progress)
-    refuse_too_large(many, waits, asked)
-    return move(Section, many, waits, asked, crew, callback, fill=fill_section)
+    waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)
+    pool = WorkerPool(parse_threads(threads, executor), executor)
+    callback = parse_progress(progress)
+    check_result_memory(many, waits, options)
+    return run_ensemble(Section, many, waits, options, pool, SECTION, callback)
 
 
-def checked_section(
+def parse_section(
     tops: Ensemble,
     event: object,
     n: object,
-    wait: object,
+    max_wait: object,
     tol: object,
     digits: object,
     max_steps: object,
-) -> tuple[Array, Order]:
-    """(tops, n) how long each top waits, and the order with its event. TypeError or ValueError for
-    what cannot be."""
-    asked = order(tops, ELSE, None, tol, digits, max_steps, watched=True)
-    sought = looked_for([event_of(event)])
-    waits = np.broadcast_to(_waits(tops, wait)[:, None], (tops.size, whole("n", n, 1)))
-    return waits, replace(asked, events=sought)
+) -> tuple[Array, EnsembleOptions]:
+    """Return (tops, n) the longest wait of each top, and the options with the event. Raises
+    TypeError or ValueError for an invalid argument."""
+    options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
+    events = looked_for([parse_event(event)])
+    waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, whole("n", n, 1)))
+    return waits, replace(options, core_events=events)
 
 
-def event_of(event: object) -> Event:
-    """The event that was asked for, of which each is to be found."""
+def parse_event(event: object) -> Event:
+    """Return the event, of which every occurrence is to be found."""
     if event is None:
         return nutation(direction=1)
-    [one] = checked_events(ELSE, [event])
-    if one.most is not None or one.terminal:
-        raise ValueError("n says how many are looked for: leave most and terminal out of the event")
+    [one] = parse_events(FALLBACK, [event])
+    if one.max_count is not None or one.terminal:
+        raise ValueError(
+            "n says how many are looked for: leave max_count and terminal out of the event"
+        )
     return one
 
 
-def _waits(tops: Ensemble, wait: object) -> Array:
-    """(n,) how long each top waits for an event."""
-    if wait is None:
+def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
+    """Return (n,) the longest wait of each top for an event."""
+    if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._tops, known)
         return np.minimum(_TURNS * slowest_turns(tops), 0.25 * known)
-    given = array("wait", wait, "a number, or one for each top")
+    given = array("max_wait", max_wait, "a number, or one for each top")
     if (given == 0.0).any():
-        raise ValueError("wait must not be zero: no event comes in no time")
+        raise ValueError("max_wait must not be zero: no event comes in no time")
     try:
         return np.array(np.broadcast_to(given, tops.shape)).reshape(-1)
     except ValueError:
         raise ValueError(
-            f"wait must be a number, or an array of shape {tops.shape}, not {shown(wait)}"
+            f"max_wait must be a number, or an array of shape {tops.shape}, not {shown(max_wait)}"
         ) from None

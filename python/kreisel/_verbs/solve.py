@@ -1,29 +1,29 @@
-"""kreisel.solve: from a scene to a path. All that can be wrong with a request is found before
-anything runs."""
+"""kreisel.solve: the motion of a scene, or of an ensemble of them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from concurrent.futures import Executor
-from typing import Literal, overload
+from typing import Literal, Unpack, overload
 
-from .._ground.arguments import Array, Numbers, instance, whole
+from .._ground.arguments import Array, Numbers, instance
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
+from .._recording.ensemble_paths import Paths
 from .._recording.path import Path
-from .._recording.paths import Paths
-from .._recording.recording import recorded, recorded_at_once, told
-from .._recording.reduced import Reduced
-from .._recording.watched import WatchedPath
-from .._request.many import Reductions
-from .._request.request import Progress, Request, checked_every, checked_progress, wanted
-from .._request.times import listed, refuse_endless
-from ..events import Event
-from .geometric import best, checked_error, no_error
-from .many import Words, refuse_words_of_many, solve_all
-from .run import Run
-from .start import Looked, asked_for
-from .tangents import Tangents, solve_with_tangents
+from .._recording.recorder import record_path, record_path_fast
+from .._request.plan import GEOMETRIC
+from .._request.solve_options import Progress, SolveOptions, parse_options, parse_progress
+from .._request.times import check_horizon, time_array
+from .keywords import PoolKeywords, SolveKeywords
+from .run import EventSpec, Run, parse_run
+from .solve_ensemble import SolveArguments, reject_ensemble_arguments, solve_ensemble
+from .step_search import error_not_allowed, find_path, geometric_options
+from .variational import TangentSpec, parse_tangent_options, record_tangents
+
+
+class _EnsembleKeywords(SolveKeywords, PoolKeywords, total=False):
+    out: Array | None
 
 
 @overload
@@ -32,81 +32,16 @@ def solve(
     t: Numbers,
     method: MethodName | Literal["geometric"] = "auto",
     *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    error: float | None = None,
-    want: Iterable[QuantityName] | None = None,
-    progress: Progress | None = None,
-    events: None = None,
-    threads: None = None,
-    executor: None = None,
-    reduce: None = None,
-    out: None = None,
-    tangents: Tangents | None = None,
+    tangents: TangentSpec | None = None,
+    **controls: Unpack[SolveKeywords],
 ) -> Path: ...
 @overload
 def solve(
-    scene: Scene,
-    t: Numbers,
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    error: float | None = None,
-    want: Iterable[QuantityName] | None = None,
-    progress: Progress | None = None,
-    events: Looked,
-    threads: None = None,
-    executor: None = None,
-    reduce: None = None,
-    out: None = None,
-) -> WatchedPath: ...
-@overload
-def solve(
     scene: Ensemble,
     t: Numbers,
     method: MethodName | Literal["geometric"] = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    error: float | None = None,
-    want: Iterable[QuantityName] | None = None,
-    progress: Progress | None = None,
-    events: Looked | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
-    reduce: None = None,
-    out: Array | None = None,
+    **controls: Unpack[_EnsembleKeywords],
 ) -> Paths: ...
-@overload
-def solve(
-    scene: Ensemble,
-    t: Numbers,
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    error: None = None,
-    want: None = None,
-    progress: Progress | None = None,
-    events: None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
-    reduce: Reductions,
-    out: None = None,
-) -> Reduced: ...
 def solve(
     scene: Scene | Ensemble,
     t: Numbers,
@@ -120,42 +55,38 @@ def solve(
     error: float | None = None,
     want: Iterable[QuantityName] | None = None,
     progress: Progress | None = None,
-    events: Looked | None = None,
+    events: EventSpec | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
-    reduce: Reductions | None = None,
     out: Array | None = None,
-    tangents: Tangents | None = None,
-) -> Path | Paths | Reduced:
-    """The motion of a scene, which starts at t = 0; or of many, as a kreisel.Ensemble.
+    tangents: TangentSpec | None = None,
+) -> Path | Paths:
+    """Solve the motion of a scene, which starts at t = 0, or of each top of a kreisel.Ensemble.
 
-    t          a list: exactly these states, all on one side of 0 and ever further from it. A
-               number: the start and the end, or with `every` each so many steps. Negative: back in
-               time [T]
+    t          a list: exactly these times, monotonic and on one side of 0. A number: the start and
+               the end, or with `every` each so many steps. Negative: back in time [T]
     method     a name in kreisel.methods; 'auto' is exact where it applies, taylor elsewhere and for
                digits and events; 'geometric' chooses a structure-preserving method and its step so
                that `error` is met
-    step       positive [T]. Fixed-step methods need it, and read times off their grid by a side
-               step. Else it is the first
-    tol        adaptive methods: local error of a step; implicit ones: residual; else not allowed.
-               exact meets any
-    digits     taylor only, instead of tol: up to 16, 20 or 30; what doubles leave out is path.q_low
-               and path.m_low
+    step       positive [T]. Fixed-step methods need it, and reach times off their grid by a side
+               step. For adaptive methods it is the first step
+    tol        adaptive methods: local error of a step; implicit methods: residual; else not
+               allowed. exact ignores it
+    digits     taylor only, instead of tol: up to 16, 20 or 30; low words are path.q_low and
+               path.m_low
     every      record each so many steps of a fixed-step method, if t is a number
     max_steps  0: no limit; with 'geometric' of each run
-    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad];
-               met, by a reference with 20 digits or the closed form, or refused, at the latest
-               after 64 times the steps first thought of
-    want       names, as ("nutation", "energy"): the path keeps t and these; without the heading
-               where none needs it
-    progress   called about ten times a second with the time reached, and with the end [T]; what it
-               raises stops the run
-    events     taylor only: what kreisel.events makes, one or a list, for path.events to tell; a
-               terminal one ends the path
-
-    tangents   of a path of taylor's with all its states, and of one scene: "start", "moments",
-               "com", "gravity", "mass", or several of these: the derivatives by them ride along,
-               for path.tangents; the path is the same to the last bit
+    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]. It
+               is checked by a reference with 20 digits or the closed form. Raises ValueError if it
+               is not met within 64 times the steps of the first guess
+    want       names such as ("nutation", "energy"): the path keeps t and these, and the core skips
+               the heading if none needs it
+    progress   called about ten times a second with the time reached, and with the end [T]; an
+               exception stops the run
+    events     taylor only: an event of kreisel.events or a list of them, for path.events; a
+               terminal event ends the path
+    tangents   taylor only, for one scene: "start", "moments", "com", "gravity", "mass", or several
+               of these, for path.tangents, the derivatives of the states; the path keeps its bits
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -168,18 +99,15 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    Of an ensemble the words mean the same for each top, and the result is a kreisel.Paths: arrays
-    that begin with the shape of the ensemble. A top's numbers are its own to the last bit, whatever
-    else is moved, where and by whom; they are those of the top alone but for roundings of taylor's.
-    `t` may also be an array (*shape, k) of times of each top, `progress` is called with the part of
-    the tops that is done, 0 .. 1, and there is more to say:
+    For an ensemble the arguments apply to each top, and the result is a kreisel.Paths: arrays that
+    begin with the shape of the ensemble. The bits of a top do not depend on the other tops, on the
+    threads or on the executor; they are those of the top alone up to roundings of taylor. `t` may
+    also be an array (*shape, k) of times of each top. `progress` is called with the part of the
+    tops that is done, 0 .. 1. An ensemble has further arguments:
 
-    threads    how many move the tops; left out: as many as there are processors
-    executor   of concurrent.futures, in their place; tops that go to other processes are copied
-    reduce     what to keep of each top in place of its path, as {"nutation": ("min", "max")}: names
-               of quantities or their components, with one or several of min, max, mean, variance,
-               last, where_min, where_max; then the result is a kreisel.Reduced
-    out        a float64 array (*shape, k, 8) in C order, which gets the states
+    threads    number of threads; default: the number of processors
+    executor   of concurrent.futures, in place of threads; other processes receive copies of tops
+    out        a float64 array (*shape, k, 8) in C order, which receives the states
 
         >>> import numpy as np
         >>> tops = kr.scenes.cusps.vary(gravity=np.linspace(0.5, 1.0, 3))
@@ -189,65 +117,72 @@ def solve(
 
     Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
     kreisel.Error for a run that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both
-    with `.path` up to the last good state. Of an ensemble a run that fails is told by
-    paths.status, and raised by paths.check(); Interrupted has all that was done as `.paths`.
+    with `.path` up to the last good state. A failed top of an ensemble has a status in
+    paths.status, which paths.check() raises; Interrupted has the results so far as `.paths`.
     """
-    if tangents is not None:
-        others = error, want, events, threads, executor, reduce, out
-        steering = step, tol, digits, max_steps
-        return solve_with_tangents(scene, t, method, tangents, steering, every, others, progress)
     if isinstance(scene, Ensemble):
-        steered = Words(step, tol, digits, every, max_steps, error, want, events, reduce)
-        return solve_all(scene, t, method, steered, progress, threads, executor, out)
-    if any(word is not None for word in (threads, executor, reduce, out)):
-        refuse_words_of_many(threads, executor, reduce, out)
-    if method == "geometric":
-        words = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
-        return _geometric(scene, t, error, max_steps, words, want, progress)
-    if error is not None:
-        raise no_error(method)
-    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
-    number = checked_every(asked.method, every)
-    plain = sought is None and number is None and (progress is None or callable(progress))
-    if plain and (path := recorded_at_once(scene, asked, t, progress)) is not None:
-        return path
-    return _at_second_look(scene, asked, sought, t, number, progress)
+        if tangents is not None:
+            instance("scene", scene, Scene)
+        arguments = SolveArguments(step, tol, digits, every, max_steps, error, want, events)
+        return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
+    is_for_many = threads is not None or executor is not None or out is not None
+    is_special = error is not None or events is not None or tangents is not None
+    if is_special or is_for_many or method == GEOMETRIC:
+        others: dict[str, object] = {"threads": threads, "executor": executor, "out": out}
+        special = error, events, tangents, others
+        options = _parse_special(scene, method, step, tol, digits, max_steps, want, every, *special)
+    else:
+        options = parse_options(scene, method, step, tol, digits, max_steps, want, every)
+    if options.is_plain and (progress is None or callable(progress)):
+        path = record_path_fast(scene, options, t, progress)
+        if path is not None:
+            return path
+    return _solve_checked(scene, options, t, parse_progress(progress))
 
 
-def _at_second_look(
+def _parse_special(
     scene: Scene,
-    asked: Request,
-    sought: tuple[Event, ...] | None,
-    t: Numbers,
-    number: int | None,
-    progress: Progress | None,
-) -> Path:
-    """The path of a request whose times had to be looked at, with the events on its way."""
-    times = listed(t, asked.step, number, asked.size)
-    end = float(times[-1]) if times.size else 0.0
-    refuse_endless(scene, end, asked.step)
-    callback = checked_progress(progress)
-    if sought is not None or times.size > asked.limit:
-        return Run(scene, asked, end < 0.0, sought)._lead(times, callback)
-    return recorded(scene, asked, times, callback)
-
-
-def _geometric(
-    scene: Scene,
-    t: Numbers,
-    error: float | None,
+    method: str,
+    step: float | None,
+    tol: float | None,
+    digits: int | None,
     max_steps: int,
-    others: Mapping[str, object],
     want: Iterable[QuantityName] | None,
-    progress: Progress | None,
+    every: int | None,
+    error: float | None,
+    events: EventSpec | None,
+    tangents: TangentSpec | None,
+    others: dict[str, object],
+) -> SolveOptions:
+    """Return the options of a solve with tangents, with events or by method='geometric'. Raises
+    TypeError or ValueError for an invalid argument, and for those of an ensemble."""
+    if tangents is not None:
+        excluded = {"error": error, "want": want, "events": events} | others
+        controls = step, tol, digits, max_steps
+        return parse_tangent_options(scene, method, tangents, controls, every, excluded)
+    if any(value is not None for value in others.values()):
+        reject_ensemble_arguments(scene, **others)
+    if method == GEOMETRIC:
+        excluded = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
+        instance("scene", scene, Scene)
+        return geometric_options(error, max_steps, want, excluded)
+    if error is not None:
+        raise error_not_allowed(method)
+    return parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
+
+
+def _solve_checked(
+    scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    instance("scene", scene, Scene)
-    target = checked_error(error, others)
-    names, times = wanted(want), listed(t, None, None)
-    if not times.any():
-        return solve(scene, t, "strang", step=1.0, want=names, progress=progress)  # nothing moves
-    refuse_endless(scene, float(times[-1]), None)
-    most = whole("max_steps", max_steps, 0)
-    callback = checked_progress(progress)
-    path = told(best(scene, times, target, most, callback), callback)
-    return path if names is None else path.only(names)
+    """Return the path of options that take more than a single call of the core, or of times that
+    need validation."""
+    if options.tangents:
+        return record_tangents(scene, options, t, progress)
+    times = time_array(t, options.step, options.every, options.size)
+    end = float(times[-1]) if times.size else 0.0
+    if options.error is not None:
+        return find_path(scene, options, times, progress)
+    check_horizon(scene, end, options.step)
+    if options.has_events or times.size > options.chunk_size:
+        return Run(scene, options, end < 0.0)._advance(times, progress)
+    return record_path(scene, options, times, progress)

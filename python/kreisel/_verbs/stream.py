@@ -1,22 +1,25 @@
-"""kreisel.stream: states in constant memory, of one scene or of many."""
+"""kreisel.stream: states in constant memory, of a scene or of an ensemble."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
-from typing import overload
+from typing import Unpack, overload
 
 from .._ground.arguments import Numbers, whole
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
+from .._recording.ensemble_paths import Paths
 from .._recording.path import Path
-from .._recording.paths import Paths
-from .._recording.watched import WatchedPath
-from .._request.request import Progress, checked_every, checked_progress
-from .._request.times import PIECE, direction, pieces
-from .many import Words, refuse_words_of_many, stream_all
-from .run import Run
-from .start import Looked, asked_for
+from .._request.solve_options import Progress, parse_progress
+from .._request.times import CHUNK_SIZE, direction, time_chunks
+from .keywords import PoolKeywords, StreamKeywords
+from .run import EventSpec, Run, parse_run
+from .solve_ensemble import SolveArguments, reject_ensemble_arguments, stream_ensemble
+
+
+class _EnsembleKeywords(StreamKeywords, PoolKeywords, total=False):
+    pass
 
 
 @overload
@@ -25,49 +28,17 @@ def stream(
     t: Numbers | Iterator[float],
     method: MethodName = "auto",
     *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: None = None,
     chunk: int | None = None,
-    progress: Progress | None = None,
+    **controls: Unpack[StreamKeywords],
 ) -> Iterator[Path]: ...
-@overload
-def stream(
-    scene: Scene,
-    t: Numbers | Iterator[float],
-    method: MethodName = "auto",
-    *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: Looked,
-    chunk: int | None = None,
-    progress: Progress | None = None,
-) -> Iterator[WatchedPath]: ...
 @overload
 def stream(
     scene: Ensemble,
     t: Numbers,
     method: MethodName = "auto",
     *,
-    step: float | None = None,
-    tol: float | None = None,
-    digits: int | None = None,
-    every: int | None = None,
-    max_steps: int = 0,
-    want: Iterable[QuantityName] | None = None,
-    events: Looked | None = None,
     chunk: int | None = None,
-    progress: Progress | None = None,
-    threads: int | None = None,
-    executor: Executor | None = None,
+    **controls: Unpack[_EnsembleKeywords],
 ) -> Iterator[Paths]: ...
 def stream(
     scene: Scene | Ensemble,
@@ -80,16 +51,16 @@ def stream(
     every: int | None = None,
     max_steps: int = 0,
     want: Iterable[QuantityName] | None = None,
-    events: Looked | None = None,
+    events: EventSpec | None = None,
     chunk: int | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Iterator[Path] | Iterator[Paths]:
-    """The states of kreisel.solve, with the same bits, as paths of at most `chunk` states: in
-    constant memory; chunk left out: 2**14.
+    """Yield the states of kreisel.solve, with the same bits, as paths of at most `chunk` states
+    (default 2**14), in constant memory.
 
-    t      a list, an iterator of times, which may have no end, or with `every` a number, which may
+    t      a list; an iterator of times, which may be endless; or with `every` a number, which may
            be math.inf [T]
 
         for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
@@ -100,25 +71,24 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    Of an ensemble it gives the kreisel.Paths of consecutive tops, in C order, with at most `chunk`
-    states together (2**20 if left out), one top at least. Then t is no iterator, and threads,
-    executor and progress are as in solve.
+    For an ensemble it yields the kreisel.Paths of consecutive tops, in C order, with at most
+    `chunk` states together (default 2**20), one top at least. Then t must not be an iterator, and
+    threads, executor and progress are as in solve.
 
-    Each path's stats are those of the whole run so far, its events those of its part of the way; a
-    terminal one ends the stream. Raises what kreisel.solve raises: for what can be seen at once, at
-    once; for what an iterator brings, when it comes; `.path` is what the last path would have been.
+    The stats of a path are those of the whole run so far; its events are those since the path
+    before. A terminal event ends the stream. Raises what kreisel.solve raises: immediately for its
+    arguments, later for times of an iterator. `.path` is then the incomplete last path.
     """
     most = None if chunk is None else whole("chunk", chunk, 1)
     if isinstance(scene, Ensemble):
         if isinstance(t, Iterator):
             raise TypeError("times of an ensemble are a number, a list or an array, no iterator")
-        words = Words(step, tol, digits, every, max_steps, None, want, events)
-        pieces_of = most or 1 << 20
-        return stream_all(scene, t, method, words, pieces_of, progress, threads, executor)
+        arguments = SolveArguments(step, tol, digits, every, max_steps, None, want, events)
+        size = most or 1 << 20
+        return stream_ensemble(scene, t, method, arguments, size, progress, threads, executor)
     if threads is not None or executor is not None:
-        refuse_words_of_many(threads, executor)
-    asked, sought = asked_for(scene, method, step, tol, digits, max_steps, want, events)
-    number, size = checked_every(asked.method, every), most or PIECE
+        reject_ensemble_arguments(scene, threads=threads, executor=executor)
+    options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
     back, t = direction(t)
-    found = pieces(t, asked.step, number, size, None)
-    return Run(scene, asked, back, sought)._stream(found, checked_progress(progress))
+    chunks = time_chunks(t, options.step, options.every, most or CHUNK_SIZE, None)
+    return Run(scene, options, back)._stream(chunks, parse_progress(progress))

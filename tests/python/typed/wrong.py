@@ -14,8 +14,7 @@ kr.solve(scene, 1, want=("energi",))  # wrong
 kr.start(scene, want=["enrgy"])  # wrong
 path.only(("apx",))  # wrong
 print(path.enregy)  # wrong
-print(kr.solve(scene, 1.0).events.t)  # wrong
-print(kr.start(scene).to(1.0).events.t)  # wrong
+print(kr.solve(scene, 1.0).events.times)  # wrong
 kr.solve(scene, "10")  # wrong
 kr.solve(scene, ["10"])  # wrong
 kr.start(scene).to("10")  # wrong
@@ -25,7 +24,7 @@ kr.solve(scene, 1, stpe=0.1)  # wrong
 kr.solve(scene, 1, "strang", step="0.1")  # wrong
 scene.replace(gravty=2)  # wrong
 scene.replace(gravity="2")  # wrong
-kr.events.plane((0, 1, 0), mst=3)  # wrong
+kr.events.plane((0, 1, 0), max_cuont=3)  # wrong
 kr.solve(scene, 1, events=["loop"])  # wrong
 kr.start(scene, events=kr.events.loop)  # wrong
 path.energy = path.t  # wrong
@@ -33,6 +32,6 @@ scene.vary(spn=1.0)  # wrong
 kr.Ensemble(scene.body, momntum=[(0, 0, 1)])  # wrong
 kr.Ensemble.of([scene]).momentum = path.m  # wrong
 kr.solve(scene, 1, threads=2)  # wrong
-kr.solve(kr.Ensemble.of([scene]), 1, reduce={"spin": "most"})  # wrong
-print(kr.solve(kr.Ensemble.of([scene]), 1, reduce={"spin": "max"}).nutation)  # wrong
+kr.reduce(kr.Ensemble.of([scene]), 1, {"spin": "most"})  # wrong
+print(kr.reduce(kr.Ensemble.of([scene]), 1, {"spin": "max"}).nutation)  # wrong
 kr.stream(scene, 1, executor=3)  # wrong

@@ -11,9 +11,9 @@ from rich.table import Table as Grid
 
 from ..._analysis.costs import page
 from ..._ground.refusals import nearest
-from ..._request.methods import Method, unknown
+from ..._request.methods import Method, unknown_method
 from ..._request.methods import methods as known
-from ..._request.quantities import TIME, WANTED
+from ..._request.quantities import RECORDABLE, TIME
 from ...scenes import about, named
 from .words import Refused, one_of
 
@@ -40,7 +40,7 @@ def methods(name: str | None, markdown: bool) -> None:
         rows = [(m.name, _order(m), _kind(m), m.text) for m in known.values()]
         _listed(("method", "order", "kind", "what it is"), rows)
     elif name not in known:
-        raise Refused(unknown(name))
+        raise Refused(unknown_method(name))
     else:
         _described(known[name])
 
@@ -83,5 +83,5 @@ def scenes(name: str | None) -> None:
 @click.command()
 def quantities() -> None:
     """The quantities that --want can name."""
-    rows = [(q.name, q.dimension, q.text) for q in (TIME, *WANTED.values())]
+    rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
     _listed(("quantity", "[M L T]", "what it is"), rows)

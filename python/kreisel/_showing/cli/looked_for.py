@@ -55,7 +55,7 @@ def _read(key: str, value: str) -> object:
         if value:
             raise ValueError("terminal stands alone, without a value")
         return True
-    if key in ("direction", "most"):
+    if key in ("direction", "max_count"):
         return int(value)
     if key in ("value", "offset", "within"):
         return float(value)

@@ -24,9 +24,9 @@ from ..._core import version
 from ..._ground.arguments import Array
 from ..._ground.files import growing, write
 from ..._recording.path import Events, Path
-from ..._recording.saved import saved
-from ..._recording.states import NO_STATES
-from ..._recording.tables import columns, tabled
+from ..._recording.serialization import dump_path
+from ..._recording.state_quantities import NO_STATES
+from ..._recording.tables import columns, quantity_rows
 from ..._request.quantities import LOW
 
 _MET = "which", "direction"
@@ -111,7 +111,7 @@ class Gathered:
 
 def _joined(pieces: list[Path]) -> Path:
     last = pieces[-1]
-    met = [piece.events for piece in pieces if piece.events is not None]
+    met = [piece._events for piece in pieces if piece._events is not None]
     events = None
     if met:
         which, direction = (np.concatenate([getattr(m, n) for m in met]) for n in _MET)
@@ -119,10 +119,10 @@ def _joined(pieces: list[Path]) -> Path:
     if last.want is not None:
         names: tuple[str, ...] = ("t", *last.want)
         whole = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
-        return replace(last, states=NO_STATES, events=events, _columns=whole)
+        return replace(last, states=NO_STATES, _events=events, _columns=whole)
     low = None if last._low is None else np.concatenate([p._low for p in pieces])
     states = np.concatenate([piece.states for piece in pieces])
-    return replace(last, states=states, events=events, _low=low)
+    return replace(last, states=states, _events=events, _low=low)
 
 
 @dataclass
@@ -135,8 +135,7 @@ class Met:
 
     def add(self, piece: Path) -> None:
         """The events of the next states."""
-        if piece.events is not None:
-            self.parts.append((piece.events, kept(piece)))
+        self.parts.append((piece.events, kept(piece)))
 
     def table(self) -> dict[str, list[object]]:
         """A row for each event: which, the time, the direction, and what the path has."""
@@ -227,7 +226,7 @@ def as_json(path: Path, met: Met | None, degrees: bool, stopped: str | None) -> 
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in tabled(path, kept(path), degrees, False):
+    for quantity, values in quantity_rows(path, kept(path), degrees, False):
         found[quantity.name] = _finite(values.tolist())
     events = {} if met is None else {"events": _finite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
@@ -244,5 +243,4 @@ def _finite(value: object) -> object:
 
 def as_npz(path: Path) -> bytes:
     """What path.save writes."""
-    met = path.events
-    return saved(path, None if met is None else (met.path, met.which, met.direction))
+    return dump_path(path, path._core_events)

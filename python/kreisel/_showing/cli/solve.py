@@ -12,12 +12,11 @@ import numpy as np
 from ..._ground.arguments import Array
 from ..._model.scene import Scene
 from ..._recording.path import Path
-from ..._request.request import checked_every
-from ..._request.times import listed, refuse_endless, refuse_too_many
-from ..._verbs.run import Run
+from ..._request.solve_options import parse_every
+from ..._request.times import check_horizon, check_memory, time_array
+from ..._verbs.run import Run, start
 from ..._verbs.run import resume as resumed
 from ..._verbs.solve import solve as solved
-from ..._verbs.start import start
 from ...events import MAKERS
 from . import times
 from .left import Left, To, to
@@ -87,7 +86,7 @@ _EVERY = click.option("--every", type=int, help="Record each so many steps, up t
     metavar="NAME[:ARGUMENT...][:WORD=VALUE...]",
     shell_complete=one_of(MAKERS),
     help="What to look for, once or more often, in the words of kreisel.events: nutation, "
-    "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:most=3:terminal.",
+    "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
 @to
 def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
@@ -179,15 +178,15 @@ def _pieces(
     run: Run, t: times.Times, every: int | None, left: Left, stops: Stops
 ) -> Iterator[Path]:
     """The path of a run in pieces, without the times that it has passed."""
-    refuse_endless(run.scene, t.end, run.step)
+    check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.beyond(run.t)
     if not rest.grids:
         raise Refused(f"the run has come to t = {run.t!r} already: give a --t beyond that")
-    size = run._request.size + 8
+    size = run._options.size + 8
     given: float | Array | Iterator[float] = iter(rest)
     if not t.one:
         if left.is_whole:
-            refuse_too_many(len(rest), size)
+            check_memory(len(rest), size)
     elif every is None:
         given = np.array([0.0, t.end] if run._fresh else [t.end])
     elif left.is_whole:
@@ -200,7 +199,7 @@ def _pieces(
 def _on_the_grid(run: Run, end: float, every: int, size: int) -> Array:
     """All times of each so many steps that a run has not passed; MemoryError if they are too
     many."""
-    whole = listed(end, run.step, checked_every(run._request.method, every), size)
+    whole = time_array(end, run.step, parse_every(run._options.method, every), size)
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 

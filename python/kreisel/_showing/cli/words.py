@@ -14,8 +14,8 @@ from click.shell_completion import CompletionItem
 from ..._ground.refusals import nearest
 from ..._model.scene import Scene, parse
 from ..._model.toml import bounded, worded
-from ..._request.methods import methods, unknown
-from ..._request.quantities import WANTED
+from ..._request.methods import methods, unknown_method
+from ..._request.quantities import RECORDABLE
 from ...scenes import about, named
 
 Completion = list[CompletionItem[str]]
@@ -75,7 +75,7 @@ def method(name: str) -> str:
     """The name of a method that there is."""
     if name in methods or name in _AUTO:
         return name
-    raise click.BadParameter(unknown(name))
+    raise click.BadParameter(unknown_method(name))
 
 
 def several_methods(words: str) -> list[str]:
@@ -107,7 +107,7 @@ def some_of(known: Iterable[str]) -> Completer:
 
 A_METHOD = one_of([*_AUTO, *methods])
 METHODS = some_of(methods)
-QUANTITIES = some_of(WANTED)
+QUANTITIES = some_of(RECORDABLE)
 A_SCENE = one_of(about, files=True)
 
 

@@ -1,11 +1,9 @@
-"""Growth: how a tangent of each of many tops grows, and the indicators of chaos that are read off
-it."""
+"""Indicators of chaos of an ensemble, computed from the growth of one tangent of each top."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,11 +11,11 @@ import numpy.typing as npt
 from .._core import Work, growth
 from .._ground.arguments import Array, frozen
 from .._model.scene import Ensemble
-from .._request.methods import ELSE, methods
-from .._request.request import Progress, Request
-from .crew import Crew
-from .path import Error, Interrupted, path_of
-from .top_rows import INTERRUPTED, STATUSES, Codes
+from .._request.methods import FALLBACK, methods
+from .._request.solve_options import Progress, SolveOptions
+from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
+from .executor import Job, SliceTask, WorkerPool
+from .path import Error, Interrupted, make_path
 
 # Columns of the core's rows: ln of the tangent's size, the mean of MEGNO, the largest ln so far,
 # and how far the changes of energy and <m, e3> by it are from constant.
@@ -26,15 +24,14 @@ LOG, MEGNO, MOST, ENERGY, MOMENTUM = range(5)
 
 @dataclass(frozen=True, eq=False)
 class Indicator:
-    """What kreisel.lyapunov, kreisel.megno and kreisel.oli give. Arrays are read-only; of one scene
-    their shape is () in place of an ensemble's.
+    """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli. Arrays are read-only; those of
+    one scene have the shape () in place of an ensemble's.
 
     t            (k,) the times of the curve [T]
     curve        (*shape, k) the indicator over the way from the start to these times
-    certificate  (*shape,) the largest error of the tangent on the way, as its conserved forms tell:
-                 how far the changes of energy and <m, e3> by it are from what they were at the
-                 start, over its size
-    status       (*shape,) how each run went: "OK", or the reason's name, and NaN in the curve
+    certificate  (*shape,) the largest error of the tangent on the way, by its conserved forms: how
+                 far its changes of energy and <m, e3> are from those at the start, over its size
+    status       (*shape,) "OK", or the name of the failure; the curve of a failure is NaN
     """
 
     t: Array
@@ -48,7 +45,7 @@ class Indicator:
 
     @property
     def value(self) -> Array | float:
-        """The indicator at the last time: a number of one scene, (*shape,) of an ensemble."""
+        """The indicator at the last time: a number for one scene, (*shape,) for an ensemble."""
         last = self.curve[..., -1]
         return float(last) if last.ndim == 0 else frozen(last)
 
@@ -64,47 +61,47 @@ class Indicator:
         return f"<kreisel.Indicator: {shape} tops at t = {self.t[-1]:g}, {self.failed.size} failed>"
 
 
-Reader = Callable[[Array, Array], Array]  # of a curve, from rows (n, k, 5) and the times
+CurveFunction = Callable[[Array, Array], Array]  # a curve of rows (n, k, 5) and the times
 
 
-def grown(
+def compute_indicator(
     tops: Ensemble,
     t: Array,
-    reader: Reader,
-    steering: tuple[float, int, Sequence[float]],
-    crew: Crew,
+    function: CurveFunction,
+    controls: tuple[float, int, Sequence[float]],
+    pool: WorkerPool,
     progress: Progress | None,
 ) -> Indicator:
-    """The indicator of all tops at these times, which need no check; `steering` is tol, max_steps
-    and the direction. Raises kreisel.Interrupted for Ctrl-C, with what was done."""
+    """Return the indicator of all tops at validated times; `controls` is tol, max_steps and the
+    direction. Raises kreisel.Interrupted for Ctrl-C, with what was done."""
     n = tops.size
     curve, worst = np.full((n, t.size), np.nan), np.full(n, np.nan)
     status = np.full(n, INTERRUPTED, dtype=np.int8)
-    work = Work(listens=crew.has_caller(n, progress, False))
+    work = Work()
 
-    def job(begin: int, end: int) -> tuple[Callable[..., tuple[Codes, Array]], tuple[Any, ...]]:
-        return _rows, (tops, begin, end, t, steering, work)
+    def job(begin: int, end: int) -> Job[tuple[Codes, Array]]:
+        return _rows, (tops, begin, end, t, controls, work)
 
-    def take(begin: int, part: tuple[Codes, Array]) -> None:
+    def collect(begin: int, part: tuple[Codes, Array]) -> None:
         codes, rows = part
         here = slice(begin, begin + len(codes))
-        status[here], curve[here] = codes, reader(rows, t)
+        status[here], curve[here] = codes, function(rows, t)
         worst[here] = np.maximum(rows[..., ENERGY], rows[..., MOMENTUM]).max(axis=1)
 
-    def told() -> Indicator:
+    def result() -> Indicator:
         names = np.array(STATUSES)[status].reshape(tops.shape)
         return Indicator(t, curve.reshape(*tops.shape, -1), worst.reshape(tops.shape), names)
 
     try:
-        crew.do(n, job, take, work, progress)
+        pool.run(SliceTask(n, job, collect, work, progress))
     except KeyboardInterrupt:
         left = np.flatnonzero(status == INTERRUPTED)
         if not left.size:
             raise
-        raise _stopped(Interrupted, tops, int(left[0]), "interrupted", told()) from None
+        raise _stopped(Interrupted, tops, int(left[0]), "interrupted", result()) from None
     if progress is not None:
         progress(1.0)
-    return told()
+    return result()
 
 
 def _rows(
@@ -127,15 +124,15 @@ def _rows(
 def _stopped(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, told: Indicator
 ) -> Error | Interrupted:
-    """The exception for top number i."""
+    """Return the exception for the i-th top."""
     scene = tops.ravel()[i]
     status = str(told.status.ravel()[i])
     none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(told.t[-1])
-    path = path_of(scene, Request(methods[ELSE], asked=ELSE), none)
+    path = make_path(scene, SolveOptions(methods[FALLBACK], requested_method=FALLBACK), none)
     return kind(f"{text}: the tangent of {scene!r}", status, path, told)
 
 
-def check_one(tops: Ensemble, told: Indicator, text: str) -> None:
-    """Raises what became of the only top."""
+def raise_if_failed(tops: Ensemble, told: Indicator, text: str) -> None:
+    """Raise kreisel.Error if the only top failed."""
     if told.failed.size:
         raise _stopped(Error, tops, 0, text, told)

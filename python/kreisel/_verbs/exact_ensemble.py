@@ -1,11 +1,10 @@
-"""The closed forms of many tops."""
+"""The closed forms of an ensemble."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -23,27 +22,33 @@ from .._core import (
 from .._ground.arguments import Array, Numbers, array, frozen, instance
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, no_turning, turnings
-from .._recording.crew import Crew
-from .._recording.moving import move
-from .._recording.paths import Paths
-from .._recording.top_rows import Codes
-from .._request.many import index_of, member, order, place, threads_of
-from .._request.methods import EXACT, methods, no_closed_form
-from .._request.times import refuse_endless
+from .._recording.ensemble_buffers import LANES, Codes
+from .._recording.ensemble_paths import Paths
+from .._recording.executor import Job, SliceTask, WorkerPool
+from .._recording.run_ensemble import run_ensemble
+from .._request.ensemble_options import (
+    format_index,
+    member,
+    parse_ensemble_options,
+    parse_threads,
+    unravel_index,
+)
+from .._request.methods import EXACT, methods, why_no_closed_form
+from .._request.times import check_horizon
 
 
 @dataclass(frozen=True, eq=False)
 class ExactEnsemble:
-    """The motions of many tops in closed form; call it with a time for the states of all, an array
-    (*shape, 8) with rows t, q (w, x, y, z), m as in kreisel.Path; with k times for an array
-    (*shape, k, 8), and so with an array (*shape, k) of times of each. `shape` is that of the
-    ensemble, (n,) of a list.
+    """The motions of an ensemble in closed form. Call it with a time for an array (*shape, 8) of
+    states t, q (w, x, y, z), m as in kreisel.Path. Call it with k times, or with an array
+    (*shape, k) of times of each top, for an array (*shape, k, 8). `shape` is that of the ensemble,
+    (n,) for a list.
 
-    period, precession, spin and what is told of turning points are arrays of that shape, each as of
-    one scene alone; so are the states, bit for bit. All are computed when they are first asked for.
-    ValueError, asked for turning points, where one scene has none.
+    period, precession, spin and turning points are arrays of that shape, computed on first access.
+    Each value, and each state bit for bit, is that of the scene alone. Turning points raise
+    ValueError if one scene has none.
 
-    A map over spin and tilt, of how far each top falls that is let go [degrees]:
+    A map over spin and tilt of how far each top falls when it is released [degrees]:
 
         >>> import numpy as np
         >>> import kreisel as kr
@@ -57,7 +62,7 @@ class ExactEnsemble:
     """
 
     tops: Ensemble
-    _word: str = "top"  # what a member is called in refusals
+    _word: str = "top"  # the name of a member in messages
 
     def __repr__(self) -> str:
         shape = self.tops.shape
@@ -82,18 +87,19 @@ class ExactEnsemble:
                     f"{(*shape, 'k')} with k times of each, not an array of shape {times.shape}"
                 )
             times = times.reshape(n, times.shape[-1])
-        self._refuse_endless(times)
+        self._check_horizon(times)
         at = np.atleast_1d(times)
         return self._states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _states(self, t: Array) -> Array:
-        """(n, k, 8) the states at times (k,) or (n, k). A worker has the same states, and sooner,
-        where times lead away from 0; but at 0 it has the start itself."""
+        """Return (n, k, 8) states at times (k,) or (n, k). The core's worker computes the same
+        states faster if times lead away from 0, but at 0 it returns the start itself."""
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
-            crew = Crew(threads_of(None, None))
-            came = move(Paths, self.tops, t, order(self.tops, EXACT), crew)
-            return came.check().states.reshape(self.tops.size, t.shape[-1], 8)
+            pool = WorkerPool(parse_threads(None, None))
+            options = parse_ensemble_options(self.tops, EXACT)
+            paths = run_ensemble(Paths, self.tops, t, options, pool, LANES)
+            return paths.check().states.reshape(self.tops.size, t.shape[-1], 8)
         states = np.empty((self.tops.size, t.shape[-1], 8))
         if t.ndim == 2:
             self._each(exact_states_of_tops, states, t)
@@ -101,8 +107,8 @@ class ExactEnsemble:
             self._each(partial(exact_states_of_tops, t=t), states)
         return states
 
-    def _refuse_endless(self, times: Array) -> None:
-        """Times by which some top turns more often than a double can tell."""
+    def _check_horizon(self, times: Array) -> None:
+        """Raise ValueError if some top turns too often by its last time for a double to resolve."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._tops, most)
@@ -111,30 +117,31 @@ class ExactEnsemble:
             i = int(late[0])
             end = float(np.broadcast_to(ends, most.shape)[i])
             try:
-                refuse_endless(member(self.tops, i), end, None)
+                check_horizon(member(self.tops, i), end, None)
             except ValueError as error:
                 raise ValueError(f"{self._named(i)}{error}") from None
 
     def _named(self, i: int) -> str:
-        return f"{self._word}{place(index_of(i, self.tops.shape))}: "
+        return f"{self._word}{format_index(unravel_index(i, self.tops.shape))}: "
 
     def _each(self, function: Callable[..., tuple[str, int]], *rows: Array | Codes) -> None:
-        """Calls a function of the core for slices of the tops, with these rows of each. ValueError
-        for the first top that it refuses."""
+        """Call a function of the core for slices of the tops, with the rows of each. Raises
+        ValueError for the first top that it rejects."""
         found: list[tuple[int, str]] = []
 
-        def job(begin: int, end: int) -> tuple[Callable[..., tuple[str, int]], tuple[Any, ...]]:
+        def job(begin: int, end: int) -> Job[tuple[str, int]]:
             return function, (self.tops._tops, begin, end, *(each[begin:end] for each in rows))
 
-        def take(_: int, came: tuple[str, int]) -> None:
-            if came[0] != "OK":
-                found.append((came[1], came[0]))
+        def collect(_: int, result: tuple[str, int]) -> None:
+            if result[0] != "OK":
+                found.append((result[1], result[0]))
 
-        Crew(threads_of(None, None)).do(self.tops.size, job, take, Work(), None)
+        pool = WorkerPool(parse_threads(None, None))
+        pool.run(SliceTask(self.tops.size, job, collect, Work()))
         if found:
             first, status = min(found)
-            refused = _no_turning if function is exact_turnings else no_form
-            raise refused(status, member(self.tops, first), self._named(first))
+            error = _no_turning_error if function is exact_turnings else no_closed_form_error
+            raise error(status, member(self.tops, first), self._named(first))
 
     @cached_property
     def _rates(self) -> Array:
@@ -187,7 +194,7 @@ class ExactEnsemble:
         return self._shaped(self._turning.t_greatest)
 
     @property
-    def course(self) -> npt.NDArray[np.str_]:
+    def motion_type(self) -> npt.NDArray[np.str_]:
         """(*shape) as in Exact."""
         course = self._turning.course.reshape(self.tops.shape)
         course.flags.writeable = False
@@ -199,38 +206,39 @@ class ExactEnsemble:
         return self._shaped(self._turning.critical_spin)
 
 
-def _no_turning(status: str, scene: Scene, where: str) -> ValueError:
+def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:
     return ValueError(where + no_turning(status, scene))
 
 
-def form_of(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """The closed forms of an ensemble; ValueError, which names it, for the first without one."""
+def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
+    """Return the closed forms of an ensemble. Raises ValueError, with its index, for the first
+    scene without one."""
     first, count = unsuited(tops._tops, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
-        where = f"{word}{place(index_of(first, tops.shape))}{more}: "
-        raise no_form("ERR_METHOD", member(tops, first), where)
+        where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
+        raise no_closed_form_error("ERR_METHOD", member(tops, first), where)
     return ExactEnsemble(tops, word)
 
 
-def ensemble_of(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """The closed forms of a list of scenes."""
+def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
+    """Return the closed forms of a list of scenes."""
     for i, scene in enumerate(scenes):
         instance(f"scene[{i}]", scene, Scene)
     if not scenes:
         raise ValueError("a list of scenes must not be empty")
-    return form_of(Ensemble.of(scenes), "scene")
+    return from_ensemble(Ensemble.of(scenes), "scene")
 
 
-def no_form(status: str, scene: Scene, where: str = "") -> ValueError:
-    """The refusal of a scene without closed form."""
+def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
+    """Return the exception for a scene without closed form."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
-    return ValueError(f"{where}{no_closed_form(scene)}: it is for {methods[EXACT].tops}")
+    return ValueError(f"{where}{why_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
 
 
-def row_of(t: Numbers) -> Array:
-    """A time or a list of times."""
+def parse_time_list(t: Numbers) -> Array:
+    """Return a time or a list of times as an array."""
     times = array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(

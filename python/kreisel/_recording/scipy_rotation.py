@@ -1,4 +1,4 @@
-"""The attitudes of a path as rotations of SciPy's, which is needed for this alone."""
+"""The attitudes of a path as SciPy's rotations, the only use of SciPy."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ with installed("scipy"):
 
 
 class Attitudes(Rotation):
-    """Rotations that apply to read-only arrays, too, as those of a path are: SciPy 1.17 alone
-    refuses them. What is made of them does so as well."""
+    """Rotations that also apply to read-only arrays, as those of a path are, which SciPy 1.17
+    refuses. Rotations derived from them do so as well."""
 
     def apply(self, vectors: ArrayLike, inverse: bool = False) -> Array:
         turned: Array = super().apply(np.array(vectors, dtype=np.float64), inverse)

@@ -1,12 +1,11 @@
-"""Saved paths: all that a path is, as an archive of a head in JSON, the scene in TOML and the
-arrays."""
+"""Serialization of paths: an archive of a head in JSON, the scene in TOML and the arrays."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, fields
-from typing import BinaryIO, NamedTuple
+from dataclasses import asdict, fields, replace
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -14,36 +13,32 @@ from .._core import tangents as TANGENTS
 from .._core import version
 from .._ground.archive import Archive, Integers, packed
 from .._ground.arguments import Array, number, shown, whole
-from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene, parse
-from .._request.methods import methods, unknown
-from .._request.plan import Choice
-from .._request.quantities import LOW, QUANTITIES, WANTED
-from .._request.request import checked_digits, checked_step, checked_tol, wanted
-from .carried import Carried
-from .states import NO_STATES, States, Stats
+from .._request.methods import methods, unknown_method
+from .._request.plan import StepChoice
+from .._request.quantities import LOW, QUANTITIES, RECORDABLE
+from .._request.solve_options import SolveOptions, options_for_method, parse_want
+from .state_quantities import NO_STATES, States, Stats
+from .tangent_data import TangentData
 
 _FORMAT = 1  # of the head and the names of the arrays
 _EVENTS = "events_"
 _MET = "which", "direction"
 
 
-class Saved(NamedTuple):
-    """A path in the order of its words."""
+class PathRecord(NamedTuple):
+    """The fields of a path, in the order of its constructor."""
 
     scene: Scene
     states: Array
-    method: MethodName
-    step: float | None
-    tol: float | None
     stats: Stats
-    digits: int | None
-    want: tuple[QuantityName, ...] | None
-    low: Array | None
-    columns: dict[str, Array] | None
-    asked: str
-    choice: Choice | None
-    carried: Carried | None
+    options: SolveOptions
+    is_back: bool
+    low: Array | None = None
+    columns: dict[str, Array] | None = None
+    events: Any = None  # a kreisel.Events
+    choice: StepChoice | None = None
+    carried: TangentData | None = None
 
     @property
     def t(self) -> Array:
@@ -51,16 +46,16 @@ class Saved(NamedTuple):
         return self.states[:, 0] if self.columns is None else self.columns["t"]
 
 
-Met = tuple[States, Integers, Integers]  # the path at the events, which they are, and which way
+EventArrays = tuple[States, Integers, Integers]  # the path at them, indices, directions
 
 
-def saved(path: States, met: Met | None) -> bytes:
-    """The bytes of a path, and of the events that it met."""
+def dump_path(path: States, met: EventArrays | None) -> bytes:
+    """Return the bytes of a path and its events."""
     head = {
         "kreisel": version,
         "format": _FORMAT,
         "method": path.method,
-        "asked": path._asked,
+        "asked": path._options.requested_method,
         "step": path.step,
         "tol": path.tol,
         "digits": path.digits,
@@ -68,12 +63,13 @@ def saved(path: States, met: Met | None) -> bytes:
         "low": path._low is not None,
         "stats": path.stats,
         "choice": path._choice and asdict(path._choice),
-        "tangents": path._carried and {"by": path._carried.by, "rest": path._carried.rest},
+        "tangents": path._tangent_data
+        and {"by": path._tangent_data.by, "rest": path._tangent_data.truncation},
         "events": met and {"want": met[0].want, "low": met[0]._low is not None},
     }
     arrays: dict[str, Array | Integers] = dict(_arrays(path, ""))
-    if path._carried:
-        arrays |= {"tangents": path._carried.high, "tangents_low": path._carried.low}
+    if path._tangent_data:
+        arrays |= {"tangents": path._tangent_data.high, "tangents_low": path._tangent_data.low}
     if met:
         at, *rest = met
         arrays |= _arrays(at, _EVENTS)
@@ -91,21 +87,25 @@ def _arrays(path: States, prefix: str) -> dict[str, Array]:
     return {prefix + name: array for name, array in arrays.items()}
 
 
-def unsaved(file: BinaryIO, size: int) -> tuple[Saved, tuple[Saved, Integers, Integers] | None]:
-    """The path in a file of so many bytes, and the events that it met: the path at them, which they
-    are, and which way. ValueError for what saved has not made."""
+def load_path(
+    file: BinaryIO, size: int
+) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
+    """Return the path in a file of `size` bytes, and its events: the path at them, their indices
+    and directions. Raises ValueError if dump_path did not write it."""
     archive = Archive(file, size)
     try:
         head = _object(json.loads(archive.text("head")))
         if whole("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
-        words = _words(head, parse(archive.text("scene")))
-        path = _numbers(archive, "", words, head)
+        words = _parse_head(head, parse(archive.text("scene")))
+        if head["events"] is not None:
+            words = words._replace(options=replace(words.options, events=()))
+        path = _read_arrays(archive, "", words, head)
         if head.get("tangents") is not None:
-            path = path._replace(carried=_carried(archive, len(path.t), head["tangents"]))
+            path = path._replace(carried=_read_tangents(archive, len(path.t), head["tangents"]))
         if head["events"] is None:
             return path, None
-        at = _numbers(archive, _EVENTS, words, _object(head["events"]))
+        at = _read_arrays(archive, _EVENTS, words, _object(head["events"]))
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its head is damaged: {error}") from None
     which, way = (archive.integers(_EVENTS + name, len(at.t)) for name in _MET)
@@ -120,68 +120,57 @@ def _object(value: object) -> dict[str, object]:
     return value
 
 
-def _words(head: dict[str, object], scene: Scene) -> Saved:
-    """A path without its numbers, each of its words checked as those of a request are."""
+def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
+    """Return a path without arrays, each field of its head validated."""
     method, asked, stats = head["method"], head["asked"], head["stats"]
     if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
         raise TypeError("method, asked and stats are texts and a list of numbers")
     if method not in methods:
-        raise ValueError(unknown(method))
+        raise ValueError(unknown_method(method))
     step = None if head["step"] is None else number("step", head["step"])
-    checked_step(methods[method], None if step is None else abs(step))
-    tol = checked_tol(methods[method], head["tol"])
-    digits = checked_digits(methods[method], head["digits"], tol)
+    size = None if step is None else abs(step)
+    options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)
     costs = Stats(*(whole("a number of the stats", n, 0) for n in stats))
-    choice = None if head["choice"] is None else _chosen(_object(head["choice"]))
-    return Saved(
-        scene,
-        NO_STATES,
-        methods[method].name,
-        step,
-        tol,
-        costs,
-        digits,
-        None,
-        None,
-        None,
-        asked,
-        choice,
-        None,
-    )
+    choice = None if head["choice"] is None else _parse_choice(_object(head["choice"]))
+    is_back = step is not None and step < 0.0
+    return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice)
 
 
-def _chosen(words: dict[str, object]) -> Choice:
-    """What method="geometric" chose."""
-    for field in fields(Choice):
+def _parse_choice(words: dict[str, object]) -> StepChoice:
+    """Return the choice of method='geometric'."""
+    for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:
             raise TypeError(f"choice.{field.name} = {shown(words[field.name])} is no {field.type}")
-    make: Callable[..., Choice] = Choice
+    make: Callable[..., StepChoice] = StepChoice
     return make(**words)
 
 
-def _carried(archive: Archive, n: int, head: object) -> Carried:
-    """The tangents of n states."""
+def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
+    """Return the tangents of n states."""
     words = _object(head)
     by, rest = words["by"], number("rest", words["rest"])
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
         raise ValueError(f"its tangents are by {shown(by)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in by)
     high, low = (archive.doubles(name, *shape) for name in ("tangents", "tangents_low"))
-    return Carried.of(high, low, rest, tuple(by))
+    return TangentData.from_flat(high, low, rest, tuple(by))
 
 
-def _numbers(archive: Archive, prefix: str, words: Saved, head: dict[str, object]) -> Saved:
-    """The path of these words with the numbers whose names begin so."""
+def _read_arrays(
+    archive: Archive, prefix: str, words: PathRecord, head: dict[str, object]
+) -> PathRecord:
+    """Return the path with the arrays whose names begin with `prefix`."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low is true or false, not {shown(is_low)}")
     t = archive.doubles(f"{prefix}t", None)
     if want is not None:
-        names = wanted(want) or ()
+        names = parse_want(want) or ()
         columns = {
-            name: archive.doubles(prefix + name, len(t), *WANTED[name].shape) for name in names
+            name: archive.doubles(prefix + name, len(t), *RECORDABLE[name].shape) for name in names
         }
-        return words._replace(want=names, columns={"t": t} | columns)
+        options = replace(words.options, want=names)
+        return words._replace(options=options, columns={"t": t} | columns)
     low = None
     if is_low:
         rest = (archive.doubles(prefix + name, len(t), *LOW[name].shape) for name in LOW)

@@ -1,4 +1,4 @@
-"""What rides along with a path: its tangents, and what they tell of its conditioning."""
+"""The tangents of a path, and its conditioning by them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 from .._core import tangents as TANGENTS
 from .._ground.arguments import Array, frozen
 from .._model.scene import Scene
-from .places import Place
+from .indexing import ResolvedIndex
 
 _ALL = "solve with tangents=" + repr(tuple(TANGENTS))
-CARRIED = {  # what only a path with tangents has, and how to get it
+TANGENT_ATTRIBUTES = {  # attributes of a path with tangents, with hints
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
@@ -21,28 +21,30 @@ CARRIED = {  # what only a path with tangents has, and how to get it
 _ROUNDING = 2.0**-53
 
 
-class Carried(NamedTuple):
-    """(n, 6, columns) tangents, what their doubles leave out, the largest last term of their
-    series, and what they are the derivatives by, in the order of the core's table."""
+class TangentData(NamedTuple):
+    """(n, 6, columns) tangents, their low words, the largest last term of their series, and the
+    names of what they are derivatives by, in the order of the core's table."""
 
     high: Array
     low: Array
-    rest: float
+    truncation: float
     by: tuple[str, ...]
 
     @classmethod
-    def of(cls, high: Array, low: Array, rest: float, by: tuple[str, ...]) -> Carried:
-        """What the core gave, row after row."""
+    def from_flat(
+        cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
+    ) -> TangentData:
+        """Return the tangents of the flat arrays of the core."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
-        return cls(frozen(high.reshape(shape)), frozen(low.reshape(shape)), rest, by)
+        return cls(frozen(high.reshape(shape)), frozen(low.reshape(shape)), truncation, by)
 
-    def at(self, which: Place) -> Carried:
-        """Those of some of the states."""
+    def select(self, which: ResolvedIndex) -> TangentData:
+        """Return the tangents of some of the states."""
         return self._replace(high=frozen(self.high[which]), low=frozen(self.low[which]))
 
     def conditioning(self, scene: Scene) -> Array:
-        """(n,) how far one rounding of each datum moves the attitude at most [rad]."""
+        """Return (n,) how far one rounding of each datum moves the attitude at most [rad]."""
         if self.by != tuple(TANGENTS):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
         data = [

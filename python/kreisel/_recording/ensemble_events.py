@@ -1,4 +1,4 @@
-"""Events that many tops met."""
+"""Events of the tops of an ensemble."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 import numpy.typing as npt
 
 from .._ground.arguments import Array
-from .top_rows import Counts, Met
+from .ensemble_buffers import Counts, RawEvents
 
 
 @dataclass(frozen=True, eq=False)
-class ManyEvents:
-    """e events in all, those of one top after those of another, in the order in which each met its
-    own. Arrays are read-only.
+class EnsembleEvents:
+    """e events of an ensemble, top by top, in the order in which each top met them. Arrays are
+    read-only.
 
     top        (e,) the number of the top; (e, dimensions) of an ensemble with several or none
     states     (e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
-    which      (e,) the index of each in the list that solve was given
+    which      (e,) the index of each event in the list passed to solve
     direction  (e,) 1: the function grew with time, or was smallest; -1: it fell, or was largest
-    count      (*shape) how many each top met
+    count      (*shape) the number of events of each top
     """
 
     top: Counts
@@ -48,18 +48,20 @@ class ManyEvents:
         return self.states[:, 5:]
 
 
-def joined(met: list[Met]) -> Met:
-    """Events in the order of their tops."""
+def join_events(met: list[RawEvents]) -> RawEvents:
+    """Return the events of several slices, sorted by their tops."""
     if not met:
         none = np.empty(0, dtype=np.intc)
-        return Met(np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), none, none)
+        return RawEvents(
+            np.empty(0, dtype=np.int64), np.empty((0, 8)), np.empty((0, 8)), none, none
+        )
     columns = [np.concatenate(column) for column in zip(*met, strict=True)]
     order = np.argsort(columns[0], kind="stable")
-    return Met(*(column[order] for column in columns))
+    return RawEvents(*(column[order] for column in columns))
 
 
-def events_of(met: Met, shape: tuple[int, ...]) -> ManyEvents:
-    """The events, with their tops by the index in an ensemble."""
+def ensemble_events(met: RawEvents, shape: tuple[int, ...]) -> EnsembleEvents:
+    """Return the events of an ensemble of this shape."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
     top = met.top
@@ -67,4 +69,4 @@ def events_of(met: Met, shape: tuple[int, ...]) -> ManyEvents:
         top = np.array(np.unravel_index(met.top, shape)).T.reshape(len(met.top), len(shape))
     for array in (top, met.states, met.which, met.direction, count):
         array.flags.writeable = False
-    return ManyEvents(top, met.states, met.which, met.direction, count)
+    return EnsembleEvents(top, met.states, met.which, met.direction, count)

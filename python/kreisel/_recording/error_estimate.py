@@ -1,9 +1,10 @@
-"""Reference: a second run that is better than the first, and how far roundings move either.
+"""Error estimates: a reference run that is more precise, and the growth of roundings.
 
 The Taylor series with 20 digits errs by far less than any run in doubles, however much the motion
-magnifies roundings. A closed form is cheaper on fast tops, but it is one of a body of its kind, in
-doubles: it counts where the body is of this kind to the bit, and where what it says is far above
-its roundings.
+magnifies roundings. A closed form is cheaper on fast tops, but it holds for a body of its kind, in
+doubles. It is a reference if the body is of its kind to the bit, and if the error found is far
+above its roundings.
+
 """
 
 from __future__ import annotations
@@ -21,28 +22,28 @@ from .._core import tangents as TANGENTS
 from .._ground.arguments import Array, Quaternion
 from .._ground.names import MethodName
 from .._model.scene import Scene
-from .._request.methods import ELSE, EXACT, methods
-from .._request.request import Progress, Request
+from .._request.methods import EXACT, FALLBACK, methods
+from .._request.solve_options import Progress, SolveOptions
 from ..quaternion import conjugate, multiply, turn
-from .rows import Rows
+from .core_calls import CoreResult
 
-CLOSED_FORM = Request(methods[EXACT], asked=EXACT)
-SERIES = Request(methods[ELSE], asked=ELSE)
-LONGER_SERIES = Request(methods[ELSE], digits=20, asked=ELSE)
-LONGEST_SERIES = Request(methods[ELSE], digits=30, asked=ELSE)
+CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
+SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
+LONGER_SERIES = SolveOptions(methods[FALLBACK], digits=20, requested_method=FALLBACK)
+LONGEST_SERIES = SolveOptions(methods[FALLBACK], digits=30, requested_method=FALLBACK)
 # Shorter steps of 30 digits make other roundings.
 SHORTER_STEPS = [
-    Request(methods[ELSE], tol=2.0**-n, digits=30, asked=ELSE) for n in (108, 109, 110)
+    SolveOptions(methods[FALLBACK], tol=2.0**-n, digits=30, requested_method=FALLBACK)
+    for n in (108, 109, 110)
 ]
 
 ROUNDING = 2.0**-53
-_LOOKS = 1024  # at the tangents of a path, at most
-ROUNDINGS = 128  # of the start come to more than those of a closed form by far
+_MAX_POINTS = 1024  # times of a path at which tangents are computed
+ROUNDINGS = 128  # a closed form errs by far less than this many roundings of the start
 
 
 def closed_form_holds(scene: Scene) -> bool:
-    """Whether the scene has a closed form, and nothing of its body was rounded for it to have
-    one."""
+    """Return True if the scene has a closed form without any rounding of its body."""
     if not CLOSED_FORM.method.suits(scene):
         return False
     near = 2.0 * KIND_RTOL
@@ -54,45 +55,52 @@ def closed_form_holds(scene: Scene) -> bool:
     return not scene.gravity or not any(0.0 < abs(c) <= near * reach for c in com)
 
 
-def told_error(
+def estimate_error(
     scene: Scene,
     method: MethodName,
     digits: int | None,
-    apart: Callable[[Request], float],
-    grown: Callable[[], float],
+    angle_to: Callable[[SolveOptions], float],
+    growth: Callable[[], float],
 ) -> float:
-    """The attitude error of a path of this method and these digits, by how far second runs are
-    apart from it, and how far a rounding of the start has grown."""
+    """Return the attitude error of a path, by the method and the digits that it has.
+
+    `angle_to` returns the largest angle to a second run, `growth` how far a rounding of the start
+    has grown.
+    """
     if not digits and method != EXACT and closed_form_holds(scene):
-        error = apart(CLOSED_FORM)
-        if error >= ROUNDINGS * ROUNDING * grown():
+        error = angle_to(CLOSED_FORM)
+        if error >= ROUNDINGS * ROUNDING * growth():
             return error
     if digits == 30:
-        errors = sorted(apart(other) for other in SHORTER_STEPS)
-        return max(errors[len(errors) // 2], ROUNDING**2 * grown())
-    error = 0.0 if digits else apart(LONGER_SERIES)
+        errors = sorted(angle_to(other) for other in SHORTER_STEPS)
+        return max(errors[len(errors) // 2], ROUNDING**2 * growth())
+    error = 0.0 if digits else angle_to(LONGER_SERIES)
     # A closed form makes its roundings once: the series may magnify its own to more than these.
     is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING
-    return apart(LONGEST_SERIES) if digits or is_unsure else error
+    return angle_to(LONGEST_SERIES) if digits or is_unsure else error
 
 
-def rounded(scene: Scene, digits: int = 16) -> Array:
-    """How a rounding of the state may move attitude and momentum, over the rounding, as columns.
-    Doubles hold either in the top's own units. A series of more digits keeps the momentum as the
-    body sees it: the attitude takes it along, and each number is rounded by its own size."""
+def rounding_directions(scene: Scene, digits: int = 16) -> Array:
+    """Return how a rounding of the state moves attitude and momentum, over the rounding, as
+    columns.
+
+    Doubles hold either in the top's own units. A series of more digits holds the momentum seen from
+    the body, which the attitude takes along, and each number is rounded by its own size.
+
+    """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._fastest] * 3)
     to_space, principal = _matrix(scene.attitude), _matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
-    turns = _rounded_turns(scene)
+    turns = _rounding_turns(scene)
     taken = to_space @ np.cross(turns.T, seen).T
     own = to_space @ (principal * (principal.T @ seen))
     return np.block([[turns, np.zeros((3, 3))], [taken, own]])
 
 
-def _rounded_turns(scene: Scene) -> Array:
-    """How a rounding of each number of the principal axes' attitude turns the body, seen from it.
-    The number is a sum of products, each rounded by its own size."""
+def _rounding_turns(scene: Scene) -> Array:
+    """Return how a rounding of each number of the principal axes' attitude turns the body, seen
+    from it. The number is a sum of products, each rounded by its own size."""
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
     sizes: Any = np.diag(np.linalg.norm(multiply(each, axes), axis=1))
@@ -105,28 +113,32 @@ def _matrix(q: Quaternion) -> Array:
     return np.array([turn(q, axis) for axis in axes]).T
 
 
-def grown_roundings(
+def rounding_growth(
     scene: Scene,
     times: Array,
     digits: int = 16,
     max_steps: int = 0,
     progress: Progress | Work | None = None,
-) -> tuple[Rows, float]:
-    """How far one rounding of the start moves the attitude on the way at most [rad], over the
-    rounding, by tangents of the series, whatever method moves the top; of more digits, how far
-    those of all its numbers do, as they add up by chance. Infinite where a tangent outgrows
-    doubles. Before it the states that were looked at, of which some are missing where that
-    run fails."""
-    directions, most = rounded(scene, digits), 1.0
-    came: Rows = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
+) -> tuple[CoreResult, float]:
+    """Return a result of the core, and how far one rounding of the start moves the attitude at most
+    [rad], over the rounding.
+
+    The growth is that of tangents of the series, whatever method moves the top. With more digits it
+    is that of the roundings of all numbers, added as independent errors. It is infinite if a
+    tangent outgrows doubles. The result has the states at which the growth was computed; some are
+    missing if the run fails.
+
+    """
+    directions, most = rounding_directions(scene, digits), 1.0
+    came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
     series = replace(SERIES, max_steps=max_steps)
     for side in (times[times < 0.0], times[times > 0.0]):
         if not side.size:
             continue
         _, top = start(scene._block, *series.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
         assert top is not None
-        each = -(-side.size // _LOOKS)
-        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # the end is looked at, too
+        each = -(-side.size // _MAX_POINTS)
+        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # with the end
         came, high, *_ = top.record_tangents(on_the_way, False, progress)
         if came[0] == "ERR_TANGENT":
             return ("OK", *came[1:]), math.inf
@@ -139,9 +151,9 @@ def grown_roundings(
     return came, most
 
 
-def apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """The largest angle between attitudes, each with what its doubles leave out: their difference
-    loses no digit."""
+def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+    """Return the largest angle between attitudes, each with its low words: their difference loses
+    no digit."""
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)
     sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]

@@ -1,4 +1,4 @@
-"""Sections: the states in which each of many tops met an event."""
+"""Sections: the states in which each top of an ensemble met an event."""
 
 from __future__ import annotations
 
@@ -13,19 +13,18 @@ from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities
 from .._ground.refusals import nearest
 from .._model.scene import Ensemble
-from .._request.many import Order
-from .columns import add_quantities
-from .outcomes import Outcomes
-from .path import Path, stopped
-from .places import number_of
-from .states import PARTS
-from .top_rows import STATUSES, Counts, TopRows, values
+from .._request.ensemble_options import EnsembleOptions
+from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
+from .ensemble_result import EnsembleResult
+from .indexing import flat_index
+from .path import Path, stop_exception
+from .state_quantities import STATE_COLUMNS, add_quantities
 
 
-class Section(Outcomes, Quantities):
-    """The states in which each top of an ensemble met an event, as kreisel.section found them: flat
-    arrays, e states in all, those of one top after those of another, each in the order of time.
-    Arrays are read-only; all but t, q and m are computed when they are first asked for.
+class Section(EnsembleResult, Quantities):
+    """The states in which each top of an ensemble met an event, as kreisel.section found them: e
+    states in flat arrays, top by top, each in the order of time. Arrays are read-only; quantities
+    other than t, q and m are computed on first access.
 
     tops        the ensemble
     section[i]  a kreisel.Path of these states of one top; slices, lists and masks give the
@@ -38,27 +37,27 @@ class Section(Outcomes, Quantities):
 
     @property
     def n(self) -> int:
-        """How many states were looked for of each top."""
+        """The number of states that were requested of each top."""
         return int(self._t.shape[1])
 
     @property
     def count(self) -> Counts:
-        """(*shape) how many were found."""
+        """(*shape) the number of states that were found."""
         return self.done
 
     @property
-    def wait(self) -> Array:
-        """(*shape) how long an event could take to come, from the start or the one before; negative
-        where the way led back [T]."""
+    def max_wait(self) -> Array:
+        """(*shape) the longest time from the start or the last event to the next; negative back in
+        time [T]."""
         return self._shaped(self._t[:, 0].copy())
 
     @cached_property
     def _found(self) -> npt.NDArray[np.bool_]:
-        """(tops, n) which of the rows are states."""
-        return np.arange(self.n) < self._rows.done[:, None]
+        """(tops, n) True for the rows that are states."""
+        return np.arange(self.n) < self._buffers.done[:, None]
 
     def _flat(self, rows: Array) -> Array:
-        """The rows that are states."""
+        """Return the rows that are states."""
         whole = bool(self._found.all())
         return frozen(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found])
 
@@ -74,8 +73,8 @@ class Section(Outcomes, Quantities):
     @cached_property
     def states(self) -> Array:
         """(e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
-        assert self._rows.states is not None
-        return self._flat(self._rows.states)
+        assert self._buffers.states is not None
+        return self._flat(self._buffers.states)
 
     @property
     def t(self) -> Array:
@@ -86,74 +85,84 @@ class Section(Outcomes, Quantities):
     def q(self) -> Array:
         """(e, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was
         described to space."""
-        return self.states[:, PARTS["q"]]
+        return self.states[:, STATE_COLUMNS["q"]]
 
     @property
     def m(self) -> Array:
         """(e, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self.states[:, PARTS["m"]]
+        return self.states[:, STATE_COLUMNS["m"]]
 
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """A hint for any other name, as AttributeError."""
+            """Raise AttributeError with a hint."""
             if name.startswith("_"):
                 raise AttributeError(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
             raise AttributeError(f"a section has no {shown(name)}; {nearest(name, known)}")
 
     def _member(self, i: int) -> Path:
-        assert self._rows.states is not None
-        return self._path(i, self._rows.states[i, : int(self._rows.done[i])], None)
+        assert self._buffers.states is not None
+        return self._path(i, self._buffers.states[i, : int(self._buffers.done[i])], None)
 
     def _failure(self, i: int) -> BaseException:
-        done, reached = int(self._rows.done[i]), float(self._rows.reached[i])
+        done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
         waited = f", after waiting for {abs(float(self._t[i, 0])):g}"
         came = f"{done} of {self.n} came by t = {reached:g}"
-        name = STATUSES[self._rows.status[i]]
-        return stopped(name, self._member(i), came + waited if name == "ERR_EVENT" else came)
+        name = STATUSES[self._buffers.status[i]]
+        text = came + waited if name == "ERR_EVENT" else came
+        return stop_exception(name, self._member(i), text)
 
     def __getitem__(self, key: Any) -> Any:
-        """The states of one top, as a path, or those of some, as of an array.
+        """Return the states of one top, as a path, or the section of several, as of an array.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
         >>> kr.section(tops, n=20)[2:4]
         <kreisel.Section of shape (2,), 40 states of 2 tops: taylor, none failed>
         """
-        i = number_of(self.shape, key)
+        i = flat_index(self.shape, key)
         return self._part(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """A section is many arrays, and no one of them is meant."""
-        raise TypeError("a section is no array: take one of its own, as section.q")
+        """Raise TypeError: a section has several arrays."""
+        raise TypeError("a section is no array: use one of its arrays, as section.q")
 
 
 def _column(section: Section, name: str) -> Array:
-    return section._flat(values(name, section.tops, section._rows))
+    return section._flat(values(name, section.tops, section._buffers))
 
 
 add_quantities(Section, ("e",), _column)
 
 
-def fill_section(
-    rows: TopRows, order: Order, tops: Ensemble, begin: int, end: int, t: Array, work: Work | None
-) -> TopRows:
-    """The rows of the tops begin to end, filled on any thread; t tells in each place of a top how
-    long it waits for an event."""
-    part = rows.at(slice(begin, end))
-    assert part.states is not None and order.events is not None
+def run_section(
+    buffers: EnsembleBuffers,
+    options: EnsembleOptions,
+    tops: Ensemble,
+    begin: int,
+    end: int,
+    t: Array,
+    work: Work | None,
+) -> EnsembleBuffers:
+    """Search for the states of the tops begin..end; each row of `t` has the longest wait of a top
+    in each place."""
+    part = buffers.select(slice(begin, end))
+    assert part.states is not None and options.core_events is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
-    told = part.status, part.done, part.counts, part.reached
-    Worker(*order.core, (), work).section(
-        tops._tops, begin, end, order.events, part.states.shape[1], wait, *told, part.states
-    )
+    Worker(*options.core, (), work).section(
+        tops._tops, begin, end, options.core_events, part.states.shape[1], wait,
+        part.status, part.done, part.counts, part.reached, part.states,
+    )  # fmt: skip
     return part
 
 
+SECTION = SliceRunner(run_section, is_native=True)
+
+
 def slowest_turns(tops: Ensemble) -> Array:
-    """(n,) how long each top takes for a turn about the axis of its largest moment, or to swing
-    about that [T]; 1 for what is at rest without a torque."""
+    """Return (n,) the time that each top takes for a turn about the axis of its largest moment, or
+    to swing about it [T]; 1 for a top at rest without torque."""
     body = tops.body
     largest = np.max(body.moments, axis=-1)
     rate = np.linalg.norm(tops.momentum, axis=-1) / largest

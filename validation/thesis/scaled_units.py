@@ -5,12 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import hypot
 
+import kreisel as kr
 import numpy as np
-
-from .._ground.arguments import Array, instance, number
-from .._model.body import Body
-from .._model.scene import Scene
-from .._recording.path import Path
 
 
 @dataclass(frozen=True)
@@ -23,28 +19,28 @@ class Units:
     length: float
     mass: float
 
-    def into(self, scene: Scene) -> Scene:
+    def into(self, scene: kr.Scene) -> kr.Scene:
         """The scene in these units."""
         return _scaled(scene, 1.0 / self.length, 1.0 / self.mass)
 
-    def back(self, scene: Scene) -> Scene:
+    def back(self, scene: kr.Scene) -> kr.Scene:
         """A scene that is given in these units, in the old ones."""
         return _scaled(scene, self.length, self.mass)
 
 
-def scaled_units(body: Body) -> Units:
+def scaled_units(body: kr.Body) -> Units:
     """Units with |a| = 1 and I1 = 1 for a Lagrange top: length |com|, mass I1 / |com|^2.
 
     Here I1 = M (C_N^2 + 4 C_T^2) / 3 for the thesis' cuboid, so that alpha = I3 is 2 C_N^2 / (C_N^2
     + 4 C_T^2), the factor of momenta is 1 / I1, and the mass is not 1 but 3 C_T^2 / (C_N^2 + 4
     C_T^2), which the text leaves out of p. ValueError for other bodies.
     """
-    i1, _ = _lagrange(instance("body", body, Body))
+    i1, _ = _lagrange(body)
     length = hypot(*body.com)
     return Units(length, i1 / length**2)
 
 
-def h_eps(path: Path, step: float) -> Array:
+def h_eps(path: kr.Path, step: float) -> np.ndarray:
     """(n,) what bobenko_suris keeps at this step, in the scaled units and the text's words (6.1.4)
     [T^-2]:
 
@@ -53,16 +49,14 @@ def h_eps(path: Path, step: float) -> Array:
     The energy is I1 times its first two terms and the constant (1 / alpha - 1) <m, a>^2 / 2. `path`
     in any units.
     """
-    instance("path", path, Path)
     i1, i3 = _lagrange(path.scene.body)
-    kept: Array = (
-        path.modified_energy(number("step", step)) / i1
-        - (i1 / i3 - 1.0) * (path.axial_momentum / i1) ** 2 / 2.0
+    kept: np.ndarray = (
+        path.modified_energy(step) / i1 - (i1 / i3 - 1.0) * (path.axial_momentum / i1) ** 2 / 2.0
     )
     return kept
 
 
-def _lagrange(body: Body) -> tuple[float, float]:
+def _lagrange(body: kr.Body) -> tuple[float, float]:
     """The double moment and the one about the symmetry axis."""
     if body.kind != "lagrange":
         raise ValueError(
@@ -73,9 +67,9 @@ def _lagrange(body: Body) -> tuple[float, float]:
     return moments[odd - 1], moments[odd]
 
 
-def _scaled(scene: Scene, length: float, mass: float) -> Scene:
-    body, inertia = instance("scene", scene, Scene).body, mass * length**2
-    new = Body(
+def _scaled(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
+    body, inertia = scene.body, mass * length**2
+    new = kr.Body(
         mass * body.mass,
         inertia * np.array(body.inertia),
         length * np.array(body.com),

@@ -1,4 +1,4 @@
-"""Paths of many tops: arrays over the shape of the ensemble, and the path of each."""
+"""Paths of an ensemble: arrays over its shape, and the path of each top."""
 
 from __future__ import annotations
 
@@ -11,33 +11,32 @@ import numpy as np
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities, QuantityName
 from .._ground.refusals import nearest
-from .._request.quantities import LOW, WANTED
-from .columns import add_quantities
-from .many_events import ManyEvents, events_of, joined
-from .outcomes import Outcomes
+from .._request.quantities import LOW, RECORDABLE
+from .ensemble_buffers import RawEvents, values
+from .ensemble_events import EnsembleEvents, ensemble_events, join_events
+from .ensemble_result import EnsembleResult
+from .indexing import flat_index
 from .path import Events, Path
-from .places import number_of
-from .states import NO_STATES, PARTS
-from .tables import tabled
-from .top_rows import Met, values
+from .state_quantities import NO_STATES, STATE_COLUMNS, add_quantities
+from .tables import quantity_rows
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 
-class Paths(Outcomes, Quantities):
-    """The motions of an ensemble of tops, at k times each. Arrays are read-only: t, q and m are
-    views of `states`, all else is computed when it is first asked for. They have the shape of the
-    ensemble, then k, then that of the quantity. A top that failed keeps its good states; behind
-    them is NaN.
+class Paths(EnsembleResult, Quantities):
+    """The motions of an ensemble of tops, at k times each. Arrays are read-only. t, q and m are
+    views of `states`; other quantities are computed on first access. An array has the shape of the
+    ensemble, then k, then the shape of the quantity. A top that failed keeps its good states,
+    followed by NaN.
 
     tops    the ensemble
-    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers (at other times than
-            these it is moved alone, with the roundings of taylor that it has then); slices, lists
-            and masks give the kreisel.Paths of some, as of an array
+    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; at other times the top
+            runs alone, with the roundings that taylor then has. Slices, lists and masks give the
+            kreisel.Paths of several tops, as of an array
     """
 
-    _one = Path  # what a single one is
+    _one = Path  # the class of a single result
 
     def __repr__(self) -> str:
         k = self._t.shape[-1]
@@ -45,38 +44,38 @@ class Paths(Outcomes, Quantities):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """What solve was asked to keep beside t, and all that there is then; None: the states."""
-        return self._order.request.want
+        """The quantities that the paths keep beside t; None: the states."""
+        return self._options.solve.want
 
     @property
     def _low(self) -> Array | None:
-        return self._rows.low
+        return self._buffers.low
 
     @property
     def states(self) -> Array:
         """(*shape, k, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
-        if self._rows.states is None:
+        if self._buffers.states is None:
             raise self._left_out("states")
-        return self._shaped(self._rows.states)
+        return self._shaped(self._buffers.states)
 
     def _column(self, name: str) -> Array:
-        """A quantity over all tops."""
-        columns = self._rows.columns
+        """Return a quantity of all tops."""
+        columns = self._buffers.columns
         if name in columns:
             return self._shaped(columns[name])
         if self.want is not None:
             raise self._left_out(name)
-        if name in PARTS:
-            return self.states[..., PARTS[name]]
+        if name in STATE_COLUMNS:
+            return self.states[..., STATE_COLUMNS[name]]
         if name in LOW:
-            part, low = PARTS[name.removesuffix("_low")], self._rows.low
+            part, low = STATE_COLUMNS[name.removesuffix("_low")], self._buffers.low
             if low is None:
                 return frozen(0.0 * self.states[..., part])
             return self._shaped(low)[..., part]
-        return self._shaped(values(name, self.tops, self._rows))
+        return self._shaped(values(name, self.tops, self._buffers))
 
     def _left_out(self, name: str) -> AttributeError:
-        more = f"add {name!r} to want" if name in WANTED else "solve without want"
+        more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
         return AttributeError(
             f"this result has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
         )
@@ -94,12 +93,12 @@ class Paths(Outcomes, Quantities):
 
     @cached_property
     def q_low(self) -> Array:
-        """(*shape, k, 4) what the doubles of q leave out; zero up to 16 digits."""
+        """(*shape, k, 4) low words of q; zero up to 16 digits."""
         return self._column("q_low")
 
     @cached_property
     def m_low(self) -> Array:
-        """(*shape, k, 3) what the doubles of m leave out [M L^2 T^-1]; zero up to 16 digits."""
+        """(*shape, k, 3) low words of m [M L^2 T^-1]; zero up to 16 digits."""
         return self._column("m_low")
 
     @property
@@ -110,7 +109,7 @@ class Paths(Outcomes, Quantities):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """A hint for any other name, as AttributeError."""
+            """Raise AttributeError with a hint."""
             if name.startswith("_"):
                 raise AttributeError(name)
             if self.want is not None and hasattr(type(self), name):
@@ -119,27 +118,28 @@ class Paths(Outcomes, Quantities):
             raise AttributeError(f"paths have no {shown(name)}; {nearest(name, known)}")
 
     @cached_property
-    def events(self) -> ManyEvents | None:
-        """Those that were met, where solve was asked for events; else None."""
-        return None if self._order.events is None else events_of(self._met, self.shape)
+    def events(self) -> EnsembleEvents:
+        """The events on the way; empty if none were requested."""
+        return ensemble_events(self._raw_events, self.shape)
 
     @cached_property
-    def _met(self) -> Met:
-        return joined(self._rows.met)
+    def _raw_events(self) -> RawEvents:
+        return join_events(self._buffers.events)
 
     def _member(self, i: int) -> Path:
         path = super()._member(i)
-        if self._order.events is None:
+        if self._options.core_events is None:
             return path
-        met = self._met
+        met = self._raw_events
         first, last = np.searchsorted(met.top, [i, i + 1])
         here = slice(int(first), int(last))
         at = self._path(i, met.states[here].copy(), met.low[here].copy())
         events = Events(at, met.which[here].copy(), met.direction[here].copy())
-        return replace(path, states=path.states if self.want is None else NO_STATES, events=events)
+        states = path.states if self.want is None else NO_STATES
+        return replace(path, states=states, _events=events)
 
     def __getitem__(self, key: Any) -> Any:
-        """The path of one top, or those of some, as of an array.
+        """Return the path of one top, or the paths of several, as of an array.
 
         >>> import numpy as np
         >>> import kreisel as kr
@@ -148,29 +148,29 @@ class Paths(Outcomes, Quantities):
         >>> paths[3], paths[1:3].q.shape
         (<kreisel.Path: 3 states, t = 0 .. 2; exact, 2 steps>, (2, 3, 4))
         """
-        i = number_of(self.shape, key)
+        i = flat_index(self.shape, key)
         return self._part(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """Paths are many arrays, and no one of them is meant."""
+        """Raise TypeError: paths have several arrays."""
         raise TypeError("paths are no array: take one of theirs, as paths.q or paths.states")
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
-        """An xarray.Dataset with a variable for each quantity of these names, in place of what the
+        """Return an xarray.Dataset with a variable for each quantity in `names`, or for what the
         paths keep. Its dimensions are those of the ensemble by name, then time, then those of a
-        path's; where each top has its own times, t is a variable along both.
+        path's quantity. If each top has its own times, t is a variable along both.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        Words that vary are coordinates, and so are `status` and `reached`. All else, and what it
-        raises, is as of a path.
+        Parameters that vary are coordinates, and so are `status` and `reached`. The rest is as of
+        Path.to_xarray.
         """
-        from .tables_of_tops import dataset
+        from .ensemble_tables import dataset
 
-        return dataset(self, tabled(self, names, degrees, unwrap))
+        return dataset(self, quantity_rows(self, names, degrees, unwrap))
 
 
 add_quantities(Paths, ("*shape", "k"), Paths._column)

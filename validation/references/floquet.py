@@ -13,14 +13,11 @@ import math
 from decimal import Decimal, InvalidOperation, Overflow, localcontext
 from typing import Any, NamedTuple
 
+import kreisel as kr
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array
-from .._model.scene import Scene
-from .._recording.path import Path
-from .solve import solve
-
+Array = npt.NDArray[np.float64]
 Decimals = npt.NDArray[np.object_]  # of decimals
 _PRECISION = 50
 _LATE = 1e-9  # of the period: by so much the double of it may err
@@ -29,7 +26,7 @@ _AXES = np.eye(3)
 
 
 def _decimals(high: Array, low: Array | None = None) -> Decimals:
-    """The numbers, with what their doubles leave out."""
+    """Return the numbers as decimals, their low words included."""
     return _each(high) if low is None else _each(high) + _each(low)
 
 
@@ -82,7 +79,7 @@ class _Body(NamedTuple):
     frame: Decimals
 
     @classmethod
-    def of(cls, scene: Scene) -> _Body:
+    def of(cls, scene: kr.Scene) -> _Body:
         body = scene.body
         moments, com = np.array(body.moments), _each(np.array(body.principal_com))
         lever = com * (Decimal(body.mass) * Decimal(scene.gravity))
@@ -108,7 +105,7 @@ class _Point(NamedTuple):
     turn: Decimals
 
     @classmethod
-    def of(cls, body: _Body, path: Path, i: int) -> _Point:
+    def of(cls, body: _Body, path: kr.Path, i: int) -> _Point:
         turn = _turn(_decimals(path.q[i], path.q_low[i])) @ body.frame
         momentum = turn.T @ _decimals(path.m[i], path.m_low[i])
         heavy = any(body.lever)
@@ -175,7 +172,7 @@ class Floquet(NamedTuple):
     start: _Point
 
 
-def _in_body(point: _Point, start: _Point, body: _Body, path: Path, i: int) -> Decimals:
+def _in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, i: int) -> Decimals:
     """Phi of theta and N, along the principal axes, at a state of a path with tangents."""
     phi = _decimals(path.tangents[i], path.tangents_low[i])
     inside: Decimals = _both(body.frame.T, point.turn.T) @ phi @ _both(body.frame, start.turn)
@@ -209,17 +206,17 @@ def _period_about(point: _Point, body: _Body, rate: float, fastest: float) -> fl
     return float(2.0 * math.pi / swing.max()) if swing.max() > 1e-3 * fastest else 1.0 / fastest
 
 
-def _no_period(scene: Scene) -> ValueError:
+def _no_period(scene: kr.Scene) -> ValueError:
     return ValueError(
         f"{scene!r} lies on a separatrix, or too near to it to have a period that can be told: its "
         "tangents are those of kreisel.solve(scene, t, tangents='start')"
     )
 
 
-def floquet(scene: Scene, period: float, back: bool) -> Floquet:
+def floquet(scene: kr.Scene, period: float, back: bool) -> Floquet:
     """The tangents of one period, forward or back in time. Raises ValueError on a separatrix."""
     body = _Body.of(scene)
-    start = _Point.of(body, solve(scene, [0.0], digits=30), 0)
+    start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)
     turning = _rate_of_axis(start, body)
     if turning is not None:
         about = _period_about(start, body, turning, scene._fastest)
@@ -228,7 +225,7 @@ def floquet(scene: Scene, period: float, back: bool) -> Floquet:
     if not math.isfinite(about):
         raise _no_period(scene)
     tau = -about if back else about
-    path = solve(scene, [0.0, tau], digits=30, tangents="start")
+    path = kr.solve(scene, [0.0, tau], digits=30, tangents="start")
     end = _Point.of(body, path, 1)
     phi, late = _in_body(end, start, body, path, 1), Decimal(0)
     if turning is None:
@@ -248,9 +245,15 @@ def floquet(scene: Scene, period: float, back: bool) -> Floquet:
     return Floquet(body, Decimal(tau) + late, turn, _both(turn.T) @ phi, start)
 
 
-def tangents_at(scene: Scene, period: float, t: Array, q: Array) -> Array:
-    """(n, 6, 6) the tangents of a closed form at these times, of either sign and in any order,
-    where its attitudes are q."""
+def floquet_tangents(scene: kr.Scene, times: object) -> Array:
+    """Return the (n, 6, 6) tangents of a closed form at any times, as path.tangents has them.
+
+    Raises ValueError for a motion on a separatrix, and where a tangent outgrows doubles. A time
+    takes about a millisecond.
+    """
+    closed = kr.exact(scene)
+    path = closed(times)
+    period, t, q = closed.period, path.t, path.q
     out = np.empty((t.size, 6, 6))
     with localcontext() as context:
         context.prec = _PRECISION
@@ -267,13 +270,13 @@ def tangents_at(scene: Scene, period: float, t: Array, q: Array) -> Array:
 
 
 def _fill(
-    scene: Scene, of: Floquet, t: Array, q: Array, chosen: npt.NDArray[np.intp], out: Array
+    scene: kr.Scene, of: Floquet, t: Array, q: Array, chosen: npt.NDArray[np.intp], out: Array
 ) -> None:
     times = [Decimal(float(t[i])) for i in chosen]
     counts = [int(time / of.tau) for time in times]
     rests = [time - count * of.tau for time, count in zip(times, counts, strict=True)]
     order = np.argsort([abs(float(rest)) for rest in rests], kind="stable")
-    path = solve(scene, [float(rests[j]) for j in order], digits=30, tangents="start")
+    path = kr.solve(scene, [float(rests[j]) for j in order], digits=30, tangents="start")
     powers: dict[int, tuple[Any, Any]] = {}
     for k, j in enumerate(order.tolist()):
         count, point = counts[j], _Point.of(of.body, path, k)

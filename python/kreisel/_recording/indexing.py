@@ -1,4 +1,4 @@
-"""Places of a path: which of its states are meant, and which times lie on its way."""
+"""Indices of the states of a path and of the members of an ensemble, and times within a path."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy.typing as npt
 
 from .._ground.arguments import Array, Numbers, array, shown
 
-Which = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
-Place = slice | npt.NDArray[np.intp]
+StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
+ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
-def places(n: int, which: Which) -> Place:
-    """The numbers of the states that are meant, of n: as a slice where they are one or a slice."""
+def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
+    """Return the numbers of the states, of n, that an index means; a slice for one or a slice."""
     if isinstance(which, slice):
         return which
     given = np.asarray(which)
@@ -35,8 +35,8 @@ def places(n: int, which: Which) -> Place:
     return at
 
 
-def inside(reached: Array, t: Numbers) -> Array:
-    """(k,) times that a user gave, in any order, on the way from 0 to all that was reached."""
+def check_path_times(reached: Array, t: Numbers) -> Array:
+    """Return (k,) times in any order. Raises ValueError for times outside the path."""
     times = array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(
@@ -54,14 +54,14 @@ def inside(reached: Array, t: Numbers) -> Array:
     return times.reshape(-1)
 
 
-def numbers_of(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """The numbers, in C order, of the members of a shape that an index of numpy's means."""
+def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
+    """Return the numbers, in C order, of the members of a shape that an index means."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 
 
-def number_of(shape: tuple[int, ...], key: Any) -> int | None:
-    """The number of the one member that is meant; None where the index means several, or none."""
+def flat_index(shape: tuple[int, ...], key: Any) -> int | None:
+    """Return the number of the member that an index means, or None if it means several."""
     if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
         return key % shape[0]
     found = np.arange(math.prod(shape)).reshape(shape)[key]

@@ -1,4 +1,4 @@
-"""Tables of what became of many tops, with units: for xarray and pandas."""
+"""Tables of the results of an ensemble, with units, for xarray and pandas."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ import numpy as np
 from .._ground.arguments import Array
 from .._ground.optional import installed
 from .._request.quantities import ANGLES, QUANTITIES, TIME, Quantity
-from .outcomes import Outcomes
-from .tables import DIMENSIONS, TABLES, Rows
+from .ensemble_result import EnsembleResult
+from .tables import DIMENSIONS, TABLES, QuantityRows
 
 if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-Kept = Mapping[str, Mapping[str, Array]]  # by the name of a quantity and the kind
+Reduced = Mapping[str, Mapping[str, Array]]  # by the name of a quantity and the kind
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 
-def dataset(paths: Outcomes, rows: Rows) -> Dataset:
-    """Quantities at all states."""
+def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
+    """Return a Dataset of quantities at all states."""
     with installed(TABLES):
         import xarray as xr
     along = paths.tops.axes
-    coordinates, variables = _of_tops(paths), {}
+    coordinates, variables = _top_variables(paths), {}
     own = paths.t.ndim > 1
     for quantity, values in rows:
         inner = _dimensions(quantity)
@@ -35,41 +35,41 @@ def dataset(paths: Outcomes, rows: Rows) -> Dataset:
     time = "t" if own else "time"
     where = (*along, "time") if own else ("time",)
     coordinates[time] = (where, np.array(paths.t), _about(TIME))
-    return xr.Dataset(variables, coordinates, _told(paths))
+    return xr.Dataset(variables, coordinates, _attributes(paths))
 
 
-def kept_dataset(reduced: Outcomes, kept: Kept) -> Dataset:
-    """What is kept of each top."""
+def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
+    """Return a Dataset of the reductions of each top."""
     with installed(TABLES):
         import xarray as xr
     along = reduced.tops.axes
-    coordinates, variables = _of_tops(reduced), {}
-    for name, quantity, values in _kept(kept):
+    coordinates, variables = _top_variables(reduced), {}
+    for name, quantity, values in _reductions(kept):
         inner = _dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
         variables[name] = ((*along, *inner), np.array(values), _about(quantity))
-    return xr.Dataset(variables, coordinates, _told(reduced))
+    return xr.Dataset(variables, coordinates, _attributes(reduced))
 
 
-def kept_frame(reduced: Outcomes, kept: Kept) -> DataFrame:
-    """What is kept of each top, a row each."""
+def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
+    """Return a DataFrame of the reductions, with a row for each top."""
     with installed(TABLES):
         import pandas as pd
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
-    for name, (dims, values, about) in _of_tops(reduced).items():
+    for name, (dims, values, about) in _top_variables(reduced).items():
         columns[name] = _over(reduced, dims, values)
         units[name] = str(about["units"])
-    for column, values, unit in kept_columns(reduced, kept):
+    for column, values, unit in reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
     frame = pd.DataFrame(columns)
-    frame.attrs = _told(reduced) | {"units": units}
+    frame.attrs = _attributes(reduced) | {"units": units}
     return frame
 
 
-def kept_columns(reduced: Outcomes, kept: Kept) -> Iterator[tuple[str, Array, str]]:
-    """Each number that is kept, as a column with its name and unit."""
-    for name, quantity, values in _kept(kept):
+def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
+    """Return each component of the reductions as a column with its name and unit."""
+    for name, quantity, values in _reductions(kept):
         kind = name.removeprefix(quantity.name)
         parts = values.reshape(reduced.size, -1)
         for i in range(parts.shape[1]):
@@ -77,8 +77,8 @@ def kept_columns(reduced: Outcomes, kept: Kept) -> Iterator[tuple[str, Array, st
             yield column, parts[:, i], quantity.dimension
 
 
-def _kept(kept: Kept) -> Iterator[tuple[str, Quantity, Array]]:
-    """Each array that is kept with its name, and the quantity that has its unit."""
+def _reductions(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
+    """Return each reduction with its name, and a quantity with its unit."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -103,13 +103,13 @@ def _about(quantity: Quantity) -> dict[str, object]:
     return {"units": quantity.dimension, "long_name": quantity.text}
 
 
-def _told(of: Outcomes) -> dict[str, object]:
-    words = {"method": of.method, "step": of.step, "tol": of.tol, "digits": of.digits}
-    return {word: value for word, value in words.items() if value is not None}
+def _attributes(of: EnsembleResult) -> dict[str, object]:
+    values = {"method": of.method, "step": of.step, "tol": of.tol, "digits": of.digits}
+    return {name: value for name, value in values.items() if value is not None}
 
 
-def _of_tops(of: Outcomes) -> dict[str, Variable]:
-    """What is known of each top: words that vary, how it went, how far it came."""
+def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
+    """Return the variables of each top: parameters that vary, its status and the time reached."""
     axes = of.tops.axes
     rows: dict[str, Variable] = {}
     for word, values in of.tops.coords.items():
@@ -132,8 +132,8 @@ def _of_tops(of: Outcomes) -> dict[str, Variable]:
     return rows
 
 
-def _over(of: Outcomes, dims: tuple[str, ...], values: Any) -> Any:
-    """An array along some dimensions, for each top; of vectors tuples."""
+def _over(of: EnsembleResult, dims: tuple[str, ...], values: Any) -> Any:
+    """Return an array along some dimensions as a value for each top; vectors become tuples."""
     axes = of.tops.axes
     own = [d for d in dims if d not in axes]
     shape = [n if axis in dims else 1 for axis, n in zip(axes, of.shape, strict=True)]

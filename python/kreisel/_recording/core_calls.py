@@ -1,0 +1,58 @@
+"""Calls of the core that record the states of one scene, and the error of a rejected scene."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._core import Work, record, start
+from .._ground.arguments import Array
+from .._ground.refusals import refusal
+from .._model.scene import Scene
+from .._request.solve_options import Progress, SolveOptions
+
+# The name of the status; (n, 8) t, q, m of the states reached, and their low words; steps, rejected
+# steps, evaluations, iterations; the last requested time.
+CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
+
+
+def record_states(
+    scene: Scene, options: SolveOptions, times: Array, progress: Progress | Work | None = None
+) -> CoreResult:
+    """Record the states at validated times. `progress` is called on the way, or may stop it."""
+    result = record(scene._block, *options.core, times, progress=progress)
+    assert result is not None
+    return result
+
+
+def record_unordered(scene: Scene, options: SolveOptions, times: Array) -> CoreResult:
+    """Record the states at times in any order and on either side of 0. Where a run fails the result
+    has the states that it reached."""
+    states = np.empty((times.size, 8))
+    low = np.empty((times.size, 8)) if options.extended_precision else None
+    counts, end = np.zeros(4, dtype=np.int64), 0.0
+    for side in (times < 0.0, times >= 0.0):
+        at = np.flatnonzero(side)
+        at = at[np.argsort(np.abs(times[at]), kind="stable")]
+        if not at.size:
+            continue
+        result = record_states(scene, options, times[at])
+        if result[0] != "OK":
+            return result
+        states[at], end, counts = result[1], result[-1], counts + result[3]
+        if low is not None:
+            low[at] = result[2]
+    steps, rejected, evaluations, iterations = counts.tolist()
+    return "OK", states, low, (steps, rejected, evaluations, iterations), end
+
+
+def creation_error(
+    status: str, scene: Scene, method: str, step: float | None, tol: float | None
+) -> Exception:
+    """Return the exception for a top that the core cannot create, with a step that it accepts."""
+    would = ""
+    if status == "ERR_STEP_SIZE" and step:
+        fits = step
+        while fits and start(scene._block, method, fits, 0.0, 0, 0)[0] == status:
+            fits /= 2.0
+        would = f", where {fits!r} would do"
+    return refusal(status, f"{method} with step = {step!r}{would}, tol = {tol!r} and {scene!r}")

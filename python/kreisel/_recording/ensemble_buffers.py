@@ -1,0 +1,223 @@
+"""Buffers of an ensemble: arrays with a row for each top, in C order, and the functions of the core
+that write them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import Work, Worker, alone, statuses, values_of_tops
+from .._ground.arguments import Array
+from .._model.scene import Ensemble
+from .._request.ensemble_options import EnsembleOptions
+from .._request.plan import StepChoice
+from .._request.quantities import QUANTITIES, RECORDABLE
+
+Codes = npt.NDArray[np.int8]
+Counts = npt.NDArray[np.int64]
+Which = slice | npt.NDArray[np.integer | np.bool_]
+
+STATUSES = list(statuses)  # names by code
+_NOT_YET = -1  # the status of a top that did not run
+INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
+
+
+class RawEvents(NamedTuple):
+    """Events of several tops: the row of the top, the states (e, 8), their low words, the index of
+    the event and its direction."""
+
+    top: Counts
+    states: Array
+    low: Array
+    which: npt.NDArray[np.intc]
+    direction: npt.NDArray[np.intc]
+
+    def select(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
+        """Return chosen events with other numbers of their tops."""
+        states, low = self.states[chosen], self.low[chosen]
+        return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
+
+
+@dataclass
+class EnsembleBuffers:
+    """The results of n tops at k times each; None and {} where they were not requested.
+
+    status, done   the code of each status, and how many of the times are good
+    counts         (n, 4) steps, rejected steps, evaluations, iterations
+    reached        the time of the last good state [T]
+    states         (n, k, 8) as of a path; q and m are NaN where they are not good
+    low            (n, k, 8) their low words
+    columns        quantities in place of states, (n, k, ...) each
+    reduced        (n, r) the reductions of each top's states, in the order of the options
+    last           by row, the last good state (1, 8) of those that failed; with low words (2, 8)
+    chosen         by row, what method='geometric' chose
+    events         in no order of the tops
+    messages       by row, the message of a failure that has no status
+    """
+
+    status: Codes
+    done: Counts
+    counts: Counts
+    reached: Array
+    states: Array | None = None
+    low: Array | None = None
+    columns: dict[str, Array] = field(default_factory=dict)
+    reduced: Array | None = None
+    last: dict[int, Array] = field(default_factory=dict)
+    messages: dict[int, str] = field(default_factory=dict)
+    events: list[RawEvents] = field(default_factory=list)
+    chosen: dict[int, StepChoice] = field(default_factory=dict)
+
+    @classmethod
+    def empty(cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None) -> Self:
+        """Return buffers for n tops at k times."""
+        buffers = cls(
+            np.full(n, _NOT_YET, dtype=np.int8),
+            np.zeros(n, dtype=np.int64),
+            np.zeros((n, 4), dtype=np.int64),
+            np.zeros(n),
+        )
+        if options.reductions:
+            buffers.reduced = np.empty((n, len(options.reductions)))
+        elif options.solve.want is not None:
+            for name in options.solve.want:
+                buffers.columns[name] = np.empty((n, k, *RECORDABLE[name].shape))
+        else:
+            buffers.states = np.empty((n, k, 8)) if out is None else out
+            buffers.low = np.empty((n, k, 8)) if options.solve.extended_precision else None
+        return buffers
+
+    @property
+    def size(self) -> int:
+        """The number of tops."""
+        return len(self.status)
+
+    def _arrays(self) -> dict[str, npt.NDArray[np.generic]]:
+        names = "status", "done", "counts", "reached", "states", "low", "reduced"
+        arrays = {name: getattr(self, name) for name in names}
+        return {name: array for name, array in arrays.items() if array is not None}
+
+    def select(self, which: Which) -> EnsembleBuffers:
+        """Return some rows; those of a slice share memory with these."""
+        arrays = {name: array[which] for name, array in self._arrays().items()}
+        columns = {name: array[which] for name, array in self.columns.items()}
+        part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
+        if self.last or self.messages or self.chosen:
+            numbers = list(enumerate(np.arange(self.size)[which].tolist()))
+            part.last = {j: self.last[i] for j, i in numbers if i in self.last}
+            part.messages = {j: self.messages[i] for j, i in numbers if i in self.messages}
+            part.chosen = {j: self.chosen[i] for j, i in numbers if i in self.chosen}
+        part.events = self._events_at(which) if self.events else []
+        return part
+
+    def _events_at(self, which: Which) -> list[RawEvents]:
+        """Return the events of some rows."""
+        numbers = np.arange(self.size)[which]
+        found = []
+        for events in self.events:
+            order = np.argsort(events.top, kind="stable")
+            first = np.searchsorted(events.top, numbers, "left", order)
+            count = np.searchsorted(events.top, numbers, "right", order) - first
+            behind = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
+            found.append(events.select(order[behind], np.repeat(np.arange(numbers.size), count)))
+        return found
+
+    def copy_in(self, begin: int, part: EnsembleBuffers) -> None:
+        """Copy rows that were written elsewhere, from row `begin` on."""
+        end = begin + part.size
+        mine, columns = self._arrays(), self.columns
+        for name, array in part._arrays().items():
+            mine[name][begin:end] = array
+        for name, array in part.columns.items():
+            columns[name][begin:end] = array
+        self.merge(begin, part)
+
+    def merge(self, begin: int, part: EnsembleBuffers) -> None:
+        """Merge the failures, choices and events of rows that begin at `begin`."""
+        if part is self:
+            return
+        if part.last:
+            self.last |= {begin + i: states for i, states in part.last.items()}
+        if part.messages:
+            self.messages |= {begin + i: text for i, text in part.messages.items()}
+        if part.chosen:
+            self.chosen |= {begin + i: choice for i, choice in part.chosen.items()}
+        for events in part.events:
+            self.events.append(events._replace(top=events.top + begin))
+
+    def mark_interrupted(self, t: Array) -> None:
+        """Set the status of the tops that did not run to interrupted."""
+        waiting = np.flatnonzero(self.status == _NOT_YET)
+        self.status[waiting] = INTERRUPTED
+        for array in (self.states, self.reduced, self.low, *self.columns.values()):
+            if array is not None:
+                array[waiting] = np.nan
+        if self.states is not None:
+            self.states[waiting, :, 0] = t[waiting] if t.ndim == 2 else t
+
+
+class SliceRunner(NamedTuple):
+    """A function that runs the tops begin..end of an ensemble into its buffers. `is_native` is
+    True if the core has threads of its own for it."""
+
+    run: Callable[[EnsembleBuffers, EnsembleOptions, Ensemble, int, int, Array, Work | None], Any]
+    is_native: bool = False
+
+
+def run_lanes(
+    buffers: EnsembleBuffers,
+    options: EnsembleOptions,
+    tops: Ensemble,
+    begin: int,
+    end: int,
+    t: Array,
+    work: Work | None,
+) -> EnsembleBuffers:
+    """Run the tops begin..end, several at a time, and return their rows, which share memory with
+    `buffers`. `work` may stop the run, or assigns it some of these tops."""
+    part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))
+    failed, last = Worker(*options.core, options.core_reductions, work).run(
+        tops._tops, begin, end, t[begin:end] if t.ndim == 2 else t,
+        part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
+    )  # fmt: skip
+    part.last = {i: last[j : j + 1] for j, i in enumerate(failed.tolist())} if failed.size else {}
+    return part
+
+
+def run_scalar(
+    buffers: EnsembleBuffers,
+    options: EnsembleOptions,
+    tops: Ensemble,
+    begin: int,
+    end: int,
+    t: Array,
+    work: Work | None,
+) -> EnsembleBuffers:
+    """Run the tops begin..end one by one, with events and low words; else as run_lanes."""
+    part = buffers.select(slice(begin, end))
+    last, low, of, by, (states, rest, which, direction) = alone(
+        *options.solve.core, list(options.core_events or ()), work,
+        tops._tops, begin, end, t[begin:end] if t.ndim == 2 else t,
+        part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
+    )  # fmt: skip
+    part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(of.tolist())}
+    if options.core_events is not None:
+        part.events = [RawEvents(by, states, rest, which, direction)]
+    return part
+
+
+LANES = SliceRunner(run_lanes, is_native=True)
+SCALAR = SliceRunner(run_scalar)
+
+
+def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
+    """Return (n, k, ...) values of a quantity at the states of all tops."""
+    assert buffers.states is not None
+    n, k, _ = buffers.states.shape
+    out = np.empty((n, k, *QUANTITIES[name].shape))
+    values_of_tops(name, tops._tops, buffers.states, buffers.done, out)
+    return out

@@ -1,0 +1,256 @@
+"""Results of an ensemble: for each top its status, the time it reached and its step counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Self, TypeVar, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import statuses
+from .._ground.arguments import Array, frozen, shown
+from .._ground.names import QuantityName
+from .._model.scene import Ensemble
+from .._request.ensemble_options import EnsembleOptions, format_index, member, unravel_index
+from .._request.methods import methods
+from .._request.solve_options import SolveOptions
+from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
+from .indexing import flat_index, flat_indices
+from .path import Error, Interrupted, Path, make_path, progress_text, stop_exception
+from .state_quantities import NO_STATES
+
+_T = TypeVar("_T", bound=np.generic)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EnsembleResult:
+    """The results of each top of an ensemble. Arrays are read-only, and begin with the shape of the
+    ensemble.
+
+    tops  the ensemble
+    """
+
+    tops: Ensemble
+    _t: Array  # (k,), or (n, k) where each top has its own
+    _options: EnsembleOptions
+    _buffers: EnsembleBuffers
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the ensemble."""
+        return self.tops.shape
+
+    @property
+    def ndim(self) -> int:
+        """The number of dimensions of the ensemble."""
+        return len(self.tops.shape)
+
+    @property
+    def size(self) -> int:
+        """The number of tops."""
+        return self.tops.size
+
+    def __len__(self) -> int:
+        return len(self.tops)
+
+    @property
+    def method(self) -> str:
+        """The name of the method; 'auto' is exact for tops that have a closed form, and taylor for
+        all others."""
+        return self._options.solve.requested_method
+
+    @property
+    def step(self) -> float | None:
+        """The step as used, positive; None where the method has none or chose its own [T]."""
+        return self._options.solve.step
+
+    @property
+    def tol(self) -> float | None:
+        """The tolerance as used; None where the method has none or chose its own."""
+        return self._options.solve.tol
+
+    @property
+    def digits(self) -> int | None:
+        """The digits as used; None where none were requested."""
+        return self._options.solve.digits
+
+    def _shaped(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
+        """Return rows over the shape of the ensemble."""
+        over = rows.reshape(self.shape + rows.shape[1:])
+        over.flags.writeable = False
+        return over
+
+    @property
+    def t(self) -> Array:
+        """(k,) times of all tops, or (*shape, k) where each has its own [T]."""
+        return frozen(self._t[:]) if self._t.ndim == 1 else self._shaped(self._t)
+
+    @property
+    def status(self) -> Codes:
+        """(*shape) 0 for a top without failure, else the code of its failure; `status_names` and
+        `message` give its text."""
+        return self._shaped(self._buffers.status)
+
+    @property
+    def status_names(self) -> npt.NDArray[np.str_]:
+        """(*shape) 'OK', 'ERR_LIMIT', 'ERR_NOT_FINITE', ...: as in kreisel.h without the prefix."""
+        return self._shaped(np.array(STATUSES)[self._buffers.status])
+
+    @property
+    def failed(self) -> npt.NDArray[np.intp]:
+        """(f,) the numbers of the tops that did not reach their last time; (f, dimensions) of an
+        ensemble with several dimensions or none."""
+        found = np.argwhere(self.status)
+        return found[:, 0] if self.ndim == 1 else found
+
+    @property
+    def reached(self) -> Array:
+        """(*shape) the time of the last good state [T]."""
+        return self._shaped(self._buffers.reached)
+
+    @property
+    def done(self) -> Counts:
+        """(*shape) the number of times that were reached."""
+        return self._shaped(self._buffers.done)
+
+    @property
+    def steps(self) -> Counts:
+        """(*shape) steps of the method."""
+        return self._shaped(self._buffers.counts[:, 0])
+
+    @property
+    def rejected(self) -> Counts:
+        """(*shape) rejected steps."""
+        return self._shaped(self._buffers.counts[:, 1])
+
+    @property
+    def evaluations(self) -> Counts:
+        """(*shape) evaluations of the right-hand side or torque."""
+        return self._shaped(self._buffers.counts[:, 2])
+
+    @property
+    def iterations(self) -> Counts:
+        """(*shape) iterations of an implicit solver."""
+        return self._shaped(self._buffers.counts[:, 3])
+
+    def message(self, index: int | tuple[int, ...]) -> str:
+        """Return how the top of this index failed, or 'success'."""
+        i = flat_index(self.shape, index)
+        if i is None:
+            raise IndexError(
+                f"{shown(index)} is not the index of one top, of the shape {self.shape}"
+            )
+        return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure(i))
+
+    def check(self) -> Self:
+        """Return the result if all tops reached their last times. Raises kreisel.Error for the
+        first that did not: its message has the index and the number of failures, its `.path` is the
+        path of that top, its `.paths` this result."""
+        failed = np.flatnonzero(self._buffers.status)
+        if failed.size:
+            raise self._stop_error(int(failed[0]), failed.size)
+        return self
+
+    def _failure(self, i: int) -> BaseException:
+        """Return the exception that this top alone would have raised."""
+        if i in self._buffers.messages:
+            return ValueError(self._buffers.messages[i])
+        path = self._member(i)
+        times = self._times(i)
+        end = float(times[-1]) if times.size else 0.0
+        return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
+
+    def _stop_error(self, i: int, count: int) -> Error | Interrupted:
+        """Return the exception for `count` tops that did not reach their ends, of which the i-th is
+        the first."""
+        interrupted = bool(self._buffers.status[i] == INTERRUPTED)
+        first = f", the first of {count} of {self.size}" if count > 1 else ""
+        text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure(i)}"
+        kind = Interrupted if interrupted else Error
+        return kind(text, STATUSES[self._buffers.status[i]], self._member(i), self)
+
+    def _times(self, i: int) -> Array:
+        return self._t if self._t.ndim == 1 else self._t[i]
+
+    def _member_options(self, i: int) -> SolveOptions:
+        """Return the options of the i-th top, for all its states."""
+        choice = self._buffers.chosen.get(i)
+        if choice is not None:
+            return SolveOptions(methods[choice.method], abs(choice.step))
+        options = self._options.options_for(member(self.tops, i))
+        return replace(options, want=None, error=None)
+
+    def _member(self, i: int) -> Path:
+        """Return the path of the i-th top in C order; one that failed has its last good state."""
+        buffers, done = self._buffers, int(self._buffers.done[i])
+        states, low = NO_STATES, None
+        if buffers.states is not None:
+            states = buffers.states[i, :done]
+            low = None if buffers.low is None else buffers.low[i, :done]
+        path = self._path(i, states, low)
+        if buffers.columns:
+            columns = {name: column[i, :done] for name, column in buffers.columns.items()}
+            path = replace_columns(path, {"t": self._times(i)[:done].copy()} | columns)
+        return self._with_last(i, path) if i in buffers.last or buffers.status[i] else path
+
+    def _path(self, i: int, states: Array, low: Array | None) -> Path:
+        times = self._times(i)
+        end = float(times[-1]) if times.size else 0.0
+        steps, rejected, evaluations, iterations = self._buffers.counts[i].tolist()
+        counts = steps, rejected, evaluations, iterations
+        result = "OK", states, low, counts, end
+        path = make_path(member(self.tops, i), self._member_options(i), result)
+        choice = self._buffers.chosen.get(i)
+        return path if choice is None else replace(path, _choice=choice)
+
+    def _with_last(self, i: int, path: Path) -> Path:
+        """Return the path with the last good state, unless that is one of its states."""
+        last = self._buffers.last.get(i)
+        state = member(self.tops, i)._start if last is None else last[:1]
+        if len(path) == len(self._times(i)) or (len(path) and path.t[-1] == state[0, 0]):
+            return path
+        low = None
+        if path._low is not None:
+            low = np.vstack([path._low, np.zeros((1, 8)) if last is None else last[1:]])
+        if path._columns is None:
+            return self._path(i, np.vstack([path.states, state]), low)
+        more = self._path(i, state, None).only(path.want or ())
+        return replace_columns(
+            path,
+            {
+                name: np.concatenate([column, getattr(more, name)])
+                for name, column in path._columns.items()
+            },
+        )
+
+    def _part(self, key: Any) -> Self:
+        """Return the result of some of the tops."""
+        at = flat_indices(self.shape, key)
+        which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
+        t = self._t if self._t.ndim == 1 else self._t[which]
+        return type(self)(self.tops[key], t, self._options, self._buffers.select(which))
+
+    def __iter__(self) -> Iterator[Any]:
+        """Return an iterator along the first dimension."""
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return the result of one top, or of several, as of an array."""
+        raise NotImplementedError
+
+    def _summary(self) -> str:
+        """Return the method and the number of failures as text."""
+        values = {"step": self.step, "tol": self.tol, "digits": self.digits}
+        controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
+        count = int(np.count_nonzero(self._buffers.status))
+        failures = f"{count} failed" if count else "none failed"
+        return f"{self.method}{controls}, {failures}"
+
+
+def replace_columns(path: Path, columns: dict[str, Array]) -> Path:
+    """Return the path with these columns in place of its states."""
+    want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
+    options = replace(path._options, want=want)
+    return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)

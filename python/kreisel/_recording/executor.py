@@ -1,0 +1,157 @@
+"""Execution of jobs on an executor, and of work on the slices of an ensemble, in the calling thread
+or on workers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from .._core import Work
+from .._request.solve_options import Progress
+
+MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members of a slice; fewer where there are few
+LANES = 8  # tops that one thread runs at once, in the lanes of a vector
+SLICE_SHARE = (
+    4  # each thread takes 1 / SLICE_SHARE of its part of the rest, so that all end together
+)
+SLICES_AHEAD = 4  # slices in flight for each thread
+POLL_SECONDS, PROGRESS_SECONDS = 0.02, 0.1
+_K = TypeVar("_K")
+_R = TypeVar("_R")
+
+Job = tuple[Callable[..., _R], tuple[Any, ...]]  # a function and its arguments
+
+
+def is_local(executor: Executor) -> bool:
+    """Return True if the workers of `executor` share the memory of this process."""
+    return isinstance(executor, ThreadPoolExecutor)
+
+
+def run_jobs(
+    executor: Executor,
+    jobs: Iterator[tuple[_K, Job[_R]]],
+    max_in_flight: int,
+    collect: Callable[[_K, Future[_R]], object],
+    poll: Callable[[], object],
+    stop: Callable[[], object],
+) -> None:
+    """Run jobs, each with a key, and pass the key and the future of each that ended to `collect`.
+
+    `poll` is called between waits. After an exception, Ctrl-C too, `stop` is called and should end
+    the jobs that run. Jobs that wait are cancelled, those that succeeded are collected, and the
+    exception is raised again. Workers in other processes are not waited for.
+    """
+    running: dict[Future[_R], _K] = {}
+
+    def submit() -> bool:
+        while len(running) < max_in_flight:
+            following = next(jobs, None)
+            if following is None:
+                break
+            key, (function, arguments) = following
+            running[executor.submit(function, *arguments)] = key
+        return bool(running)
+
+    try:
+        while submit():
+            ended, _ = wait(running, timeout=POLL_SECONDS, return_when=FIRST_COMPLETED)
+            for future in ended:
+                collect(running.pop(future), future)
+            poll()
+    except BaseException:
+        stop()
+        left = [future for future in running if not future.cancel()]
+        if is_local(executor):
+            wait(left)
+        for future in left:
+            if future.done() and not future.cancelled() and future.exception() is None:
+                collect(running[future], future)
+        raise
+
+
+@dataclass
+class SliceTask(Generic[_R]):
+    """Work on n members of an ensemble, slice by slice.
+
+    job        returns the job of the members begin..end
+    collect    receives the first member and the result of each slice
+    work       stops the jobs that run, and counts the members that are done
+    is_native  True if the core distributes the members to threads of its own
+    """
+
+    n: int
+    job: Callable[[int, int], Job[_R]]
+    collect: Callable[[int, _R], object]
+    work: Work
+    progress: Progress | None = None
+    is_native: bool = False
+
+
+class WorkerPool(NamedTuple):
+    """Threads of this process, or an executor of the user's in their place."""
+
+    threads: int
+    executor: Executor | None = None
+
+    @property
+    def is_remote(self) -> bool:
+        """True if the workers do not share the memory of this process."""
+        return self.executor is not None and not is_local(self.executor)
+
+    def run(self, task: SliceTask[Any]) -> None:
+        """Run a task to its end. Raises KeyboardInterrupt for Ctrl-C, and what a job raises."""
+        threads = 1 if task.n <= LANES else self.threads
+        if self.executor is not None:
+            _run_on(self.executor, self, task)
+        elif threads == 1 or task.is_native:
+            _run_here(task, threads)
+        else:
+            with ThreadPoolExecutor(self.threads) as executor:
+                _run_on(executor, self, task)
+
+    def slices(self, n: int) -> Iterator[tuple[int, int]]:
+        """Return the slices of n members, ever smaller, so that all threads end together."""
+        begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
+        while begin < n:
+            size = min(max((n - begin) // (SLICE_SHARE * self.threads), least), MAX_SLICE)
+            end = min(begin + -(-size // LANES) * LANES, n)
+            yield begin, end
+            begin = end
+
+
+def _run_here(task: SliceTask[Any], threads: int) -> None:
+    """Run a task in the calling thread, which looks for signals and calls progress on the way."""
+    task.work.listen(task.n, task.progress)
+    slices: Any = WorkerPool(1).slices(task.n)
+    if task.is_native:
+        task.work.share(threads)
+        slices = [(0, task.n)]
+    for begin, end in slices:
+        function, arguments = task.job(begin, end)
+        task.collect(begin, function(*arguments))
+        task.work.end()
+        if task.work.stopped:
+            raise KeyboardInterrupt
+
+
+def _run_on(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
+    """Run a task on the workers of an executor."""
+    done, last_call = 0, time.monotonic()
+
+    def collect(part: tuple[int, int], future: Future[Any]) -> None:
+        nonlocal done
+        task.collect(part[0], future.result())
+        done += part[1] - part[0]
+
+    def poll() -> None:
+        nonlocal last_call
+        now = time.monotonic()
+        if task.progress is not None and now - last_call >= PROGRESS_SECONDS:
+            last_call = now
+            task.progress((done if pool.is_remote else task.work.done) / task.n)
+
+    jobs = ((part, task.job(*part)) for part in pool.slices(task.n))
+    run_jobs(executor, jobs, SLICES_AHEAD * pool.threads, collect, poll, task.work.stop)

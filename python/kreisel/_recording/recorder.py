@@ -1,0 +1,128 @@
+"""Recording of one scene: the core is called, and its result becomes a path or an exception.
+
+Quantities in place of states are computed chunk by chunk, and the states are dropped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import record
+from .._ground.arguments import Array
+from .._ground.names import QuantityName
+from .._model.scene import Scene
+from .._request.solve_options import Progress, SolveOptions
+from .._request.times import CHUNK_SIZE
+from .core_calls import record_states
+from .path import Events, Path, Stats, path_or_raise
+from .state_quantities import NO_STATES
+
+CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
+
+
+def record_path(
+    scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
+) -> Path:
+    """Return the path at validated times."""
+    result = record_states(scene, options, times, progress)
+    return report_end(path_or_raise(scene, options, result), progress)
+
+
+def record_path_fast(
+    scene: Scene, options: SolveOptions, t: object, progress: Progress | None
+) -> Path | None:
+    """Return the path at the times that the user gave, or None if they need validation."""
+    horizon = min(scene._within, options.safe_horizon)
+    result = record(scene._block, *options.core, t, horizon, options.chunk_size, progress)
+    if result is None:
+        return None
+    status, states, low, counts, end = result
+    if status != "OK" or options.want is not None or progress is not None:
+        return report_end(path_or_raise(scene, options, result), progress)
+    is_back = end < 0.0 and options.step is not None
+    return Path(scene, states, Stats(*counts), options.of_path, is_back, low)
+
+
+def report_end(path: Path, progress: Progress | None) -> Path:
+    """Call `progress` with the last time of `path`, and return the path."""
+    if progress is not None and len(path):
+        progress(float(path.t[-1]))
+    return path
+
+
+def add_events(path: Path, met: CoreEvents) -> Path:
+    """Return the path with its events: their states, low words, indices and directions."""
+    states, low, which, direction = met
+    at_events = replace(path, states=states, _low=low)
+    return replace(path, _events=Events(at_events, which, direction))
+
+
+def _join_events(met: list[Events]) -> Events:
+    """Return the events of consecutive paths as one."""
+    states = np.concatenate([one.states for one in met])
+    low = np.concatenate([low for one in met if (low := one.path._low) is not None])
+    path = replace(met[-1].path, states=states, _low=low)
+    which, direction = ([getattr(one, name) for one in met] for name in ("which", "direction"))
+    return Events(path, np.concatenate(which), np.concatenate(direction))
+
+
+class ColumnRecorder:
+    """The quantities of n states, filled chunk by chunk, and the events on the way."""
+
+    def __init__(self, want: tuple[QuantityName, ...], n: int) -> None:
+        self._want, self._n, self._done = want, n, 0
+        self._arrays: dict[str, Array] = {}
+        self._events: list[Events] = []
+
+    def add(self, part: Path) -> None:
+        """Append the next states."""
+        for name in ("t", *self._want):
+            column = getattr(part, name)
+            if name not in self._arrays:
+                self._arrays[name] = np.empty((self._n, *column.shape[1:]))
+            self._arrays[name][self._done : self._done + len(part)] = column
+        self._done += len(part)
+        if part._events is not None:
+            self._events.append(part._events)
+
+    def path(self, last: Path) -> Path:
+        """Return the path; all but its columns and events is that of `last`."""
+        columns = {name: column[: self._done] for name, column in self._arrays.items()}
+        events = _join_events(self._events) if self._events else None
+        options = replace(last._options, want=self._want)
+        return replace(
+            last, states=NO_STATES, _options=options, _low=None, _events=events, _columns=columns
+        )
+
+
+def record_chunks(
+    times: Array,
+    want: tuple[QuantityName, ...],
+    record: Callable[[Array], tuple[str, Path]],
+    has_ended: Callable[[], bool],
+) -> tuple[str, Path]:
+    """Return the status and the path of the quantities in `want`, recorded chunk by chunk.
+
+    The first state is a chunk of its own: from then on, Ctrl-C between two chunks ends the run as
+    one within a chunk does.
+    """
+    columns = ColumnRecorder(want, times.size)
+    status, part = record(times[:1])
+    columns.add(part)
+    try:
+        for chunk in _chunks(times[1:]):
+            if status != "OK" or has_ended():
+                break
+            status, part = record(chunk)
+            columns.add(part)
+    except KeyboardInterrupt:
+        status = "ERR_INTERRUPTED"
+    return status, columns.path(part)
+
+
+def _chunks(times: Array) -> Iterator[Array]:
+    return (times[first : first + CHUNK_SIZE] for first in range(0, times.size, CHUNK_SIZE))

@@ -1,0 +1,111 @@
+"""Reductions of the states of each top of an ensemble: minimum, maximum, mean and others."""
+
+from __future__ import annotations
+
+from collections.abc import ItemsView, Iterator, KeysView, ValuesView
+from typing import TYPE_CHECKING, Any, overload
+
+from .._core import reductions as KINDS
+from .._ground.arguments import Array
+from .._ground.refusals import unknown
+from .._request.quantities import QUANTITIES
+from .ensemble_result import EnsembleResult
+from .indexing import flat_index
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+    from xarray import Dataset
+
+
+class Reductions(EnsembleResult):
+    """The result of kreisel.reduce: a mapping from the names of quantities to mappings from 'min',
+    'max', 'mean', 'variance', 'last', 'where_min' and 'where_max' to arrays. The arrays are
+    read-only. Their shape is that of the ensemble and then that of the quantity; a top that failed
+    has NaN. A variance is that of the states there are; where_min and where_max are the first times
+    of the minimum and the maximum [T].
+
+    tops  the ensemble
+
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
+        >>> falls = kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": ("min", "max")})
+        >>> falls["nutation"]["max"].round(3)
+        array([1.023, 1.13 ])
+    """
+
+    def __repr__(self) -> str:
+        kept = ", ".join(f"{name}: {' '.join(kinds)}" for name, kinds in self._names().items())
+        return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._summary()}>"
+
+    def _names(self) -> dict[str, list[str]]:
+        """Return the kinds of reduction by the name of their quantity."""
+        names: dict[str, list[str]] = {}
+        for one in self._options.reductions:
+            kinds = names.setdefault(one.name, [])
+            if KINDS[one.kind] not in kinds:
+                kinds.append(KINDS[one.kind])
+        return names
+
+    def _column(self, name: str, kind: str) -> Array:
+        assert self._buffers.reduced is not None
+        asked = self._options.reductions
+        at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
+        columns = self._buffers.reduced[:, at[0] : at[-1] + 1]
+        shape = QUANTITIES[name].shape if name in QUANTITIES else ()
+        return self._shaped(columns.reshape(len(columns), *shape))
+
+    @overload
+    def __getitem__(self, key: str) -> dict[str, Array]: ...
+    @overload
+    def __getitem__(self, key: Any) -> Any: ...
+    def __getitem__(self, key: Any) -> Any:
+        """Return the reductions of a quantity by kind; or, by an index, those of some tops."""
+        if isinstance(key, str):
+            names = self._names()
+            if key not in names:
+                raise KeyError(unknown("quantity among the reductions:", key, names))
+            return {kind: self._column(key, kind) for kind in names[key]}
+        if flat_index(self.shape, key) is not None:
+            raise TypeError(
+                "reductions have no path of one top: index their arrays, as in "
+                "reduced['nutation']['max'][3]"
+            )
+        return self._part(key)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names())
+
+    def __len__(self) -> int:
+        """Return the number of quantities."""
+        return len(self._names())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names()
+
+    def keys(self) -> KeysView[str]:
+        """Return the names of the quantities."""
+        return self._names().keys()
+
+    def items(self) -> ItemsView[str, dict[str, Array]]:
+        """Return the names of the quantities, each with its arrays by kind."""
+        return {name: self[name] for name in self}.items()
+
+    def values(self) -> ValuesView[dict[str, Array]]:
+        """Return the arrays of each quantity by kind."""
+        return {name: self[name] for name in self}.values()
+
+    def to_xarray(self) -> Dataset:
+        """Return an xarray.Dataset with a variable such as nutation_max for each reduction, with
+        its units. Its dimensions are those of the ensemble by name; parameters that vary are
+        coordinates, and so are `status` and `reached`. Raises ImportError without xarray."""
+        from .ensemble_tables import reduction_dataset
+
+        return reduction_dataset(self, dict(self.items()))
+
+    def to_pandas(self) -> DataFrame:
+        """Return a pandas.DataFrame with a row for each top, in C order, and a column such as
+        nutation_max or apex_z_mean for each number. Parameters that vary are columns, and so are
+        `status` and `reached`. `attrs` has the units. Raises ImportError without pandas."""
+        from .ensemble_tables import reduction_frame
+
+        return reduction_frame(self, dict(self.items()))

@@ -1,0 +1,65 @@
+"""Runs of an ensemble: slices of tops go to threads or an executor; results are collected."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+
+from .._core import Work
+from .._ground.arguments import Array
+from .._model.scene import Ensemble
+from .._request.ensemble_options import EnsembleOptions
+from .._request.solve_options import Progress
+from .ensemble_buffers import INTERRUPTED, EnsembleBuffers, SliceRunner
+from .ensemble_result import EnsembleResult
+from .executor import Job, SliceTask, WorkerPool
+
+_Result = TypeVar("_Result", bound=EnsembleResult)
+
+
+def run_ensemble(
+    kind: type[_Result],
+    tops: Ensemble,
+    t: Array,
+    options: EnsembleOptions,
+    pool: WorkerPool,
+    runner: SliceRunner,
+    progress: Progress | None = None,
+    out: Array | None = None,
+) -> _Result:
+    """Return the result of all tops at validated times, (k,) or (n, k). Raises kreisel.Interrupted
+    for Ctrl-C, with what was done."""
+    n = tops.size
+    buffers, work = EnsembleBuffers.empty(n, t.shape[-1], options, out), Work()
+    flat = tops.ravel() if pool.is_remote else tops
+
+    def local(begin: int, end: int) -> Job[EnsembleBuffers]:
+        return runner.run, (buffers, options, tops, begin, end, t, work)
+
+    def remote(begin: int, end: int) -> Job[EnsembleBuffers]:
+        times = t[begin:end] if t.ndim == 2 else t
+        return run_slice_remote, (runner, options, flat[begin:end], times)
+
+    job, collect = (remote, buffers.copy_in) if pool.is_remote else (local, buffers.merge)
+    try:
+        pool.run(SliceTask(n, job, collect, work, progress, runner.is_native))
+    except KeyboardInterrupt:
+        buffers.mark_interrupted(t)
+        left = np.flatnonzero(buffers.status == INTERRUPTED)
+        if not left.size:
+            raise
+        result = kind(tops, t, options, buffers)
+        raise result._stop_error(int(left[0]), left.size) from None
+    if progress is not None:
+        progress(1.0)
+    return kind(tops, t, options, buffers)
+
+
+def run_slice_remote(
+    runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
+) -> EnsembleBuffers:
+    """Return the buffers of tops that were sent to this process."""
+    buffers = EnsembleBuffers.empty(len(tops), t.shape[-1], options)
+    part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
+    return part

@@ -1,0 +1,277 @@
+"""The n states of a path, and the quantities computed from them on access."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
+
+import numpy as np
+
+from .._core import modified_energy, modified_energy4, values
+from .._ground.arguments import Array, frozen, number, shown
+from .._ground.names import MethodName, Quantities, QuantityName
+from .._ground.refusals import nearest
+from .._model.scene import Scene
+from .._request.plan import StepChoice
+from .._request.quantities import QUANTITIES, RECORDABLE, Quantity
+from .._request.solve_options import SolveOptions
+from .tangent_data import TANGENT_ATTRIBUTES, TangentData
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
+Recorded = TypeVar("Recorded")
+NO_STATES = np.empty((0, 8))
+STATE_COLUMNS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
+DEPENDENCIES = {  # attributes that need quantities or the states
+    "q_xyzw": ["q"],
+    "rotation": ["q"],
+    "error": ["q"],
+    "euler": ["precession_angle", "nutation", "spin_angle"],
+    "energy_error": ["energy", "kinetic"],
+    "plot": ["apex", "nutation", "precession_angle"],
+    "animate": ["q", "apex"],
+    "end": ["states"],
+    "scene_at": ["states"],
+    "modified_energy": ["states"],
+    "modified_energy4": ["states"],
+}
+
+
+class Stats(NamedTuple):
+    """The cost of a run: steps, rejected steps, evaluations of the right-hand side or torque,
+    iterations of a solver."""
+
+    steps: int
+    rejected: int
+    evaluations: int
+    iterations: int
+
+
+class States(Quantities):
+    """The quantities of a kreisel.Path, each an attribute."""
+
+    scene: Scene
+    states: Array  # missing where _columns are
+    stats: Stats
+    _options: SolveOptions
+    _is_back: bool
+    _low: Array | None  # low words of the states
+    _columns: dict[str, Array] | None  # in place of states: t and the quantities in want
+    _choice: StepChoice | None  # of method='geometric'
+    _tangent_data: TangentData | None  # the tangents
+
+    @property
+    def method(self) -> MethodName:
+        """The method's name."""
+        return self._options.method.name
+
+    @property
+    def step(self) -> float | None:
+        """The step as used, negative back in time; None where the method has none or chose its
+        own [T]."""
+        return self._options.signed_step(self._is_back)
+
+    @property
+    def tol(self) -> float | None:
+        """The tolerance as used; None where the method has none or chose its own."""
+        return self._options.tol
+
+    @property
+    def digits(self) -> int | None:
+        """The digits as used; None where none were requested."""
+        return self._options.digits
+
+    @property
+    def want(self) -> tuple[QuantityName, ...] | None:
+        """The quantities that the path keeps beside t; None: the states, and so every quantity."""
+        return self._options.want
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __dir__(self) -> list[str]:
+        """Return the names of the attributes, without those that `want` leaves out."""
+        names = {"states", *super().__dir__()}
+        names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
+        if self.want is not None:
+            left_out = {"states", *RECORDABLE} - set(self.want)
+            names -= left_out
+            names -= {
+                word for word, needs in DEPENDENCIES.items() if not left_out.isdisjoint(needs)
+            }
+            names |= {"error"} if self._choice else set()
+            names -= {"error"} if (self.digits or 0) > 16 and "q_low" in left_out else set()
+        return sorted(names)
+
+    if not TYPE_CHECKING:  # which knows the quantities
+
+        def __getattr__(self, name: str) -> Array:
+            """Raise AttributeError with a hint; quantities are attributes, set below."""
+            if name.startswith("__"):
+                raise AttributeError(name)
+            if self.want is not None and (name == "states" or hasattr(type(self), name)):
+                more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
+                raise AttributeError(
+                    f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
+                )
+            if name in TANGENT_ATTRIBUTES:
+                raise AttributeError(f"this path has no {name!r}: {TANGENT_ATTRIBUTES[name]}")
+            known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
+            raise AttributeError(f"a path has no {shown(name)}; {nearest(name, known)}")
+
+    def _part(self, name: str) -> Array:
+        if self._columns is not None and name in self._columns:
+            return self._columns[name]
+        part = self.states[:, STATE_COLUMNS[name]]
+        return part[:, 0] if name == "t" else part
+
+    @property
+    def t(self) -> Array:
+        """(n,) times [T]."""
+        return self._part("t")
+
+    @property
+    def q(self) -> Array:
+        """(n, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was
+        described to space."""
+        return self._part("q")
+
+    @property
+    def q_xyzw(self) -> Array:
+        """(n, 4) attitudes with the scalar last."""
+        return self.q[:, [1, 2, 3, 0]]
+
+    @property
+    def m(self) -> Array:
+        """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
+        return self._part("m")
+
+    @cached_property
+    def q_low(self) -> Array:
+        """(n, 4) low words of q: q + q_low has the requested digits; zero up to 16 digits."""
+        return self._low_words("q")
+
+    @cached_property
+    def m_low(self) -> Array:
+        """(n, 3) low words of m [M L^2 T^-1]; zero up to 16 digits."""
+        return self._low_words("m")
+
+    def _low_words(self, name: str) -> Array:
+        if self._low is not None:
+            return self._low[:, STATE_COLUMNS[name]]
+        if self.want is not None and (self.digits or 0) > 16:
+            raise AttributeError(name)
+        return frozen(np.zeros_like(getattr(self, name)))
+
+    @property
+    def tangents(self) -> Array:
+        """(n, 6, c) derivatives of the states, if solve was given tangents. The first three rows
+        are the rotation vector by which the attitude turns, seen from the body [rad]; the others
+        are the momentum, in space [M L^2 T^-1].
+
+        With "start" the first six columns are the derivatives by the start, so that the first
+        matrix is the unit matrix. Columns of the moments (3), the centre of mass (3) along the
+        principal axes, gravity and mass follow as requested, each in its own unit. The momentum at
+        the start does not change with the other parameters.
+
+        """
+        return self._tangents().high
+
+    @property
+    def tangents_low(self) -> Array:
+        """(n, 6, c) low words of the tangents; below rounding up to 16 digits."""
+        return self._tangents().low
+
+    @property
+    def tangents_rest(self) -> float:
+        """The truncation error of the tangents: the largest last term of their series, over the
+        size of the tangent. The path alone controls the steps."""
+        return self._tangents().truncation
+
+    @property
+    def conditioning(self) -> Array:
+        """(n,) how far one rounding (2^-53) of each datum of the scene moves the attitude at most
+        [rad], of a path with all tangents."""
+        return self._tangents().conditioning(self.scene)
+
+    def _tangents(self) -> TangentData:
+        if self._tangent_data is None:
+            raise AttributeError("tangents")
+        return self._tangent_data
+
+    @property
+    def rotation(self) -> Rotation:
+        """The attitudes as one scipy.spatial.transform.Rotation. Raises ImportError without
+        SciPy."""
+        from .scipy_rotation import Attitudes
+
+        return Attitudes(self.q_xyzw)
+
+    def modified_energy(self, step: float) -> Array:
+        """Return (n,) the energy that bobenko_suris conserves at this step,
+        E + step <torque, m> / (2 I1)
+        [M L^2 T^-2].
+
+        NaN unless the body is a Lagrange top. A step back in time is negative, as `path.step` is.
+        """
+        return modified_energy(self.scene._block, self.states, number("step", step))
+
+    def modified_energy4(self, step: float) -> Array:
+        """Return (n,) the energy that bobenko_suris4 conserves at this step, E up to a constant and
+        step^4 [M L^2 T^-2]; NaN unless the body is a Lagrange top, and where the step is too large
+        for the method."""
+        return modified_energy4(self.scene._block, self.states, number("step", step))
+
+    @cached_property
+    def energy_error(self) -> float:
+        """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0. It is zero for a path
+        without states, and nan for a damped top, which loses energy.
+        """
+        if self.scene._is_damped:
+            return np.nan
+        if not len(self):
+            return 0.0
+        scene = self.scene
+        kinetic, potential = (
+            float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
+        )
+        lever = float(np.linalg.norm(scene.body.com))
+        size = max(kinetic, self.kinetic.max()) + scene.body.mass * abs(scene.gravity) * lever
+        change = np.abs(self.energy - (kinetic + potential)).max()
+        return float(change / size) if change else 0.0
+
+
+def add_quantities(
+    kind: type[Recorded], lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
+) -> None:
+    """Add to a class an attribute for each quantity that it does not define itself.
+
+    lead      the names of the dimensions in front of a quantity's own
+    column    returns the values of a quantity
+    """
+    for name in [name for name in QUANTITIES if name not in vars(kind)]:
+        attribute = _attribute(QUANTITIES[name], lead, column)
+        attribute.__set_name__(kind, name)
+        setattr(kind, name, attribute)
+
+
+def _attribute(
+    quantity: Quantity, lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
+) -> cached_property[Array]:
+    def of(recorded: Recorded) -> Array:
+        return column(recorded, quantity.name)
+
+    sizes = [*lead, *map(str, quantity.shape)]
+    shape = ", ".join(sizes) + ("," if len(sizes) == 1 else "")
+    unit = f" [{quantity.dimension}]" if quantity.dimension else ""
+    of.__doc__ = f"({shape}) {quantity.text}{unit}."
+    return cached_property(of)
+
+
+def _column(path: States, name: str) -> Array:
+    return frozen(values(name, path.scene._block, path.states))
+
+
+add_quantities(States, ("n",), _column)

@@ -1,0 +1,312 @@
+"""Options of an ensemble: a solve's options for all tops, their times, what is recorded or reduced,
+and the threads; validated before anything runs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from .._core import reductions as KINDS
+from .._core import unsuited
+from .._ground.arguments import Array, array, shown, whole
+from .._ground.refusals import unknown
+from .._model.scene import Ensemble, Scene
+from .methods import FALLBACK, Method, get_method, resolve_method
+from .quantities import QUANTITIES
+from .solve_options import SolveOptions, make_options
+from .times import COUNTABLE, check_times, memory, time_grid, too_many_steps
+
+Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
+ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # quantities with the kinds of reduction
+CoreEvents = list[
+    tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
+]
+Index = tuple[int, ...]
+Shape = tuple[int, ...]
+_WHAT = "a number, a list of times, or an array of times of each top"
+_MAX_ROWS = 1 << 20  # times that are validated at once
+_MAX_THREADS = 1024
+
+
+class Reduction(NamedTuple):
+    """A component reduced over the times of a top. `kind` is its number in the core, `name` the
+    quantity or component that the user named."""
+
+    quantity: str
+    component: int
+    kind: int
+    name: str
+
+
+@dataclass(frozen=True)
+class EnsembleOptions:
+    """The options of an ensemble.
+
+    solve        of all tops; its method is that of tops without a closed form where `is_auto`
+    is_auto      True if tops with a closed form use it
+    reductions   what is reduced of each top in place of its states
+    core_events  the events to search for, as arguments of the core
+    """
+
+    solve: SolveOptions
+    is_auto: bool = False
+    reductions: tuple[Reduction, ...] = ()
+    core_events: CoreEvents | None = None
+
+    @property
+    def searches_step(self) -> bool:
+        """True if each top has its own method and step, as with method='geometric'."""
+        return self.solve.error is not None
+
+    @property
+    def is_scalar(self) -> bool:
+        """True if the tops run one by one: with events, and with more than 16 digits."""
+        return self.core_events is not None or self.solve.extended_precision
+
+    @cached_property
+    def core(self) -> tuple[str | None, float, float, int, int, bool]:
+        """The first arguments of the core's worker; None as the method stands for 'auto'."""
+        name, step, tol, digits, most, leave_heading = self.solve.core
+        return None if self.is_auto else name, step, tol, digits, most, leave_heading
+
+    @cached_property
+    def core_reductions(self) -> list[tuple[str, int, int]]:
+        """The reductions as an argument of the core's worker."""
+        return [one[:3] for one in self.reductions]
+
+    @cached_property
+    def size(self) -> int:
+        """The bytes of a state."""
+        if self.reductions:
+            return 0
+        return self.solve.size * (2 if self.solve.extended_precision else 1)
+
+    def options_for(self, scene: Scene) -> SolveOptions:
+        """Return the options of one top."""
+        one, requested = self.solve, self.solve.requested_method
+        if not self.is_auto:
+            return one
+        method = resolve_method(requested, scene)
+        return make_options(
+            method, one.step, one.tol, one.digits, one.max_steps, requested, one.want
+        )
+
+    def limit_steps(self, max_steps: int) -> EnsembleOptions:
+        """Return the options with at most `max_steps` steps of each top."""
+        steps = min(self.solve.max_steps or max_steps, max_steps)
+        return replace(self, solve=replace(self.solve, max_steps=steps))
+
+
+def format_index(index: Index) -> str:
+    """Return an index as text, such as "[3, 17]"."""
+    return f"[{', '.join(map(str, index))}]" if index else ""
+
+
+def unravel_index(i: int, shape: Shape) -> Index:
+    """Return the index of the i-th member in C order."""
+    return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
+
+
+def member(tops: Ensemble, i: int) -> Scene:
+    """Return the i-th member in C order."""
+    return tops._member(unravel_index(i, tops.shape))
+
+
+def method_for_all(name: object, tops: Ensemble) -> Method:
+    """Return the method called `name`. Raises ValueError for the first member that it does not
+    suit."""
+    method = get_method(name)
+    if method.name == FALLBACK:  # it suits every top
+        return method
+    first, count = unsuited(tops._tops, method.name)
+    if count:
+        where = f"top{format_index(unravel_index(first, tops.shape))}"
+        more = f", the first of {count} such members" if count > 1 else ""
+        try:
+            resolve_method(name, member(tops, first))
+        except ValueError as error:
+            raise ValueError(f"{where}{more}: {error}") from None
+    return method
+
+
+def parse_ensemble_options(
+    tops: Ensemble,
+    method: object,
+    step: object = None,
+    tol: object = None,
+    digits: object = None,
+    max_steps: object = 0,
+    want: object = None,
+    reduce: object = None,
+    every: object = None,
+    has_events: bool = False,
+) -> EnsembleOptions:
+    """Return the options of an ensemble. Raises TypeError or ValueError for an invalid argument."""
+    is_auto = isinstance(method, str) and method == "auto"
+    chosen = method_for_all(FALLBACK if is_auto else method, tops)
+    reductions = parse_reductions(reduce)
+    if reductions and want is not None:
+        raise ValueError("give either want, for the path of each top, or reduce, not both")
+    names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
+    solve = make_options(chosen, step, tol, digits, max_steps, method, names, every)
+    if reductions and solve.extended_precision:
+        raise ValueError("reduce is for up to 16 digits: what it keeps is a double")
+    if has_events:
+        solve = replace(solve, events=())
+    return EnsembleOptions(solve, is_auto and digits is None and not has_events, reductions)
+
+
+_COMPONENTS = {
+    component: (quantity.name, i)
+    for quantity in QUANTITIES.values()
+    for i, component in enumerate(quantity.components)
+}
+
+
+@lru_cache
+def list_components(name: str) -> list[tuple[str, int]]:
+    """Return the components of a quantity, or the one called `name`, as quantity and number."""
+    if name in QUANTITIES:
+        return [(name, i) for i in range(QUANTITIES[name].doubles)]
+    return [_COMPONENTS[name]]
+
+
+def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
+    """Return the reductions that a mapping such as {"nutation": ("min", "max")} names."""
+    if reduce is None:
+        return ()
+    if not isinstance(reduce, Mapping):
+        raise TypeError(
+            "reductions must name quantities, each with its kinds, as in "
+            f"{{'nutation': ('min', 'max')}}, not {shown(reduce)}"
+        )
+    if not reduce:
+        raise ValueError("the reductions name no quantity")
+    parsed: list[Reduction] = []
+    for name, given in reduce.items():
+        if not isinstance(name, str) or (name not in QUANTITIES and name not in _COMPONENTS):
+            raise ValueError(
+                unknown("quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS])
+            )
+        for kind in _parse_kinds(name, given):
+            for quantity, component in list_components(name):
+                parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
+    return tuple(parsed)
+
+
+def _parse_kinds(name: str, given: object) -> list[str]:
+    """Return the kinds of reduction of a quantity, each once."""
+    kinds = [given] if isinstance(given, str) else given
+    if not isinstance(kinds, Iterable):
+        raise TypeError(
+            f"reductions[{name!r}] must be one or several of {KINDS}, not {shown(given)}"
+        )
+    listed = list(dict.fromkeys(kinds))
+    for kind in listed:
+        if kind not in KINDS:
+            raise ValueError(unknown(f"kind in reductions[{name!r}]:", str(kind), KINDS))
+    if not listed:
+        raise ValueError(
+            f"reductions[{name!r}] is empty: give one or several of {', '.join(KINDS)}"
+        )
+    return listed
+
+
+def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
+    """Return (k,) times of all tops, or (n, k) where each has its own. Raises ValueError if the
+    times are not monotonic or the steps up to them are not countable."""
+    step, every = options.solve.step, options.solve.every
+    times = array("t", t, _WHAT)
+    if times.ndim > 1:
+        times = _parse_own_times(tops, times)
+        if every is not None:
+            raise ValueError("every is for t as a number; an array says itself which states")
+    elif times.ndim == 1:
+        check_times(times, every)
+    else:
+        times = time_grid(float(times), step, every, options.size)
+    end = float(np.abs(times).max(initial=0.0))
+    if step is not None and not end / step < COUNTABLE:
+        raise ValueError(too_many_steps(end, step))
+    return times
+
+
+def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
+    """Raise MemoryError if the states do not fit into memory."""
+    needed = tops.size * times.shape[-1] * options.size
+    if needed > memory():
+        raise MemoryError(
+            f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
+            "more than this machine has: take fewer times, keep less by want or reduce, or stream"
+        )
+
+
+def _parse_own_times(tops: Ensemble, times: Array) -> Array:
+    """Return the (n, k) times in an array (*shape, k), each row monotonic away from 0."""
+    wanted = (*tops.shape, times.shape[-1])
+    try:
+        given = np.broadcast_to(times, wanted)
+    except ValueError:
+        raise ValueError(
+            f"t must be a number, a list of times for all tops, or an array of shape "
+            f"{(*tops.shape, 'k')} with k times of each, not an array of shape {times.shape}"
+        ) from None
+    rows = np.ascontiguousarray(given).reshape(tops.size, times.shape[-1])
+    most = max(1, _MAX_ROWS // max(1, times.shape[-1]))
+    for first in range(0, tops.size, most):
+        _check_rows_monotonic(rows[first : first + most], first, tops.shape)
+    return rows
+
+
+def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
+    """Raise ValueError, naming the top, if a row of times does not lead away from 0."""
+    away = np.where(rows[:, -1:] < 0.0, -rows, rows)
+    wrong = np.diff(away, axis=1, prepend=0.0) < 0.0
+    if not wrong.any():
+        return
+    i, k = (int(where[0]) for where in np.nonzero(wrong))
+    at = unravel_index(first + i, shape)
+    there = f"t{format_index((*at, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
+    raise ValueError(
+        "the times of a top must lead away from 0 in one direction; "
+        f"t{format_index((*at, k))} = {float(rows[i, k])!r} goes back from {there}"
+    )
+
+
+def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOptions) -> Array | None:
+    """Return the array that receives the states, as (n, k, 8)."""
+    if out is None:
+        return None
+    if options.reductions or options.solve.want is not None:
+        raise ValueError("out is for states: leave want and reduce out")
+    shape = (*tops.shape, times.shape[-1], 8)
+    if not isinstance(out, np.ndarray):
+        raise TypeError(f"out must be an array of numpy, not {shown(out)}")
+    if out.dtype != np.float64 or out.shape != shape:
+        raise ValueError(
+            f"out must be an array of float64 of shape {shape}, not of {out.dtype} and {out.shape}"
+        )
+    if not out.flags.c_contiguous or not out.flags.writeable:
+        raise ValueError("out must lie in C order and be writeable")
+    return out.reshape(tops.size, times.shape[-1], 8)
+
+
+def parse_threads(threads: object, executor: object) -> int:
+    """Return the number of threads; an executor brings its own."""
+    if executor is not None:
+        if threads is not None:
+            raise ValueError("give either threads or an executor, not both")
+        if not isinstance(executor, Executor):
+            raise TypeError(
+                "executor must be one of concurrent.futures, as a ThreadPoolExecutor, "
+                f"not {shown(executor)}"
+            )
+    if threads is not None:
+        return min(whole("threads", threads, 1), _MAX_THREADS)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,249 @@
+"""Options of a solve: the method, what controls it and what it records, as validated."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+from .._ground.arguments import instance, positive, shown, whole
+from .._ground.names import QuantityName
+from .._ground.refusals import unknown
+from .._model.scene import Scene
+from .methods import FALLBACK, Method, resolve_method
+from .quantities import HEADING_DEPENDENT, RECORDABLE, doubles
+from .times import CHUNK_SIZE, COUNTABLE
+
+Progress = Callable[[float], object]
+
+
+@dataclass(frozen=True)
+class SolveOptions:
+    """The validated arguments of a solve, whatever the scene.
+
+    `step`, `tol` and `digits` are None where the method has none or chooses its own. `error` is
+    that of method='geometric', for which `method` is a placeholder. `events` are
+    kreisel.events.Event objects; those of a path that was loaded are empty. `tangents` names what
+    the derivatives are by.
+
+    """
+
+    method: Method
+    step: float | None = None
+    tol: float | None = None
+    digits: int | None = None
+    max_steps: int = 0
+    want: tuple[QuantityName, ...] | None = None
+    requested_method: str = ""
+    every: int | None = None
+    error: float | None = None
+    events: tuple[Any, ...] | None = None
+    tangents: tuple[str, ...] = ()
+
+    @property
+    def has_events(self) -> bool:
+        """True if events are searched for, which may need more than the quantities in `want`."""
+        return self.events is not None
+
+    @cached_property
+    def is_plain(self) -> bool:
+        """True if the core records the states in a single call."""
+        return self.every is None and self.error is None and not (self.has_events or self.tangents)
+
+    @cached_property
+    def core(self) -> tuple[str, float, float, int, int, bool]:
+        """Name, step, tol, digits, max_steps and leave_heading, as arguments of the core."""
+        level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
+        precise = self.extended_precision or self.has_events
+        leave_heading = level and self.method.skips_heading and not precise
+        own = self.step or 0.0, self.tol or 0.0, self.digits or 0
+        return self.method.name, *own, self.max_steps, leave_heading
+
+    @cached_property
+    def of_path(self) -> SolveOptions:
+        """The options of a path with all its states: without those that control a single run."""
+        events = () if self.has_events else None
+        options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
+        return self if options == self else options
+
+    @property
+    def leave_heading(self) -> bool:
+        """True if the states may stay undetermined up to a turn about the vertical."""
+        return self.core[-1]
+
+    @cached_property
+    def safe_horizon(self) -> float:
+        """A time before which the steps are certainly countable by a double [T]."""
+        return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
+
+    @cached_property
+    def chunk_size(self) -> int:
+        """The largest number of states recorded at once."""
+        return sys.maxsize if self.want is None else CHUNK_SIZE
+
+    @property
+    def size(self) -> int:
+        """The bytes of a state, without its time."""
+        return 64 if self.want is None else 8 * sum(map(doubles, self.want))
+
+    @property
+    def extended_precision(self) -> bool:
+        """True if the low words of the states are recorded too."""
+        return (self.digits or 0) > 16
+
+    def signed_step(self, is_back: bool) -> float | None:
+        """Return the step, negative if `is_back`."""
+        return -self.step if is_back and self.step is not None else self.step
+
+
+def parse_options(
+    scene: object,
+    method: object,
+    step: object = None,
+    tol: object = None,
+    digits: object = None,
+    max_steps: object = 0,
+    want: object = None,
+    every: object = None,
+    requested: object = None,
+) -> SolveOptions:
+    """Return the options of a solve of `scene`; `requested` is the method that the user named.
+
+    Raises TypeError or ValueError for an invalid argument.
+    """
+    top = scene if type(scene) is Scene else instance("scene", scene, Scene)
+    chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
+    name = method if requested is None else requested
+    return make_options(chosen, step, tol, digits, max_steps, name, want, every)
+
+
+def options_for_method(
+    method: Method,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    requested: object,
+    want: object,
+    every: object = None,
+) -> SolveOptions:
+    """Return the options of `method`, whatever the scene.
+
+    Raises TypeError or ValueError for an invalid argument.
+    """
+    return SolveOptions(
+        method,
+        parse_step(method, step),
+        parse_tol(method, tol),
+        parse_digits(method, digits, tol),
+        whole("max_steps", max_steps, 0),
+        parse_want(want),
+        str(requested),
+        parse_every(method, every),
+    )
+
+
+_memoized = lru_cache(maxsize=256, typed=True)(options_for_method)
+
+
+def make_options(
+    method: Method,
+    step: object,
+    tol: object,
+    digits: object,
+    max_steps: object,
+    requested: object,
+    want: object,
+    every: object = None,
+) -> SolveOptions:
+    """Return options_for_method of these arguments, memoized where they can be."""
+    if want is None or type(want) is tuple:
+        try:
+            return _memoized(method, step, tol, digits, max_steps, requested, want, every)
+        except TypeError:  # an argument is not hashable, or invalid
+            pass
+    return options_for_method(method, step, tol, digits, max_steps, requested, want, every)
+
+
+def parse_want(want: object) -> tuple[QuantityName, ...] | None:
+    """Return names of quantities, each once; None for all."""
+    if want is None:
+        return None
+    if isinstance(want, str) or not isinstance(want, Iterable):
+        raise TypeError(
+            f"want must be names of quantities, as in want=('apex', 'energy'), not {shown(want)}"
+        )
+    given = list(want)
+    for name in given:
+        if not isinstance(name, str) or (name not in RECORDABLE and name != "t"):
+            raise ValueError(unknown("quantity in want:", str(name), ["t", *RECORDABLE]))
+    kept = tuple(name for name in dict.fromkeys(given) if name != "t")
+    if not kept:
+        raise ValueError("want names no quantity beside t; leave it out for all of them")
+    return kept
+
+
+def parse_step(method: Method, step: object) -> float | None:
+    """Return the step, or None if the method has none."""
+    if step is not None:
+        h = positive("step", step)
+        return None if method.exact else h
+    if not method.adaptive:
+        raise ValueError(f"the method {method.name!r} has a fixed step: give step, as in step=0.01")
+    return None
+
+
+def parse_tol(method: Method, tol: object) -> float | None:
+    """Return the tolerance, or None if the method has none."""
+    if tol is None:
+        return None
+    if not (method.adaptive or method.implicit):
+        raise ValueError(
+            f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out"
+        )
+    accuracy = positive("tol", tol)
+    if accuracy >= 1.0:
+        raise ValueError(
+            f"tol must be below 1: it is what a step may err by, of what it computes; not {tol!r}"
+        )
+    return None if method.exact else accuracy
+
+
+def parse_digits(method: Method, digits: object, tol: object) -> int | None:
+    """Return the digits, rounded up to 16, 20 or 30."""
+    if digits is None:
+        return None
+    if not method.digits:
+        raise ValueError(
+            f"the method {method.name!r} has no digits to choose: that is for method='taylor'"
+        )
+    if tol is not None:
+        raise ValueError("digits and tol exclude each other: either says how accurate to be")
+    asked = whole("digits", digits, 1)
+    if asked > 30:
+        raise ValueError(f"digits must be at most 30, not {digits!r}")
+    return 16 if asked <= 16 else 20 if asked <= 20 else 30
+
+
+def parse_every(method: Method, every: object) -> int | None:
+    """Return the number of steps between two states. Raises ValueError for an adaptive method."""
+    if every is None:
+        return None
+    if method.adaptive:
+        steps = "has none" if method.exact else "chooses its steps"
+        raise ValueError(
+            f"every needs a method of fixed step; {method.name} {steps}: give t as a list"
+        )
+    return whole("every", every, 1)
+
+
+def parse_progress(progress: Progress | None) -> Progress | None:
+    """Return `progress`. Raises TypeError if it is neither a function nor None."""
+    if progress is not None and not callable(progress):
+        raise TypeError(
+            f"progress must be a function that takes the time reached, not {shown(progress)}"
+        )
+    return progress

@@ -1,0 +1,217 @@
+"""kreisel.plan: what a solve would use and leave out, and its cost, for a scene or an ensemble."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Unpack, overload
+
+import numpy as np
+
+from .._core import Worker, unsuited
+from .._ground.arguments import Array, Numbers
+from .._ground.names import MethodName, QuantityName
+from .._model.scene import Ensemble, Scene
+from .._recording.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
+from .._request.ensemble_options import (
+    EnsembleOptions,
+    ReductionSpec,
+    member,
+    parse_threads,
+    parse_times,
+)
+from .._request.methods import EXACT, FALLBACK
+from .._request.plan import GEOMETRIC, Plan, plan_of
+from .._request.solve_options import parse_options
+from .._request.times import time_array
+from .keywords import PlanKeywords
+from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
+
+_SAMPLES = 16  # tops that the estimate is measured with
+_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # of each of these
+_ROW = 57  # bytes of each top: status, states done, counts, time reached
+
+
+@dataclass(frozen=True)
+class EnsemblePlan:
+    """The plan of a solve of an ensemble; print it.
+
+    shape        of the ensemble
+    closed_form  the number of tops that use their closed form
+    lanes        the number of tops that run several at a time, in the lanes of a vector
+    alone        the number of tops that run one by one, in each thread
+    threads      the number of threads
+    states       of each top; None without times
+    bytes        of the result, or of a state without times
+    seconds      an estimate of the run time; None without times
+    measured     the number of tops, spread over the ensemble, that the estimate was measured with
+    first        the plan of the first top; None if there is none
+    """
+
+    shape: tuple[int, ...]
+    closed_form: int
+    lanes: int
+    alone: int
+    threads: int
+    states: int | None
+    bytes: int
+    seconds: float | None
+    measured: int
+    first: Plan | None
+
+    def __str__(self) -> str:
+        counts = {
+            "by closed form": self.closed_form,
+            "in lanes": self.lanes,
+            "one by one": self.alone,
+        }
+        ways = ", ".join(f"{n} {way}" for way, n in counts.items() if n) or "none"
+        parts = {"tops": f"{self.shape}: {ways}; by {self.threads} threads"}
+        if self.states is None:
+            parts["recorded"] = f"{self.bytes} bytes a state"
+        else:
+            parts["recorded"] = f"{self.states} states each: {1e-6 * self.bytes:.3g} MB in all"
+        if self.seconds is not None:
+            parts["time"] = f"about {self.seconds:.2g} s, as {self.measured} of the tops tell"
+        lines = [f"{name:<11}{text}" for name, text in parts.items()]
+        return "\n".join([*lines, *([f"the first of them:\n{self.first}"] if self.first else [])])
+
+
+@overload
+def plan(
+    scene: Scene,
+    t: Numbers | None = None,
+    want: Iterable[QuantityName] | None = None,
+    method: MethodName = "auto",
+    **controls: Unpack[PlanKeywords],
+) -> Plan: ...
+@overload
+def plan(
+    scene: Ensemble,
+    t: Numbers | None = None,
+    want: Iterable[QuantityName] | None = None,
+    method: MethodName = "auto",
+    *,
+    threads: int | None = None,
+    reduce: ReductionSpec | None = None,
+    **controls: Unpack[PlanKeywords],
+) -> EnsemblePlan: ...
+def plan(
+    scene: Scene | Ensemble,
+    t: Numbers | None = None,
+    want: Iterable[QuantityName] | None = None,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    threads: int | None = None,
+    reduce: ReductionSpec | None = None,
+) -> Plan | EnsemblePlan:
+    """Return what kreisel.solve would use with these arguments, and what it would leave out.
+    Nothing runs except a few tops of an ensemble for some milliseconds, to estimate the run time.
+
+    t       optional; with it the plan includes the number of states
+    reduce  of an ensemble: the reductions of kreisel.reduce in place of states
+
+        >>> import kreisel as kr
+        >>> plan = kr.plan(kr.scenes.asymmetric, want=("nutation", "energy"))
+        >>> print(str(plan).splitlines()[0])
+        method     taylor: no closed form is known for this body of kind 'general' under gravity
+        >>> tops = kr.scenes.asymmetric.vary(gravity=[0.0, 0.5, 1.0])
+        >>> print(str(kr.plan(tops, 10, threads=2)).splitlines()[0])
+        tops       (3,): 1 by closed form, 2 in lanes; by 2 threads
+
+    Raises what kreisel.solve raises before anything runs. Raises ValueError for 'geometric', which
+    needs trial runs: see path.plan.
+    """
+    if isinstance(scene, Scene) and (threads is not None or reduce is not None):
+        reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
+    if isinstance(method, str) and method == GEOMETRIC:
+        raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
+    if isinstance(scene, Ensemble):
+        arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
+        return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
+    options = parse_options(scene, method, step, tol, digits, 0, want, every)
+    states = None if t is None else time_array(t, options.step, options.every, options.size).size
+    return plan_of(scene, options, states)
+
+
+def _plan_ensemble(
+    tops: Ensemble, t: Numbers | None, method: MethodName, arguments: SolveArguments, threads: int
+) -> EnsemblePlan:
+    options = parse_arguments(tops, method, arguments)
+    closed, lanes = _method_counts(tops, options)
+    row = 8 * len(options.reductions)
+    size = row or options.size
+    states, seconds, measured = None, None, 0
+    if t is not None:
+        times = parse_times(tops, t, options)
+        states = times.shape[-1]
+        size = tops.size * (_ROW + (row or states * size))
+        seconds, measured = _time_sample(tops, times, options, threads)
+    return EnsemblePlan(
+        shape=tops.shape,
+        closed_form=closed,
+        lanes=lanes,
+        alone=tops.size - closed - lanes,
+        threads=threads,
+        states=states,
+        bytes=size,
+        seconds=seconds,
+        measured=measured,
+        first=_first_plan(tops, options, states),
+    )
+
+
+def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
+    """Return how many tops use their closed form, and how many run in lanes."""
+    if options.solve.method.exact:
+        return tops.size, 0
+    if options.is_scalar or options.solve.method.name != FALLBACK:
+        return 0, 0
+    damped = int(np.count_nonzero((tops.damping > 0.0).any(axis=-1)))
+    closed = tops.size - unsuited(tops._tops, EXACT)[1] if options.is_auto else 0
+    return closed, tops.size - closed - damped
+
+
+def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) -> Plan | None:
+    if not tops.size:
+        return None
+    scene = member(tops, 0)
+    plan = plan_of(scene, options.options_for(scene), states)
+    kernel, order = Worker(*options.core, []).kernel
+    if plan.method != FALLBACK or options.is_scalar or not kernel or any(scene.damping):
+        return plan
+    level = options.solve.leave_heading
+    form = "(P, W): vertical and angular velocity seen from the body"
+    form += "; without the heading" if level else ", and from these the heading"
+    return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)
+
+
+def _time_sample(
+    tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
+) -> tuple[float, int]:
+    """Return an estimate of the run time [s], and the number of tops that it was measured with;
+    their steps and states are limited."""
+    if not tops.size or not t.shape[-1]:
+        return 0.0, 0
+    at = np.unique(np.linspace(0, tops.size - 1, _SAMPLES).astype(np.int64))
+    some = tops[np.unravel_index(at, tops.shape)] if tops.shape else tops.reshape(1)
+    whole = t[at] if t.ndim == 2 else t
+    times = whole[..., :_MAX_STATES]
+    few = options.limit_steps(_MAX_STEPS)
+    buffers = EnsembleBuffers.empty(at.size, times.shape[-1], few)
+    run = (SCALAR if few.is_scalar else LANES).run
+    begun = time.perf_counter()
+    run(buffers, few, some, 0, at.size, times, None)
+    spent = time.perf_counter() - begun
+    all_told = buffers.done == times.shape[-1]
+    part = np.where(all_told, buffers.done / whole.shape[-1], np.inf)
+    end = np.abs(np.broadcast_to(whole[..., -1], part.shape))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        way = np.where(end > 0.0, np.abs(buffers.reached) / end, np.inf)
+    done = float(np.maximum(np.minimum(part, way), 1e-9).mean())
+    return spent / done * tops.size / at.size / threads, int(at.size)

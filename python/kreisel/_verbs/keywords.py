@@ -1,0 +1,42 @@
+"""Keyword arguments that several verbs share, as types."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from concurrent.futures import Executor
+from typing import TypedDict
+
+from .._ground.names import QuantityName
+from .._request.solve_options import Progress
+from .run import EventSpec
+
+
+class PlanKeywords(TypedDict, total=False):
+    """Arguments that control a method."""
+
+    step: float | None
+    tol: float | None
+    digits: int | None
+    every: int | None
+
+
+class StreamKeywords(PlanKeywords, total=False):
+    """Arguments of kreisel.stream for one scene."""
+
+    max_steps: int
+    want: Iterable[QuantityName] | None
+    events: EventSpec | None
+    progress: Progress | None
+
+
+class SolveKeywords(StreamKeywords, total=False):
+    """Arguments of kreisel.solve for one scene and for an ensemble."""
+
+    error: float | None
+
+
+class PoolKeywords(TypedDict, total=False):
+    """Arguments that say who runs an ensemble."""
+
+    threads: int | None
+    executor: Executor | None

@@ -1,0 +1,173 @@
+"""kreisel.solve of an ensemble, and kreisel.reduce."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Executor
+from dataclasses import replace
+from typing import NamedTuple
+
+from .._ground.arguments import Array, Numbers, instance
+from .._ground.names import MethodName, QuantityName
+from .._model.scene import Ensemble, Scene
+from .._recording.ensemble_buffers import LANES, SCALAR, SliceRunner
+from .._recording.ensemble_paths import Paths
+from .._recording.executor import WorkerPool
+from .._recording.reductions import Reductions
+from .._recording.run_ensemble import run_ensemble
+from .._request.ensemble_options import (
+    EnsembleOptions,
+    ReductionSpec,
+    check_result_memory,
+    parse_ensemble_options,
+    parse_out,
+    parse_threads,
+    parse_times,
+)
+from .._request.plan import GEOMETRIC
+from .._request.solve_options import Progress, parse_progress
+from ..events import looked_for, parse_events
+from .run import EventSpec
+from .step_search import STEP_SEARCH, error_not_allowed, geometric_options
+
+
+class SolveArguments(NamedTuple):
+    """The arguments of a solve that control it and say what it records."""
+
+    step: float | None = None
+    tol: float | None = None
+    digits: int | None = None
+    every: int | None = None
+    max_steps: int = 0
+    error: float | None = None
+    want: Iterable[QuantityName] | None = None
+    events: EventSpec | None = None
+    reduce: ReductionSpec | None = None
+
+
+def reduce(
+    tops: Ensemble,
+    t: Numbers,
+    reductions: ReductionSpec,
+    method: MethodName = "auto",
+    *,
+    step: float | None = None,
+    tol: float | None = None,
+    digits: int | None = None,
+    every: int | None = None,
+    max_steps: int = 0,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Reductions:
+    """Reduce the path of each top of an ensemble to a few numbers, and keep no states.
+
+    reductions  names of quantities or their components, each with one or several of min, max, mean,
+                variance, last, where_min, where_max, as {"nutation": ("min", "max")}
+
+    The other arguments are those of kreisel.solve. Memory does not grow with the number of times.
+
+        >>> import kreisel as kr
+        >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
+        >>> kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": "max"})["nutation"]["max"].round(3)
+        array([1.023, 1.13 ])
+
+    Raises TypeError or ValueError before anything runs; kreisel.Interrupted for Ctrl-C, with what
+    was done as `.paths`. A top that fails has a status and NaN; the result's check() raises it.
+    """
+    if type(tops) is not Ensemble:
+        instance("tops", tops, Ensemble)
+    controls = step, tol, digits, max_steps, None, reductions, every
+    options = parse_ensemble_options(tops, method, *controls)
+    if not options.reductions:
+        raise TypeError("reductions must name quantities, as in {'nutation': ('min', 'max')}")
+    pool = WorkerPool(parse_threads(threads, executor), executor)
+    callback, times = parse_progress(progress), parse_times(tops, t, options)
+    return run_ensemble(Reductions, tops, times, options, pool, LANES, callback)
+
+
+def solve_ensemble(
+    tops: Ensemble,
+    t: Numbers,
+    method: str,
+    arguments: SolveArguments,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    out: Array | None = None,
+) -> Paths:
+    """Return the paths of an ensemble."""
+    options = parse_arguments(tops, method, arguments)
+    pool = WorkerPool(parse_threads(threads, executor), executor)
+    callback, times = parse_progress(progress), parse_times(tops, t, options)
+    check_result_memory(tops, times, options)
+    target = parse_out(tops, out, times, options)
+    return run_ensemble(Paths, tops, times, options, pool, runner_for(options), callback, target)
+
+
+def runner_for(options: EnsembleOptions) -> SliceRunner:
+    """Return the function that runs the slices of an ensemble."""
+    if options.searches_step:
+        return STEP_SEARCH
+    return SCALAR if options.is_scalar else LANES
+
+
+def stream_ensemble(
+    tops: Ensemble,
+    t: Numbers,
+    method: str,
+    arguments: SolveArguments,
+    chunk: int,
+    progress: Progress | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+) -> Iterator[Paths]:
+    """Return the paths of consecutive tops, as many as have `chunk` states, one top at least."""
+    options = parse_arguments(tops, method, arguments)
+    pool = WorkerPool(parse_threads(threads, executor), executor)
+    callback, times = parse_progress(progress), parse_times(tops, t, options)
+    return _stream(tops, times, options, pool, callback, max(1, chunk // max(1, times.shape[-1])))
+
+
+def _stream(
+    tops: Ensemble,
+    t: Array,
+    options: EnsembleOptions,
+    pool: WorkerPool,
+    progress: Progress | None,
+    size: int,
+) -> Iterator[Paths]:
+    row, runner = tops.ravel(), runner_for(options)
+    for begin in range(0, len(row), size):
+        times = t[begin : begin + size] if t.ndim == 2 else t
+        yield run_ensemble(Paths, row[begin : begin + size], times, options, pool, runner)
+        if progress is not None:
+            progress(min(1.0, (begin + size) / len(row)))
+
+
+def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> EnsembleOptions:
+    """Return the options of an ensemble. Raises TypeError or ValueError for an invalid argument."""
+    if isinstance(method, str) and method == GEOMETRIC:
+        excluded = arguments._asdict()
+        error, max_steps, want = (excluded.pop(name) for name in ("error", "max_steps", "want"))
+        return EnsembleOptions(geometric_options(error, max_steps, want, excluded))
+    step, tol, digits, every, max_steps, error, want, events, reduce = arguments
+    if error is not None:
+        raise error_not_allowed(method)
+    if events is not None and reduce is not None:
+        raise ValueError("events are met on the way of paths: leave reduce out")
+    controls = step, tol, digits, max_steps, want, reduce, every
+    options = parse_ensemble_options(tops, method, *controls, has_events=events is not None)
+    if events is None:
+        return options
+    parsed = parse_events(options.solve.method.name, events)
+    return replace(options, core_events=looked_for(parsed))
+
+
+def reject_ensemble_arguments(scene: object, **given: object) -> None:
+    """Raise ValueError for arguments of an ensemble that were given with one scene."""
+    instance("scene", scene, Scene)
+    names = [name for name, value in given.items() if value is not None]
+    raise ValueError(
+        f"{' and '.join(names)}: for a kreisel.Ensemble of many tops, not for one scene"
+    )

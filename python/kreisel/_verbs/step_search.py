@@ -1,0 +1,389 @@
+"""The choice of method='geometric': the cheapest geometric method and step that keep the attitude
+error below a target.
+
+A method of order p errs by about g w t (c h r)^p. The rate r and the weight w come from the
+integrals of motion, and the constants c were measured. The factor g is how much more than a regular
+motion this one magnifies small changes, as near an unstable equilibrium. With this estimate the
+cheapest method and its step h are guessed. The step is refined until the run is near enough to a
+reference.
+
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core import Work, values
+from .._ground.arguments import Array, positive, whole
+from .._ground.names import MethodName
+from .._model.scene import Ensemble, Scene
+from .._recording.core_calls import record_states
+from .._recording.ensemble_buffers import STATUSES, EnsembleBuffers, SliceRunner
+from .._recording.error_estimate import (
+    CLOSED_FORM,
+    LONGER_SERIES,
+    ROUNDING,
+    ROUNDINGS,
+    SERIES,
+    closed_form_holds,
+    rounding_growth,
+)
+from .._recording.path import (
+    Error,
+    Interrupted,
+    Path,
+    Stats,
+    make_path,
+    path_or_raise,
+    stop_exception,
+)
+from .._recording.recorder import report_end
+from .._request.ensemble_options import EnsembleOptions, member
+from .._request.methods import methods
+from .._request.plan import GEOMETRIC, StepChoice
+from .._request.solve_options import Progress, SolveOptions, parse_options, parse_want
+from .._request.times import check_horizon
+from ..quaternion import attitude_error
+
+Listener = Progress | Work | None  # receives progress, or may stop the work
+# The constants c, and the price of a step in kicks and drifts
+_Constants = dict[MethodName, tuple[float, float]]
+_SYMMETRIC: _Constants = {
+    "takahashi_imada4": (0.165, 1.25),
+    "blanes_moan6": (0.04, 15.0),
+    "kahan_li8": (0.122, 17.0),
+}
+_GENERAL: _Constants = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.0)}
+
+_SHORTER = 1.05  # a step too short costs less than another run
+_AIM = 0.4  # part of the target that a refined run aims at
+_ENOUGH = 0.8  # accepted part of the target: the error may be larger between the checked times
+_TOO_LARGE = {"ERR_STEP_SIZE", "ERR_CONVERGENCE"}  # statuses of steps that are too large
+_UNLIKE = 0.1  # a larger error does not predict that of a finer run [rad]
+_MIN_CHECKS = 128  # times at which the error is computed
+_CHECKS_PER_RADIAN = 4  # of the angle turned
+_MAX_CHECKS = 1 << 13  # also of the requested times
+_FEW = 32  # fewer steps are also checked inside, where the error may be larger than at their ends
+_REGULAR = 30.0  # a regular motion magnifies a small change by at most this times the angle turned
+_BUDGET = 64  # steps of all runs together, in units of the first guess
+_STALLS = (
+    3  # so often a finer run may be no better by half; then half the step makes other roundings
+)
+
+
+class StepSearch:
+    """Runs of one method with ever finer steps, each compared with a reference."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        times: Array,
+        target: float,
+        max_steps: int,
+        progress: Listener,
+    ) -> None:
+        self.scene, self.times, self.target = scene, times, target
+        self.max_steps, self.progress = max_steps, progress
+        self.end = float(times[-1])
+        self.spent, self.cost = Stats(0, 0, 0, 0), 0  # in all, and of the last run
+        self.rate, self.weight = _rates(scene)
+        self.angle = self.rate * abs(self.end)
+        self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
+        _, steps = self.guess(1.0)
+        times_checked = self.check_times(math.ceil(steps))
+        result, grown = rounding_growth(
+            scene, times_checked, max_steps=max_steps, progress=progress
+        )
+        path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
+        self.conditioning = ROUNDING * grown
+        self.reference_options = self.reference()
+        more = grown / (_REGULAR * (1.0 + self.angle))  # than a regular motion
+        self.method, steps = self.guess(min(max(1.0, more), 1.0 / ROUNDING))
+        self.order, self.first = methods[self.method].order, math.ceil(steps)
+        self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
+
+    def guess(self, grown: float) -> tuple[MethodName, float]:
+        """Return the cheapest method, and the number of steps that it needs."""
+        prices, t = {}, abs(self.end)
+        for name, (c, price) in _constants(self.scene).items():
+            part = self.weight * t * grown / self.target
+            steps = _SHORTER * c * self.rate * t * part ** (1.0 / methods[name].order)
+            prices[name] = price * max(1.0, steps), steps
+        method = min(prices, key=lambda name: prices[name][0])
+        return method, max(1.0, prices[method][1])
+
+    def check_times(self, steps: int) -> Array:
+        """Return the times at which the error of a run with `steps` steps is computed: ends of
+        steps, which cost nothing, times inside the steps where these are few, and requested
+        times."""
+        often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
+        each = max(1, math.ceil(steps / often))
+        ends = np.append(np.arange(each, steps, each), steps)
+        parts = min(3, math.ceil(_FEW / steps))
+        inside = [ends - part / parts for part in range(parts)]
+        return self.merge_times(self.end * np.concatenate(inside) / steps, self.sampled_times)
+
+    def merge_times(self, a: Array, b: Array) -> Array:
+        """Return all times of both arrays, in the direction of the motion."""
+        return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
+
+    def reference(self) -> SolveOptions:
+        """Return the options of the reference: the closed form if the target is far above its
+        roundings."""
+        near = ROUNDINGS * self.conditioning <= self.target
+        return CLOSED_FORM if near and closed_form_holds(self.scene) else LONGER_SERIES
+
+    def run(self, steps: int) -> tuple[Array, float] | None:
+        """Return the states of a run with so many steps at the requested times, and the largest
+        attitude error on the way; None if the steps are too large for the method."""
+        check_times = self.check_times(steps)
+        all_times = self.merge_times(check_times, self.times)
+        before = self.spent.evaluations
+        states = self.states(SolveOptions(methods[self.method], abs(self.end / steps)), all_times)
+        self.cost = self.spent.evaluations - before
+        if states is None:
+            return None
+        truth = self.states(self.reference_options, check_times)
+        assert truth is not None
+        checked, requested = (
+            np.searchsorted(np.abs(all_times), np.abs(t)) for t in (check_times, self.times)
+        )
+        return states[requested], float(attitude_error(states[checked, 1:5], truth[:, 1:5]).max())
+
+    def states(self, options: SolveOptions, times: Array) -> Array | None:
+        """Return the states at `times`, or None where the steps are too large for the method."""
+        limited = replace(options, max_steps=self.max_steps)
+        result = record_states(self.scene, limited, times, self.progress)
+        status, states, _, counts, _ = result
+        self.spent = Stats(*(a + b for a, b in zip(self.spent, counts, strict=True)))
+        if status in _TOO_LARGE:
+            return None
+        if status != "OK":
+            path = replace(make_path(self.scene, limited, result), stats=self.spent)
+            text = f"{options.method.name} got to t = {states[-1, 0]:g} of {self.end:g}"
+            raise stop_exception(status, path, text)
+        return states
+
+    def refine(self, steps: int, error: float) -> int:
+        """Return the number of steps with which the error should be small enough."""
+        more = (error / (_AIM * self.target)) ** (1.0 / self.order)
+        more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
+        return math.ceil(steps * more)
+
+    def refusal(self, why: str) -> ValueError:
+        return ValueError(
+            f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; one rounding "
+            "(2**-53) of the state, in the top's own units, moves the attitude by about "
+            f"{self.conditioning:.1e} rad. Ask for a larger error or a shorter time"
+        )
+
+
+def parse_error(error: float | None, others: Mapping[str, object]) -> float:
+    """Return the error allowed. Raises ValueError if one of the arguments in `others` is given."""
+    if error is None:
+        raise ValueError(
+            "method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6"
+        )
+    given = [name for name, value in others.items() if value is not None]
+    if given:
+        raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(given)} out")
+    target = positive("error", error)
+    if target > 0.1:
+        raise ValueError(
+            f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared"
+        )
+    return target
+
+
+def error_not_allowed(method: object) -> ValueError:
+    """Return the exception for an error given with another method."""
+    return ValueError(
+        f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
+    )
+
+
+def geometric_options(
+    error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
+) -> SolveOptions:
+    """Return the options of method='geometric'. Raises ValueError if one of the arguments in
+    `excluded` is given."""
+    target = parse_error(error, excluded)
+    most, names = whole("max_steps", max_steps, 0), parse_want(want)
+    placeholder = methods["strang"]
+    return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
+
+
+def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progress | None) -> Path:
+    """Return the path of one scene by method='geometric'."""
+    path = report_end(_find_whole_path(scene, options, times, progress), progress)
+    return path if options.want is None else path.only(options.want)
+
+
+def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
+    """Return the path with all its states."""
+    if not times.any():  # nothing moves
+        still = parse_options(scene, "strang", step=1.0)
+        return path_or_raise(scene, still, record_states(scene, still, times))
+    assert options.error is not None
+    check_horizon(scene, float(times[-1]), None)
+    return search_path(scene, times, options.error, options.max_steps, progress)
+
+
+def search_path(
+    scene: Scene,
+    times: Array,
+    target: float,
+    max_steps: int,
+    progress: Listener = None,
+) -> Path:
+    """Return the path at these times, with an attitude error below `target` on all of [0, t].
+    `progress` is called during each run in turn."""
+    search = StepSearch(scene, times, target, max_steps, progress)
+    if search.conditioning > target:
+        raise search.refusal("the data do not hold so much")
+    steps, taken, least, stalls = search.first, 0, math.inf, 0
+    while stalls < _STALLS:
+        taken += steps
+        if taken > search.budget:
+            raise search.refusal(f"a search may take {search.budget} steps, which did not suffice")
+        run = search.run(steps)
+        if run and run[1] <= _ENOUGH * target:
+            return _path(search, *run, steps)
+        error = run[1] if run else math.inf
+        stalled = 0.5 * least < error < _UNLIKE
+        stalls += stalled
+        least, steps = min(least, error), 2 * steps if stalled else search.refine(steps, error)
+    raise search.refusal(
+        f"the roundings of a run come to {least:.1e} rad, and finer steps add more"
+    )
+
+
+def _path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
+    choice = StepChoice(
+        method=search.method,
+        step=search.end / steps,
+        order=search.order,
+        target=search.target,
+        error=error,
+        conditioning=search.conditioning,
+        run=search.cost,
+        trials=search.spent.evaluations - search.cost,
+        budget=search.budget,
+    )
+    options = SolveOptions(methods[search.method], abs(choice.step))
+    is_back = choice.step < 0.0
+    return Path(search.scene, states, search.spent, options, is_back, _choice=choice)
+
+
+def _constants(scene: Scene) -> _Constants:
+    return _SYMMETRIC if scene.body.is_symmetric else _GENERAL
+
+
+def _rates(scene: Scene) -> tuple[float, float]:
+    """Return the rate of the top, and the weight of a method's error."""
+    body = scene.body
+    lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
+    kinetic, potential = (
+        float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
+    )
+    moment = sorted(body.moments)[1 if body.is_symmetric else 2]
+    above = max(0.0, potential + lever)  # of a top that hangs, but for roundings nothing
+    if body.is_symmetric:  # a drift is exact, so all error comes with the torque
+        rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + 2.0 * above / moment)
+        return rate, lever / moment / rate if rate else 0.0
+    rate = math.sqrt(2.0 * (kinetic + above) / moment)
+    return rate, rate
+
+
+_UNMET = STATUSES.index("ERR_CONVERGENCE")  # the status of a top whose error no step meets
+
+
+def run_search(
+    buffers: EnsembleBuffers,
+    options: EnsembleOptions,
+    tops: Ensemble,
+    begin: int,
+    end: int,
+    t: Array,
+    work: Work | None,
+) -> EnsembleBuffers:
+    """Run the tops begin..end one by one, each by the cheapest method that meets the error."""
+    part = buffers.select(slice(begin, end))
+    for i in range(end - begin):
+        if work is not None and work.stopped:
+            break
+        times = t[begin + i] if t.ndim == 2 else t
+        try:
+            _run_one(part, i, options, member(tops, begin + i), times, work)
+        except Interrupted:  # a trial's states are none of a path
+            if work is None:
+                raise
+            work.stop()
+            break
+        if work is not None:
+            work.did(1)
+    return part
+
+
+def _run_one(
+    part: EnsembleBuffers,
+    i: int,
+    options: EnsembleOptions,
+    scene: Scene,
+    times: Array,
+    work: Work | None,
+) -> None:
+    """Write one row: the path of a top, or the message of one that has none."""
+    path, status = None, 0
+    try:
+        path = _find_whole_path(scene, options.solve, times, work)
+    except Error as error:
+        path, status, part.messages[i] = error.path, STATUSES.index(error.status), str(error)
+    except ValueError as error:
+        status, part.messages[i] = _UNMET, str(error)
+    part.status[i] = status
+    _write_row(part, i, path, times, bool(status))
+
+
+def _write_row(
+    part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
+) -> None:
+    """Write a path as a row, with NaN behind what it reached."""
+    at, reached = np.empty(0, dtype=np.intp), 0
+    if path is not None:
+        at, reached = _find_times(path, times)
+        part.counts[i] = path.stats
+        part.reached[i] = path.t[-1] if len(path) else 0.0
+        if failed and len(path):
+            part.last[i] = np.array([path.states[-1], np.zeros(8)])
+        if path._choice is not None:
+            part.chosen[i] = path._choice
+    part.done[i] = reached
+    if part.states is not None:
+        part.states[i] = np.nan
+        part.states[i, :, 0] = times
+        if path is not None:
+            part.states[i, :reached] = path.states[at]
+    for name, column in part.columns.items():
+        column[i] = np.nan
+        if path is not None:
+            column[i, :reached] = getattr(path, name)[at]
+
+
+def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
+    """Return which states of a path are at the first of these times, and how many; the path of a
+    trial that failed has others between them."""
+    if not len(path):
+        return np.empty(0, dtype=np.intp), 0
+    at = np.minimum(np.searchsorted(np.abs(path.t), np.abs(times)), len(path) - 1)
+    missing = np.flatnonzero(path.t[at] != times)
+    reached = int(missing[0]) if missing.size else times.size
+    return at[:reached], reached
+
+
+STEP_SEARCH = SliceRunner(run_search)

@@ -1,0 +1,86 @@
+"""Tangents: a path with the derivatives of its states by its start and by parameters of its
+body."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Literal
+
+from .._core import start as start_top
+from .._core import tangents as TANGENTS
+from .._ground.arguments import Numbers, instance, shown
+from .._ground.refusals import unknown
+from .._model.scene import Scene
+from .._recording.path import Path, make_path, progress_text, stop_exception
+from .._recording.recorder import report_end
+from .._recording.tangent_data import TangentData
+from .._request.methods import FALLBACK
+from .._request.solve_options import Progress, SolveOptions, parse_every, parse_options
+from .._request.times import check_horizon, time_array
+
+TangentName = Literal["start", "moments", "com", "gravity", "mass"]
+TangentSpec = TangentName | Iterable[TangentName]
+
+
+def parse_tangents(tangents: object) -> tuple[str, ...]:
+    """Return what the derivatives are by, each once, in the order of the core's table."""
+    given = [tangents] if isinstance(tangents, str) else tangents
+    if not isinstance(given, Iterable):
+        raise TypeError(
+            f"tangents must be names, as in tangents='start' or ('start', 'gravity'), not "
+            f"{shown(tangents)}"
+        )
+    names = list(given)
+    for name in names:
+        if not isinstance(name, str) or name not in TANGENTS:
+            raise ValueError(unknown("name in tangents:", str(name), TANGENTS))
+    if not names:
+        raise ValueError("tangents names nothing to derive by; leave it out for a path alone")
+    return tuple(name for name in TANGENTS if name in names)
+
+
+def parse_tangent_options(
+    scene: object,
+    method: str,
+    tangents: object,
+    controls: tuple[object, object, object, object],
+    every: object,
+    excluded: Mapping[str, object],
+) -> SolveOptions:
+    """Return the options of a path with tangents; `controls` is step, tol, digits and max_steps.
+    Raises ValueError if one of the arguments in `excluded` is given."""
+    top, names = instance("scene", scene, Scene), parse_tangents(tangents)
+    for name, value in excluded.items():
+        if value is not None:
+            raise ValueError(f"tangents ride along with all states of a path: leave {name} out")
+    chosen = FALLBACK if method == "auto" else method
+    options = parse_options(top, chosen, *controls, requested=method)
+    if not options.method.tangents:
+        raise ValueError(
+            f"the method {chosen!r} carries no tangents: that is for method='taylor', or 'auto'"
+        )
+    parse_every(options.method, every)
+    return replace(options, tangents=names)
+
+
+def record_tangents(
+    scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
+) -> Path:
+    """Return the path of a scene with tangents."""
+    names = options.tangents
+    columns = sum(TANGENTS[name][1] for name in names)
+    times = time_array(t, options.step, None, options.size + 2 * 48 * columns)
+    end = float(times[-1]) if times.size else 0.0
+    check_horizon(scene, end, options.step)
+    bits = sum(TANGENTS[name][0] for name in names)
+    status, top = start_top(scene._block, *options.core, end < 0.0, [], bits)
+    if top is None:
+        path = make_path(scene, options, (status, scene._start.copy(), None, (0, 0, 0, 0), end))
+        raise stop_exception(status, path, progress_text(path, end))
+    result, high, low, rest = top.record_tangents(times, options.extended_precision, progress)
+    path = make_path(scene, options, result)
+    path = replace(path, _tangent_data=TangentData.from_flat(high, low, rest, names))
+    if result[0] != "OK":
+        raise stop_exception(result[0], path, progress_text(path, end))
+    return report_end(path, progress)

@@ -1,0 +1,70 @@
+"""The thesis' scaled units: lengths, masses and what the Bobenko-Suris map keeps in them."""
+
+import kreisel as kr
+import numpy as np
+import pytest
+
+from validation.thesis.scaled_units import h_eps, scaled_units
+
+THESIS = kr.scenes.thesis
+CUBOID = THESIS.body
+TIMES = np.linspace(0, 10, 11)
+
+
+def test_scaled_units_are_those_of_the_cuboid():
+    """Erratum 4 and 5: I1, alpha and the lever as the cuboid has them, not as 4.2.1 prints them."""
+    n, t = 0.8, 1.0
+    units = scaled_units(CUBOID)
+    scaled = units.into(THESIS)
+    assert scaled.body.moments == pytest.approx((1, 1, 2 * n * n / (n * n + 4 * t * t)), rel=1e-15)
+    assert scaled.body.com == (0, 0, 1)
+    assert scaled.body.mass * scaled.gravity == pytest.approx(
+        3 * t * t / (n * n + 4 * t * t), rel=1e-15
+    )
+    back = units.back(scaled)
+    assert back.momentum == pytest.approx(THESIS.momentum, rel=1e-15)
+    assert back.body.inertia == pytest.approx(THESIS.body.inertia, rel=1e-15)
+    assert (back.body.mass, back.gravity) == pytest.approx((THESIS.body.mass, 1.0), rel=1e-15)
+
+
+def test_scaled_units_leave_time_and_attitudes():
+    """Time is not scaled: the same attitudes at the same times."""
+    body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
+    scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
+    scaled = scaled_units(body).into(scene)
+    one, other = (kr.solve(s, 2.0, method="strang", step=0.01) for s in (scene, scaled))
+    assert kr.attitude_error(one.q[-1], other.q[-1]) < 1e-12
+
+
+def test_the_energy_that_bobenko_suris_keeps_in_the_texts_words():
+    scaled = scaled_units(CUBOID).into(THESIS)
+    step = 0.2
+    path = kr.solve(scaled, 100, method="bobenko_suris", step=step, every=1)
+    p = np.array((0, 0, scaled.body.mass * scaled.gravity))
+    text = (path.m**2).sum(-1) / 2 + path.apex @ p + step / 2 * np.cross(path.apex, path.m) @ p
+    assert h_eps(path, step) == pytest.approx(text, abs=1e-13)
+    assert np.ptp(text) < 1e-13
+    assert h_eps(kr.solve(THESIS, 1, method="rk4", step=0.1, every=1), step)[0] == pytest.approx(
+        text[0], abs=1e-14
+    )
+
+
+def test_scaled_units_are_for_lagrange_tops():
+    with pytest.raises(ValueError, match="for Lagrange tops, not for a body of kind 'kowalewski'"):
+        scaled_units(kr.scenes.kowalewski.body)
+
+
+def test_scaled_units_scale_damping():
+    top = THESIS.replace(damping=(0.1, 0.1, 0.3))
+    units = scaled_units(top.body)
+    there = units.into(top)
+    a, b = kr.solve(top, TIMES), kr.solve(there, TIMES)
+    assert kr.attitude_error(a.q, b.q).max() < 1e-12
+    assert np.allclose(units.back(there).damping, top.damping, rtol=1e-15, atol=0)
+
+
+def test_scaled_units_keep_an_unphysical_body():
+    body = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True)
+    scene = kr.Scene(body, momentum=(0, 0, 1))
+    units = scaled_units(body)
+    assert units.back(units.into(scene)).body.made_up

@@ -1,0 +1,100 @@
+"""Python calls of the package in one warm run of a verb, and returns to a file already left.
+
+    python -m validation.benchmarks.calls_profile [CASE ...]
+
+A return is a call into a file that an earlier call had left for another one. Calls of numpy, of
+the standard library and of the core are not counted, nor are calls on other threads.
+"""
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import groupby
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import kreisel as kr
+import numpy as np
+
+PACKAGE = str(Path(kr.__file__).parent)
+WARM_RUNS = 3
+TIMES = np.linspace(0.0, 10.0, 11)
+REDUCTIONS = {"nutation": ("min", "max")}
+
+
+def solve_scene() -> object:
+    """Solve one scene for one time."""
+    return kr.solve(kr.scenes.thesis, [1.0])
+
+
+def reduce_ensemble() -> Callable[[], object]:
+    """Return the reduction of 100 tops that differ in gravity."""
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
+    return lambda: kr.reduce(tops, TIMES, REDUCTIONS)
+
+
+def solve_ensemble() -> Callable[[], object]:
+    """Return the solution of 100 tops that differ in gravity."""
+    tops = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 100))
+    return lambda: kr.solve(tops, TIMES)
+
+
+def sweep_part() -> object:
+    """Compute a sweep of one part and read a column of it."""
+    spin, tilt = np.linspace(0, 20, 10), np.linspace(0.1, 1, 10)
+    source = kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt)
+    with tempfile.TemporaryDirectory() as folder:
+        result = kr.sweep(source, TIMES, to=folder, reduce={"nutation": "max"})
+        return result["nutation_max"]
+
+
+CASES: dict[str, Callable[[], Callable[[], object]]] = {
+    "solve(scene, [1.0])": lambda: solve_scene,
+    "solve(ensemble)": solve_ensemble,
+    "reduce(ensemble)": reduce_ensemble,
+    "sweep of one part, one column": lambda: sweep_part,
+}
+
+
+@contextmanager
+def recorded_calls() -> Iterator[list[str]]:
+    """Yield a list that gains the file of each call into the package."""
+    files: list[str] = []
+
+    def note(frame: FrameType, event: str, _: Any) -> None:
+        if event == "call" and frame.f_code.co_filename.startswith(PACKAGE):
+            files.append(frame.f_code.co_filename)
+
+    sys.setprofile(note)
+    try:
+        yield files
+    finally:
+        sys.setprofile(None)
+
+
+def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
+    """Return the calls, the files and the returns to a file already left of a warm run."""
+    for _ in range(WARM_RUNS):
+        run()
+    with recorded_calls() as files:
+        run()
+    visits = [file for file, _ in groupby(files)]
+    return len(files), len(set(files)), len(visits) - len(set(files))
+
+
+def main() -> None:
+    """Print a line for each case."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cases", nargs="*", choices=[*CASES, []], help="which cases; default: all")
+    chosen = parser.parse_args().cases or list(CASES)
+    print(f"{'':<32}{'calls':>7}{'files':>7}{'returns':>9}")
+    for name in chosen:
+        calls, files, returns = count_calls(CASES[name]())
+        print(f"{name:<32}{calls:>7}{files:>7}{returns:>9}")
+
+
+if __name__ == "__main__":
+    main()
