@@ -36,7 +36,7 @@ export const plain = {
     flat: false,
     section: "stiff", // of the rod, one of SECTIONS
     drops: false, // lines down to the floor
-    solid: "top", // or "box": as what a symmetric body is drawn; others are boxes
+    solid: "top", // or "box": how a symmetric body is drawn, others are boxes; or "none"
     opacity: 0.3,
     thickness: 1,
   },
@@ -72,7 +72,7 @@ const isShow = ({ opacity, thickness, solid, section, ...flags }) =>
   within(0, 1)(opacity) &&
   within(0.1, 20)(thickness) &&
   Object.hasOwn(SECTIONS, section) &&
-  ["top", "box"].includes(solid) &&
+  ["top", "box", "none"].includes(solid) &&
   Object.values(flags).every(flag);
 const isMeasure = (x) => word(x) && !!measureOf(chartOf(x, "kowalewski"));
 const CHECKS = {
@@ -124,7 +124,8 @@ export const stepsOf = ({ step, own }, side) =>
 // Returns the tops that a scene asks for, in the order of the stage. `side` counts the methods from
 // left to right; `against` is the truth with which a top is compared. A truth stands behind the
 // others and is drawn as a ghost or not at all.
-const COLOURS = ["#c73237", "#586cb7", "#c37801", "#299d80", "#c01bf5", "#087583"];
+// Two for each method, for its first and its second step. Red and violet differ for every eye.
+const COLOURS = ["#c73237", "#c37801", "#b02fe8", "#299d80", "#586cb7", "#087583"];
 const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that suits is the truth
 const [ALONE, TRUTH] = [-1, -2];
 export function topsOf(scene, body) {

@@ -109,12 +109,12 @@ def test_record_is_thinned_but_not_its_extremes(page):
 
 
 def test_charts_are_of_the_quantities_of_the_table(page):
-    """All that do not turn with the heading, and the frame error; K and G only where they stay."""
+    """All that do not turn with the heading, and the attitude error; K and G only where they stay."""
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
     options = "list => [...list.options].map((option) => [option.value, option.title])"
     level = {each["name"]: each["text"] for each in LEVEL}
-    level["error"] = "half the attitude error against another top, in radians"
+    level["error"] = "attitude error against another top, the angle between the two in radians"
     integrals = {"kowalewski", "goryachev_chaplygin"}
     for t, shape in enumerate(["kowalewski", "lagrange", "goryachev_chaplygin"], 2):
         page.get_by_label("Shape").select_option(shape)

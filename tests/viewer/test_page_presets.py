@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from browser import WIDE, advance, load, measure, record, scene, scene_in_python, states
 
-FOUR = ("red", "blue", "yellow", "green")
+FOUR = ("red", "yellow", "violet", "green")
 
 
 def attempt(page, preset, ask=None):
@@ -25,7 +25,7 @@ def change(page, top, name, until=None):
 
 
 def errors(page, *times):
-    """The largest frame error of each top up to each of the times, in order."""
+    """The largest attitude error of each top up to each of the times, in order."""
     found = []
     for t in times:
         advance(page, t)
