@@ -19,7 +19,8 @@ const pageWith = (source, scene) =>
 
 // Returns a scene without what `complete` would fill in again: a link gets shorter.
 function shortened(scene) {
-  const isOwn = ([key, value]) => JSON.stringify(value) !== JSON.stringify(plain[key]);
+  const isOwn = ([key, value]) =>
+    key === "version" || JSON.stringify(value) !== JSON.stringify(plain[key]);
   return Object.fromEntries(Object.entries(scene).filter(isOwn));
 }
 

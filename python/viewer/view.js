@@ -194,7 +194,8 @@ export class View {
     top.axes.follow(this.page.body, zoom, 0.8 * this.reach * zoom);
     // It stays in sight, however strong gravity is.
     top.p.point(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)));
-    top.p.visible = top.stand.visible = gravity !== 0;
+    top.p.visible = gravity !== 0;
+    top.stand.visible = gravity !== 0 && this.page.scene.show.solid !== "none";
   }
   // Finds the height of the floor: that of the tip, or as much lower as the body needs.
   ground() {

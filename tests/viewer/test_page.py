@@ -266,7 +266,10 @@ def test_a_bad_link_says_so(page, link):
 def test_python_snippet_runs(page):
     program, names = page.get_by_label("The same in Python").input_value(), {}
     exec(program, names)
-    assert names["scene"] == scene_in_python(scene(page)) and names["path"].step == 0.01
+    assert names["scene"] == scene_in_python(scene(page))
+    advance(page, 100)
+    ends = [[100, *end.attitude, *end.momentum] for end in names["ends"]]
+    assert ends == states(page)
 
 
 def test_picture_is_not_blank(page):

@@ -257,3 +257,10 @@ def test_no_scripts_is_told(browser):
     told = page.locator("noscript")
     assert told.inner_text() == "This page needs JavaScript." and told.is_visible()
     context.close()
+
+
+def test_a_link_leaves_out_what_is_as_always(page):
+    load(page, "A spinning top")
+    page.get_by_role("button", name="Link").click()
+    assert len(page.url) - page.url.index("#") < 1000
+    page.evaluate("history.replaceState(null, '', '#'); kreisel.page.say('')")
