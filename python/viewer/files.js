@@ -17,10 +17,11 @@ const pageWith = (source, scene) =>
     (_, open, close) => open + JSON.stringify(scene).replace(/</g, "\\u003c") + close,
   );
 
-// Returns a scene without what `complete` would fill in again: a link gets shorter.
+// Returns a scene without what `complete` would fill in again, for a shorter link.
 function shortened(scene) {
   const isOwn = ([key, value]) =>
-    key === "version" || JSON.stringify(value) !== JSON.stringify(plain[key]);
+    key === "version" ||
+    (key in plain && JSON.stringify(value) !== JSON.stringify(plain[key]));
   return Object.fromEntries(Object.entries(scene).filter(isOwn));
 }
 

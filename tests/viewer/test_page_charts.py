@@ -234,15 +234,15 @@ def test_the_motion_before_a_push_stays_in_sight(page):
     load(page, "A spinning top")
     run_to(page, 3)
     before = drawn(page)
-    page.evaluate("kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 2))")
-    page.evaluate("kreisel.page.run(false)")
+    push = "kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 2))"
+    page.evaluate(f"{push}; kreisel.page.run(false)")
     assert clock(page) == 0
     run_to(page, 1)
     times, tilts = drawn(page)
     n = before.shape[1]
     assert times[:n] == pytest.approx(before[0] - 3) and tilts[:n].tolist() == before[1].tolist()
     assert times[n] == 0 and times[-1] == 1 and tilts[n] == pytest.approx(before[1][-1])
-    old = "(({visible}) => visible)(kreisel.view.tops[0].before)"
+    old = "kreisel.view.tops[0].before?.visible ?? false"
     assert page.evaluate(old)
     page.get_by_role("button", name="Rewind").click()
     assert page.evaluate(old)
@@ -252,6 +252,8 @@ def test_the_motion_before_a_push_stays_in_sight(page):
 
 def test_a_change_of_the_scene_ends_what_was_before_a_push(page):
     advance(page, 2)
-    page.evaluate("kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 1))")
-    page.evaluate("kreisel.page.run(false); kreisel.page.set('gravity', 2)")
+    push = "kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 1))"
+    page.evaluate(f"{push}; kreisel.page.run(false)")
+    assert page.evaluate("!!kreisel.page.before")
+    page.evaluate("kreisel.page.set('gravity', 2)")
     assert page.evaluate("kreisel.page.before") is None

@@ -53,7 +53,7 @@ def resize(page, size):
 
 @pytest.mark.parametrize("is_folded", [False, True], ids=["panel", "alone"])
 def test_the_bar_is_whole_in_every_frame(resizable, is_folded):
-    load(resizable, "A spinning top", speed=0.25)
+    load(resizable, "A spinning top", speed=0.25, step=[0.1])
     resizable.evaluate("kreisel.page.jump(12345.6)")
     wait_for(resizable, "kreisel.page.goal === null")
     resizable.evaluate(f"document.getElementById('panel').hidden = {str(is_folded).lower()}")

@@ -213,12 +213,12 @@ def test_the_stop_time_stays_one_at_which_steps_meet(page):
 def test_a_top_much_too_fast_leaves_the_page_alive(browser):
     given = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
     page = visit(browser, reduced_motion="reduce", fragment="#scene=" + quote(json.dumps(given)))
-    page.get_by_role("button", name="Start").click()
+    page.get_by_role("button", name="Start", exact=True).click()
     wait_for(page, "kreisel.page.late")
     page.get_by_role("button", name="Stop").click()
     page.get_by_role("button", name="Step", exact=True).click()
     page.get_by_role("button", name="Stop").click()
-    assert clock(page) == 0 and page.get_by_role("button", name="Start").is_visible()
+    assert clock(page) == 0 and page.get_by_role("button", name="Start", exact=True).is_visible()
     assert page.troubles == []
     page.context.close()
 

@@ -122,8 +122,8 @@ def test_the_bar_is_in_the_picture(browser):
         wait_for(page, "kreisel.view.canvas.clientWidth === innerWidth")
         bar = page.locator("#bar").bounding_box()
         assert bar["x"] >= 0 and bar["x"] + bar["width"] <= size[0]
-        assert bar["y"] + bar["height"] <= size[1] and bar["height"] < 60
-        assert page.get_by_role("button", name="Start").is_visible()
+        assert bar["y"] + bar["height"] <= size[1] and bar["height"] < 100
+        assert page.get_by_role("button", name="Start", exact=True).is_visible()
         assert page.locator("#fold").get_attribute("aria-expanded") == "false"
     page.context.close()
 
