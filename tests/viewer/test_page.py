@@ -94,7 +94,7 @@ def test_states_are_those_of_python_bit_for_bit(page, preset):
             assert state == expected.tolist(), (method, i)
 
 
-@pytest.mark.parametrize("preset", [UPRIGHT, "Kowalewski", "Dzhanibekov's nut"])
+@pytest.mark.parametrize("preset", [UPRIGHT, "Kowalewski", "Dzhanibekov effect"])
 def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
     load(page, preset)
     top = scene_in_python(scene(page))

@@ -257,3 +257,12 @@ def test_a_change_of_the_scene_ends_what_was_before_a_push(page):
     assert page.evaluate("!!kreisel.page.before")
     page.evaluate("kreisel.page.set('gravity', 2)")
     assert page.evaluate("kreisel.page.before") is None
+
+
+def test_a_chart_of_an_integral_goes_to_the_one_of_the_shape(page):
+    load(page, chart="energy")
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert scene(page)["chart"] == scene(page)["integral"] == "kowalewski"
+    load(page, chart="spin")
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert scene(page)["chart"] == "spin"

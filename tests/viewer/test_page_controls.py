@@ -81,10 +81,10 @@ def test_choices(page):
         page.evaluate("kreisel.page.kind") == "goryachev_chaplygin"
         and scene(page)["momentum"][2] == 0
     )
-    listed = 1 + PRESETS.index("Dzhanibekov's nut")
-    page.get_by_label("What to look at").select_option(label=f"{listed}  Dzhanibekov's nut")
+    listed = 1 + PRESETS.index("Dzhanibekov effect")
+    page.get_by_label("What to look at").select_option(label=f"{listed}  Dzhanibekov effect")
     assert (
-        scene(page)["name"] == "Dzhanibekov's nut" and page.evaluate("kreisel.page.kind") == "euler"
+        scene(page)["name"] == "Dzhanibekov effect" and page.evaluate("kreisel.page.kind") == "euler"
     )
 
 

@@ -158,7 +158,7 @@ def test_g_stays_while_the_momentum_is_level(page):
     ],
 )
 def test_only_the_middle_axis_turns_over(page, ask, axis, turns):
-    attempt(page, "Dzhanibekov's nut", ask)
+    attempt(page, "Dzhanibekov effect", ask)
     path = kr.solve(scene_in_python(scene(page)), 60, "strang", step=0.01, every=10)
     along = path.body_momentum[:, axis] / np.linalg.norm(path.m, axis=1)
     assert abs(along[0]) > 0.99 and (np.ptp(np.sign(along)) > 0) == turns
