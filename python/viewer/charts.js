@@ -58,7 +58,8 @@ const range = (fine, known) => (_, least, greatest) => {
 const logRange = (_, low, high) =>
   isNothing(low, high) ? [LEVEL, 1] : uPlot.rangeLog(low, high, 10, true);
 const timeRange = (_, low, high) => (high > low ? [low, high] : [0, 1]);
-// uPlot sets a scale later than `setData` asks for it. So a zoom is noted when a scale has been set.
+// uPlot sets a scale some time after `setData` asks for it. So a zoom is noted when a scale has been
+// set.
 function noteZoom(plot, key) {
   if (key !== "x") return;
   const { min, max } = plot.scales.x;
@@ -137,8 +138,9 @@ export class Charts {
   // Returns the limits of the tilt, of tops for which they are known.
   known(what) {
     const { name } = this.measure(what);
-    const all = name === "nutation" ? this.page.tops.filter((top) => top.limits) : [];
-    return all.flatMap(({ limits }) => [limits.least, limits.greatest].map((x) => x * scaleOf(name)));
+    const all = name === "nutation" ? this.page.tops.map((top) => top.limits ?? []) : [];
+    const angles = all.flatMap(({ least, greatest }) => [least, greatest]);
+    return angles.filter(Number.isFinite).map((x) => x * scaleOf(name));
   }
   axes(log) {
     const grid = { stroke: style("charts").borderBottomColor, width: 1 };

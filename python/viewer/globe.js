@@ -62,8 +62,8 @@ function zone(color, opacity) {
   return mesh;
 }
 
-// Makes a globe of radius 1. It follows the limits, null where none are known, and the height of the
-// floor: with limits only their zone is shown.
+// Makes a globe of radius 1. It follows the limits, null where none are known, and the height of
+// the floor. Where there are limits, only their zone is shown.
 export function globe() {
   const [bowl, band] = [zone(INK, 0.07), zone("#e0a100", 0.1)];
   const [net, ...circles] = [parallels(), circle(), circle()];

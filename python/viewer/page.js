@@ -186,7 +186,8 @@ export class Page {
     if (isLost) scene.tracks = [];
     if (changed.length) this.rename(scene);
     const done = this.load(scene, false);
-    if (done && isLost) this.say("The path belonged to another motion and is removed. Undo brings it back");
+    if (done && isLost)
+      this.say("The path belonged to another motion and is removed. Undo brings it back");
     return done;
   }
   // Takes the state of the moment as the start.

@@ -284,7 +284,9 @@ def test_sizes(browser, theme):
         page.set_viewport_size(window(size))
         wait_for(page, "kreisel.view.pixels[0] === document.querySelector('main').clientWidth")
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-        assert page.get_by_role("button", name="Start", exact=True).bounding_box()["y"] < size[1] - 40
+        assert (
+            page.get_by_role("button", name="Start", exact=True).bounding_box()["y"] < size[1] - 40
+        )
         panel = page.locator("#panel").bounding_box()
         for handle in ("tip", "face"):
             x, y = page.evaluate(f"kreisel.at('{handle}')")

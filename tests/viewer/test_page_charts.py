@@ -109,7 +109,7 @@ def test_record_is_thinned_but_not_its_extremes(page):
 
 
 def test_charts_are_of_the_quantities_of_the_table(page):
-    """All that do not turn with the heading, and the attitude error; K and G only where they stay."""
+    """All that do not turn with the heading, and the attitude error; K and G where they stay."""
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
     options = "list => [...list.options].map((option) => [option.value, option.title])"

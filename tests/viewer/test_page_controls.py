@@ -84,7 +84,8 @@ def test_choices(page):
     listed = 1 + PRESETS.index("Dzhanibekov effect")
     page.get_by_label("What to look at").select_option(label=f"{listed}  Dzhanibekov effect")
     assert (
-        scene(page)["name"] == "Dzhanibekov effect" and page.evaluate("kreisel.page.kind") == "euler"
+        scene(page)["name"] == "Dzhanibekov effect"
+        and page.evaluate("kreisel.page.kind") == "euler"
     )
 
 

@@ -1,4 +1,4 @@
-"""The page fits the frames in which it stands: windows, phones, notebooks, the pages of the site."""
+"""The page fits its frame: a window, a phone, a notebook, a page of the site."""
 
 import pytest
 from browser import PAGE, PHONE, WIDE, advance, load, visit, wait_for, window
@@ -24,7 +24,7 @@ PACE = """(() => {
     pen.font = style.font;
     const arrow = 20;
     const room = list.clientWidth - parseFloat(style.paddingLeft) - arrow;
-    return room - pen.measureText('×0.25').width;
+    return room - pen.measureText('\u00d70.25').width;
 })()"""
 DIALOG = """(() => {
     const dialog = document.getElementById('keys');
@@ -32,7 +32,8 @@ DIALOG = """(() => {
     const covered = [];
     for (let x = 4; x < width - 4; x += 17)
         for (let y = 4; y < height - 4; y += 17)
-            if (!dialog.contains(document.elementFromPoint(left + x, top + y))) covered.push([x, y]);
+            if (!dialog.contains(document.elementFromPoint(left + x, top + y)))
+                covered.push([x, y]);
     const {scrollTop, scrollHeight, clientHeight} = dialog;
     return {box: [left, top, left + width, top + height], covered, scrollTop,
         hidden: scrollHeight - clientHeight};

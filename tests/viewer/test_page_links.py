@@ -230,7 +230,10 @@ def test_it_stops_when_all_have_failed(page):
     load(page, methods=["veselov2", "rk4"], step=[1], gravity=10)
     page.evaluate("kreisel.page.run(true)")
     advance(page, 20)
-    assert " stopped: " in words(page) and page.get_by_role("button", name="Start", exact=True).is_visible()
+    assert (
+        " stopped: " in words(page)
+        and page.get_by_role("button", name="Start", exact=True).is_visible()
+    )
     assert clock(page) == 2 * TICKS
 
 

@@ -202,7 +202,9 @@ def test_a_method_that_does_not_suit_is_replaced(page):
     assert scene(page)["methods"] == ["strang", "rk4"]
     assert chosen(
         page, "Method"
-    ) == "strang" and "bobenko_suris does not apply to this body: strang is used instead" in words(page)
+    ) == "strang" and "bobenko_suris does not apply to this body: strang is used instead" in words(
+        page
+    )
 
 
 @pytest.mark.parametrize("method", ["rk4", "extrap", "bobenko_suris4"])

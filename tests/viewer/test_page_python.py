@@ -150,7 +150,9 @@ def test_the_program_gives_the_states_of_the_page(page, preset, changes):
     ends = np.array([[*end.attitude, *end.momentum] for end in names["ends"]])
     restarts = "def solve_in_steps" in program
     assert ends == pytest.approx(now, abs=1e-7 if restarts else 1e-11)
-    exact = [top["method"] not in {"extrap", "taylor"} for top in page.evaluate("kreisel.page.tops")]
+    exact = [
+        top["method"] not in {"extrap", "taylor"} for top in page.evaluate("kreisel.page.tops")
+    ]
     assert ends[exact].tolist() == now[exact].tolist()
 
 

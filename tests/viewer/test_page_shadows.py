@@ -12,7 +12,8 @@ BRIGHTNESS = """(() => {
     view.render();
     pen.drawImage(view.canvas, 0, 0, 120, 100);
     const {data} = pen.getImageData(0, 0, 120, 100);
-    return Array.from({length: 120 * 100}, (_, i) => data[4 * i] + data[4 * i + 1] + data[4 * i + 2]);
+    const sum = (at) => data[at] + data[at + 1] + data[at + 2];
+    return Array.from({length: 120 * 100}, (_, i) => sum(4 * i));
 })()"""
 HIDDEN = ["Elastic rod"]  # here no body is shown
 
@@ -31,7 +32,7 @@ def test_each_scene_has_shadows(page, preset):
     page.evaluate(f"{SHADOWS}.visible = true")
     darker = lit - shaded
     assert darker.max() > 15 and darker.min() > -3
-    rows, columns = np.nonzero(darker > 10)
+    rows, _ = np.nonzero(darker > 10)
     assert len(rows) > 40 and np.median(rows) > 40  # on the floor, below the middle
 
 

@@ -7,6 +7,7 @@ from io import BytesIO
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from .._ground.arguments import Array, shown
 from .._ground.optional import installed
@@ -129,7 +130,7 @@ def _draw(axes: Sequence[Axes], path: Shown, events: Shown | None, degrees: bool
         _styled(chart)
 
 
-def _jumps(around: Array) -> Array:
+def _jumps(around: Array) -> npt.NDArray[np.intp]:
     """Return the intervals in which a precession angle jumps, since the apex passes close to the
     vertical there: it changes by more than half a radian and far more than elsewhere."""
     change = np.abs(np.diff(around))
@@ -137,7 +138,7 @@ def _jumps(around: Array) -> Array:
     return np.flatnonzero(change > max(0.5, 8.0 * usual))
 
 
-def _broken(t: Array, values: Array, intervals: Array) -> tuple[Array, Array]:
+def _broken(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
     """Return a line that is interrupted in some of its intervals."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
