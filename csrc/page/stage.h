@@ -8,8 +8,8 @@
 #include "kreisel.h"
 
 /* The measures of a top are the quantities of one number that do not turn with the heading, in the
- * order of their table, and after them the attitude error against another top, in
- * radians, and the modified energy, which bobenko_suris keeps at its step and no other method has. */
+ * order of their table. After them come the attitude error against another top, in radians, and
+ * the modified energy, which bobenko_suris keeps at its step and no other method has. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_TURNS))
     KR_STAGE_ERROR =

@@ -136,7 +136,7 @@ EXPORT(const char *, kr_page_measure_text, (int k))
 {
     const kr_quantity *quantity = kr_stage_quantity(k);
     if (quantity) return kr_quantity_text(quantity);
-    return k == KR_STAGE_ERROR ? "attitude error against another top, the angle between the two in radians"
+    return k == KR_STAGE_ERROR ? "attitude error against another top, in radians"
                                : "the energy that bobenko_suris keeps at its step, in its place";
 }
 EXPORT(int, kr_page_measure_kept, (int k))

@@ -20,8 +20,7 @@ const pageWith = (source, scene) =>
 // Returns a scene without what `complete` would fill in again, for a shorter link.
 function shortened(scene) {
   const isOwn = ([key, value]) =>
-    key === "version" ||
-    (key in plain && JSON.stringify(value) !== JSON.stringify(plain[key]));
+    key === "version" || JSON.stringify(value) !== JSON.stringify(plain[key]);
   return Object.fromEntries(Object.entries(scene).filter(isOwn));
 }
 

@@ -96,7 +96,8 @@ const CHECKS = {
   show: isShow,
   tracks: listOf(isTrack, 0, 1),
 };
-// Completes a scene from anywhere: what it leaves out is as in `plain`, what it has must fit.
+// Completes a scene from anywhere. Parts that it leaves out are those of `plain`; parts that it has
+// must fit; parts that no scene has, as the tries of a preset, are dropped.
 export function complete(given) {
   if (given?.constructor !== Object) throw new Error("it is no scene");
   const scene = structuredClone(begun({ ...plain, ...saysStep(given) }));
@@ -108,7 +109,7 @@ export function complete(given) {
     const shown = JSON.stringify(scene[key]).slice(0, 60);
     throw new Error(`${key} cannot be ${shown}${fits.range ? `: ${fits.range}` : ""}`);
   }
-  return scene;
+  return Object.fromEntries(Object.keys(plain).map((key) => [key, scene[key]]));
 }
 // Returns what a place of a scene may hold, in words.
 export const rangeOf = (place) => CHECKS[place.split(".")[0]]?.range;

@@ -114,7 +114,7 @@ def test_charts_are_of_the_quantities_of_the_table(page):
     menu = page.get_by_label("Quantity in the chart")
     options = "list => [...list.options].map((option) => [option.value, option.title])"
     level = {each["name"]: each["text"] for each in LEVEL}
-    level["error"] = "attitude error against another top, the angle between the two in radians"
+    level["error"] = "attitude error against another top, in radians"
     integrals = {"kowalewski", "goryachev_chaplygin"}
     for t, shape in enumerate(["kowalewski", "lagrange", "goryachev_chaplygin"], 2):
         page.get_by_label("Shape").select_option(shape)
