@@ -48,7 +48,7 @@ static void look(const kr_stage *stage, int i, int all, double measure[])
         if (a->quantity[k] && (all || is_kept(a->quantity[k])))
             kr_quantity_values(a->quantity[k], &a->scene, 1, &a->now, &measure[k]);
     if (b && b->status == KR_OK && a->steps * a->step == b->steps * b->step)
-        measure[KR_STAGE_ERROR] = 0.5 * kr_attitude_error(a->now.q, b->now.q);
+        measure[KR_STAGE_ERROR] = kr_attitude_error(a->now.q, b->now.q);
     if (a->modified)
         measure[KR_STAGE_MODIFIED] = kr_state_modified_energy(&a->scene, &a->now, time_of(a->step));
 }

@@ -8,8 +8,8 @@
 #include "kreisel.h"
 
 /* The measures of a top are the quantities of one number that do not turn with the heading, in the
- * order of their table, and after them the frame error, half the attitude error against another
- * top, and the modified energy, which bobenko_suris keeps at its step and no other method has. */
+ * order of their table. After them come the attitude error against another top, in radians, and
+ * the modified energy, which bobenko_suris keeps at its step and no other method has. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_TURNS))
     KR_STAGE_ERROR =
@@ -77,7 +77,7 @@ typedef struct kr_stage {
     int is_late;          /* whether none were left */
 } kr_stage;
 
-/* Measure k, if it is a quantity of the state; NULL for the frame error and what follows it. */
+/* Measure k, if it is a quantity of the state; NULL for the attitude error and what follows it. */
 const kr_quantity *kr_stage_quantity(int k);
 
 /* A stage of zeros is empty, and so is one after this. While it has tops it stays where it is. */
@@ -96,6 +96,6 @@ kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_st
  * these is left on its way, `is_late` says so, and the next call takes it on from there. */
 int64_t kr_stage_advance(kr_stage *stage, int64_t target, int64_t most);
 /* What is measured of top i now. A measure is NaN where it is not to be had: for a top that failed,
- * and the frame error where there is no other top or where it stands at another time. */
+ * and the attitude error where there is no other top or where it stands at another time. */
 void kr_stage_measure(const kr_stage *stage, int i, double measure[KR_STAGE_MEASURES]);
 #endif

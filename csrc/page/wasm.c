@@ -65,6 +65,10 @@ EXPORT(int, kr_page_adaptive, (const kr_method *method))
 {
     return (kr_method_flags(method) & KR_ADAPTIVE) != 0;
 }
+EXPORT(int, kr_page_restarts, (const kr_method *method))
+{
+    return (kr_method_flags(method) & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
+}
 EXPORT(const char *, kr_page_kind, (const kr_body *body))
 {
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
@@ -132,7 +136,7 @@ EXPORT(const char *, kr_page_measure_text, (int k))
 {
     const kr_quantity *quantity = kr_stage_quantity(k);
     if (quantity) return kr_quantity_text(quantity);
-    return k == KR_STAGE_ERROR ? "half the attitude error against another top, in radians"
+    return k == KR_STAGE_ERROR ? "attitude error against another top, in radians"
                                : "the energy that bobenko_suris keeps at its step, in its place";
 }
 EXPORT(int, kr_page_measure_kept, (int k))

@@ -23,6 +23,9 @@ export class Bar {
           : tool("▶", "Start", "Space", () => page.run(true)),
         tool("▶❚", "Step", ".", () => page.step()),
         tool("↶", "Undo", "Z Control+Z", () => page.undo(), { off: !page.past.length }),
+        tool("↷", "Redo", "Control+Shift+Z Control+Y", () => page.redo(), {
+          off: !page.future.length,
+        }),
         this.speed(),
         html`<span id="clock" role="timer" aria-label="Time"></span>`,
         tool("⌂", "Home view", "Home", () => home(page.view)),
@@ -38,7 +41,7 @@ export class Bar {
     const { speed } = page.scene;
     const all = SPEEDS.includes(speed) ? SPEEDS : [speed, ...SPEEDS];
     const set = ({ target }) => page.set("speed", +target.value);
-    return html`<select aria-label="Pace" title="How fast time goes" @change=${set}>
+    return html`<select aria-label="Pace" title="Pace: units of time per second" @change=${set}>
       ${all.map((x) => html`<option value=${x} .selected=${x === speed}>×${+x.toPrecision(3)}`)}
       </select>`;
   }

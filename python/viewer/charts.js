@@ -3,7 +3,7 @@
 import uPlot from "uplot";
 import { measureOf, stage } from "./core.js";
 
-// What has no symbol goes by its name.
+// Symbols of integrals; other measures have their names.
 const SYMBOLS = {
   energy: "E",
   modified_energy: "H_ε",
@@ -16,8 +16,9 @@ const WORDS = {
   kowalewski: "K (Kowalewski)",
   goryachev_chaplygin: "G (Goryachev-Chaplygin)",
   nutation: "tilt (nutation) [°]",
+  spin: "spin [rad/s]",
   spin_angle: "spin angle [rad]",
-  error: "frame error [rad]",
+  error: "attitude error [rad]",
   modified_energy: "modified energy H_ε",
 };
 const inWords = (name) => WORDS[name] ?? name.replaceAll("_", " ");
@@ -47,16 +48,24 @@ function decades(low, high) {
 const LEVEL = 1e-16; // A line that does not move has this height.
 const isNothing = (low, high) => low === null || high === null;
 // A line that is level but for rounding is drawn level: `fine` of its size is nothing.
-const range = (fine) => (_, low, high) => {
-  if (isNothing(low, high)) return [-1, 1];
-  const least = Math.max(LEVEL, fine * Math.max(Math.abs(low), Math.abs(high)));
-  return high - low > least
-    ? uPlot.rangeNum(low, high, 0.1, true)
-    : [low - least, high + least];
+// `known` is what the line will reach: the scale has room for it from the start.
+const range = (fine, known) => (_, least, greatest) => {
+  if (isNothing(least, greatest)) return [-1, 1];
+  const [low, high] = [Math.min(least, ...known()), Math.max(greatest, ...known())];
+  const fair = Math.max(LEVEL, fine * Math.max(Math.abs(low), Math.abs(high)));
+  return high - low > fair ? uPlot.rangeNum(low, high, 0.1, true) : [low - fair, high + fair];
 };
 const logRange = (_, low, high) =>
   isNothing(low, high) ? [LEVEL, 1] : uPlot.rangeLog(low, high, 10, true);
 const timeRange = (_, low, high) => (high > low ? [low, high] : [0, 1]);
+// uPlot sets a scale some time after `setData` asks for it. So a zoom is noted when a scale has been
+// set.
+function noteZoom(plot, key) {
+  if (key !== "x") return;
+  const { min, max } = plot.scales.x;
+  const [first, last] = [plot.data[0][0], plot.data[0].at(-1)];
+  plot.isZoomed = last > first && (min > first || max < last);
+}
 const [SMALL, LARGE, HALL] = [118, 250, 320]; // pixels
 
 export class Charts {
@@ -119,12 +128,19 @@ export class Charts {
       cursor: { drag: { x: true, y: false }, sync: { key: "time" } },
       scales: {
         x: { time: false, range: timeRange },
-        y: log ? { distr: 3, range: logRange } : { range: range(fine) },
+        y: log ? { distr: 3, range: logRange } : { range: range(fine, () => this.known(what)) },
       },
       axes: this.axes(log),
       series: [{}, ...series],
-      hooks: { setCursor: [(plot) => this.read(plot)] },
+      hooks: { setCursor: [(plot) => this.read(plot)], setScale: [noteZoom] },
     };
+  }
+  // Returns the limits of the tilt, of tops for which they are known.
+  known(what) {
+    const { name } = this.measure(what);
+    const all = name === "nutation" ? this.page.tops.map((top) => top.limits ?? []) : [];
+    const angles = all.flatMap(({ least, greatest }) => [least, greatest]);
+    return angles.filter(Number.isFinite).map((x) => x * scaleOf(name));
   }
   axes(log) {
     const grid = { stroke: style("charts").borderBottomColor, width: 1 };
@@ -156,15 +172,24 @@ export class Charts {
       return ends.map((x) => drawn((x - start) * scaleOf(name)));
     });
     const times = stage.time();
-    return [pairs(times, times), ...lines]; // up and down between the extremes that a row holds
+    const all = [pairs(times, times), ...lines]; // up and down between the extremes of a row
+    const before = this.before(name, (x, start) => drawn((x - (kept ? start : 0)) * scaleOf(name)));
+    return before ? all.map((line, i) => [...before[i], ...line]) : all;
+  }
+  // Returns the chart of the motion before a push, whose time ends at 0.
+  before(name, drawn) {
+    const { time, lines, end } = this.page.before ?? {};
+    if (!lines?.[name]) return null;
+    const values = lines[name].map(([low, at, high]) =>
+      low.flatMap((x, row) => [x, high[row]]).map((x) => drawn(x, at[0])),
+    );
+    return [time.flatMap((t) => [t - end, t - end]), ...values];
   }
   update() {
     if (!this.know()) return;
     for (const plot of this.plots) {
-      const { min, max } = plot.scales.x;
-      const zoomed = stage.rows() > 1 && (min > 0 || max < plot.data[0].at(-1));
-      plot.setData(this.data(plot.what), !zoomed);
-      if (zoomed) plot.redraw();
+      plot.setData(this.data(plot.what), !plot.isZoomed);
+      if (plot.isZoomed) plot.redraw();
       this.read(plot);
     }
   }
@@ -181,7 +206,7 @@ export class Charts {
       value.style.setProperty("--of", top.colour);
       return value;
     });
-    place.replaceChildren(`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)}`, ...words);
+    place.replaceChildren(`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)} s`, ...words);
   }
   // Returns what the table says of the integrals of top i: the value now, and its change since the
   // start.

@@ -1,5 +1,5 @@
-// "How good is the computation?": methods and steps beside each other, what becomes of the
-// integrals, and how far each top is from the truth.
+// "How accurate is the computation?": methods and steps side by side, the change of the integrals,
+// and the attitude error of each top against the best motion that is known.
 import { html } from "lit-html";
 import { symbol, title } from "./charts.js";
 import { measureOf, methods, stage, TICKS } from "./core.js";
@@ -10,7 +10,7 @@ const FOUR = presets.find((preset) => preset.name === "Compare four");
 export const nameOf = (top) => `${top.role === "ghost" ? "ghost: " : ""}${top.method} ${top.step}`;
 const TRUTHS = {
   exact: "the exact motion, in closed form",
-  taylor: "Taylor's series with all digits of a double",
+  taylor: "the Taylor series with all digits of a double",
 };
 
 export const chartPlace = (of, words) =>
@@ -22,16 +22,16 @@ export function compute(panel) {
   const choices = integrals.map((each) => [each.name, title(each), false, each.text]);
   const drawn = title(measureOf(scene.integral));
   const common = stage.common();
-  const meet = common ? `each ${common / TICKS}` : "too far on";
+  const meet = common ? `every ${common / TICKS}` : "far beyond the time shown";
   return [
     ways(panel),
     html`<div class="row">${panel.select("Integral in the chart", "integral", choices)}
         ${panel.check("log", "log")}</div>
       ${chartPlace("integral", drawn)}
-      <p><b>Frame error L [rad]</b>: half the angle to ${TRUTHS[truth] ?? truth}</p>
-      ${chartPlace("error", "Frame error")}
+      <p><b>Attitude error [rad]</b>: the angle to ${TRUTHS[truth] ?? truth}</p>
+      ${chartPlace("error", "Attitude error")}
       ${table(panel)}
-      <p ?hidden=${tops.length < 2}>Values are taken where all steps meet: ${meet}</p>`,
+      <p ?hidden=${tops.length < 2}>Compared ${meet}, where all steps meet.</p>`,
     panel.check("Ghost: show that motion in grey", "ghost"),
     panel.pair("Stop at t", panel.number("Stop at t", "stop", { none: "never" })),
   ];
@@ -56,15 +56,16 @@ function ways(panel) {
     panel.button("Compare four", () => panel.choose(FOUR), "C"),
   ];
 }
-// The table has a row for each top: whether the charts show it, and its integrals.
+// The table has two rows for each top: whether the charts show it, and its integrals.
 function table(panel) {
   const { tops, integrals } = panel.page;
   const head = (each) => html`<th scope="col" title=${each.text}>${symbol(each)}`;
   const cell = (words) => html`<td>${words}`;
-  const row = (top, i) => html`<tr><th scope="row" style="accent-color: ${top.colour}">
-    ${panel.check(nameOf(top), `shown.${i}`)}</th>${panel.charts.integrals(i).map(cell)}`;
-  return html`<div class="wide"><table>
+  const rows = (top, i) => html`<tbody>
+    <tr><th scope="rowgroup" colspan=${integrals.length} style="accent-color: ${top.colour}">
+      ${panel.check(nameOf(top), `shown.${i}`)}</th></tr>
+    <tr class="values">${panel.charts.integrals(i).map(cell)}</tr></tbody>`;
+  return html`<table id="integrals">
     <caption>Integrals now, and their change since the start</caption>
-    <thead><tr><th scope="col">top</th>${integrals.map(head)}</thead>
-    <tbody id="integrals">${tops.map(row)}</tbody></table></div>`;
+    <thead><tr>${integrals.map(head)}</thead>${tops.map(rows)}</table>`;
 }

@@ -40,9 +40,10 @@ export const methods = new Map(
     const pointer = C.kr_method_at(i);
     const name = text(C.kr_method_name(pointer));
     const adaptive = !!C.kr_page_adaptive(pointer);
+    const restarts = !!C.kr_page_restarts(pointer); // the stage starts it again after each step
     const suits = (body, gravity) =>
       !!C.kr_method_suits(pointer, putScene(body, gravity, [1, 0, 0, 0], [0, 0, 0]));
-    return [name, { pointer, adaptive, suits, text: text(C.kr_method_text(pointer)) }];
+    return [name, { pointer, adaptive, restarts, suits, text: text(C.kr_method_text(pointer)) }];
   }),
 );
 

@@ -1,4 +1,5 @@
 // What a visitor can take along: files, and a link.
+import { plain } from "./scene.js";
 import { toToml } from "./words.js";
 
 function save(name, ...content) {
@@ -16,14 +17,22 @@ const pageWith = (source, scene) =>
     (_, open, close) => open + JSON.stringify(scene).replace(/</g, "\\u003c") + close,
   );
 
+// Returns a scene without what `complete` would fill in again, for a shorter link.
+function shortened(scene) {
+  const isOwn = ([key, value]) =>
+    key === "version" || JSON.stringify(value) !== JSON.stringify(plain[key]);
+  return Object.fromEntries(Object.entries(scene).filter(isOwn));
+}
+
 // Returns the buttons by their names, each with what it does and its key.
 export function fileButtons(page, view, charts, source) {
   const link = () => {
     try {
-      history.replaceState(null, "", `#scene=${encodeURIComponent(JSON.stringify(page.scene))}`);
-      page.say("The address of this page is a link to this scene now");
+      const scene = encodeURIComponent(JSON.stringify(shortened(page.scene)));
+      history.replaceState(null, "", `#scene=${scene}`);
+      page.say("The address of this page is now a link to this scene");
     } catch {
-      page.say("A page in a notebook has no address: take “This page” along");
+      page.say("A page in a notebook has no address: save “This page” instead");
     }
   };
   const picture = () => {

@@ -5,7 +5,7 @@ import * as THREE from "three";
 
 const LAMP = new THREE.Vector3(2.2, -2.6, 7); // towards it, as the sun of light()
 const POINTS = 9; // of the lamp
-const WIDTH = 0.1; // of the lamp, in radians
+const WIDTH = 0.07; // of the lamp, in radians
 const EXTENT = 11; // of the floor, which fades away
 const LIFT = 4e-3; // what lies on the floor is so far above it, or the two would flicker
 

@@ -62,15 +62,15 @@ function zone(color, opacity) {
   return mesh;
 }
 
-// Makes a globe of radius 1. It follows what is known: the limits, which may be null, and how high
-// the level floor is.
+// Makes a globe of radius 1. It follows the limits, null where none are known, and the height of
+// the floor. Where there are limits, only their zone is shown.
 export function globe() {
   const [bowl, band] = [zone(INK, 0.07), zone("#e0a100", 0.1)];
   const [net, ...circles] = [parallels(), circle(), circle()];
   bowl.add(net, ...circles, band);
   bowl.follow = (limits, floor) => {
     bowl.between(0, Math.acos(Math.max(-1, Math.min(1, floor))));
-    net.visible = !limits;
+    net.visible = bowl.material.visible = !limits;
     const { least, greatest } = limits ?? { least: 0, greatest: 0 };
     band.visible = greatest - least >= POINT;
     if (band.visible) band.between(least, greatest);

@@ -14,7 +14,7 @@ export class Hands {
   drag = null; // what is held, and how
   pushes = false;
   constructor(view, page) {
-    Object.assign(this, { view, page, halo: halo(), band: arrow("#c2386f", 0.02) });
+    Object.assign(this, { view, page, halo: halo(), band: arrow("#ffb020", 0.03) });
     view.world.add(this.halo, this.band);
     this.band.visible = false;
     const listen = (name, act, early) => view.canvas.addEventListener(name, act.bind(this), early);
@@ -103,15 +103,13 @@ export class Hands {
   push({ i, band: { from, by } }) {
     const { view, page } = this;
     const top = view.tops[i];
-    page.begin({ top: page.tops[i] });
     const lever = from.clone().sub(top.group.position);
     const change = lever.cross(by).multiplyScalar(STRENGTH / view.momentumZoom);
-    page.edit((scene) => {
+    page.push(page.tops[i], (scene) => {
       const now = pose(scene, { top });
       const m = new Vector3(...now.slice(4)).add(change);
       setPose(scene, { top }, now.slice(0, 4), m.toArray());
     });
-    page.run(true);
   }
   release({ pointerId, type }) {
     const { view, page, drag } = this;
@@ -123,7 +121,7 @@ export class Hands {
     view.draw();
     this.light(null);
     if (drag.part === "push") return drag.band && type === "pointerup" && this.push(drag);
-    if (drag.moved && fitArrows(view)) page.say("Arrows are drawn on a smaller scale now");
+    if (drag.moved && fitArrows(view)) page.say("The arrows are now drawn on a smaller scale");
     page.goal === null && page.run(drag.goesOn);
   }
   // Lets go, and takes back what was done.

@@ -1,5 +1,5 @@
 // Keys: each does what the control does that names it as its own; arrows and W, A, S, D move the
-// eye. "?" tells them all, over the picture.
+// eye. "?" lists them all, over the picture.
 import { approach, slide, swing } from "./camera.js";
 import { html, render } from "lit-html";
 
@@ -16,13 +16,19 @@ const EYE = {
   A: (view) => slide(view, -0.05),
   D: (view) => slide(view, 0.05),
 };
-const MORE = `Arrows  turn about the top
-W S + -  nearer, further
-A D  to the left, to the right
-Escape  leave a drag or a jump
-Shift, while dragging the green tip  along itself
-Alt or middle button, at a corner  moves the fixed point
-Double click  a top alone in the charts; a chart whole again`;
+const MORE = [
+  ["← → ↑ ↓", "Turn the view about the top"],
+  ["W S + -", "Move the view nearer, farther"],
+  ["A D", "Move the view left, right"],
+  ["Escape", "Stop; cancel a drag or a jump"],
+  ["Shift + drag", "Green tip: change its length only"],
+  ["Alt + drag", "Corner: move the fixed point; so does the middle button"],
+  ["Double click", "Show one top alone in the charts; unzoom a chart"],
+];
+
+// A line of the list: a key, or two that do the same, and what they do.
+const line = ([keys, words]) =>
+  html`<li>${keys.split("\n").map((key) => html`<kbd>${key}</kbd> `)}${words}`;
 
 export class Keys {
   letters = true; // whether single letters are keys
@@ -31,8 +37,9 @@ export class Keys {
     addEventListener("keydown", (event) => this.press(event));
   }
   press(event) {
-    const { key, target, ctrlKey, metaKey, altKey } = event;
+    const { key, target, ctrlKey, metaKey, shiftKey, altKey } = event;
     if (key === "Escape") return this.leave();
+    if (this.place.open && key !== "?") return;
     const name = key === " " ? "Space" : key.length === 1 ? key.toUpperCase() : key;
     const isChord = ctrlKey || metaKey;
     const own = /^(Space|Enter)$/.test(name)
@@ -44,7 +51,7 @@ export class Keys {
     if (altKey) return;
     if (target.closest(`${own}[type=number], select, textarea`)) return;
     if (!this.letters && !isChord && key.length === 1 && key !== " ") return;
-    const act = this.meaning(isChord ? `Control+${name}` : name);
+    const act = this.meaning(isChord ? `Control+${shiftKey ? "Shift+" : ""}${name}` : name);
     if (!act) return;
     event.preventDefault();
     act();
@@ -70,22 +77,24 @@ export class Keys {
     if (this.place.open) return this.place.close();
     const set = ({ target }) => (this.letters = target.checked);
     render(
-      html`<h2>Keys</h2><p>${this.list()}</p>
-        <label class="check"><input type="checkbox" .checked=${this.letters} @change=${set}>Single
-          letters are keys</label>
-        <button autofocus @click=${() => this.place.close()}>Close</button>`,
+      html`<header><h2>Keys</h2>
+          <label class="check"><input type="checkbox" .checked=${this.letters} @change=${set}>Single
+            letters are keys</label>
+          <button autofocus @click=${() => this.place.close()}>Close</button></header>
+        <ul>${this.list().map(line)}</ul>`,
       this.place,
     );
-    this.place.show();
+    this.place.showModal();
   }
   // Each control that has a key names it.
   list() {
     const words = (control) =>
       control.ariaLabel || (control.labels?.[0] ?? control).textContent.trim();
     const all = [...document.querySelectorAll("[aria-keyshortcuts]")];
-    const key = (control) => control.getAttribute("aria-keyshortcuts");
-    const lines = all.map((control) => `${key(control)}  ${words(control)}`);
-    const presets = `1 .. ${Math.min(9, this.presets.length)}  What to look at`;
-    return [...new Set(lines), presets, MORE].join("\n");
+    const key = (control) =>
+      control.getAttribute("aria-keyshortcuts").replaceAll(" ", "\n").replaceAll("Control", "Ctrl");
+    const own = all.map((control) => [key(control), words(control)]);
+    const presets = [`1 to ${Math.min(9, this.presets.length)}`, "Choose a scene"];
+    return [...own, presets, ...MORE];
   }
 }

@@ -24,7 +24,7 @@ style.colorScheme = remembered();
 
 // An event without an error is a note of the browser's, as that a size is told a frame later.
 addEventListener("error", ({ message, error }) => {
-  if (error) $("words").textContent = `The page cannot go on: ${message}`;
+  if (error) $("words").textContent = `The page has stopped on an error: ${message}`;
 });
 const view = new View($("view"));
 const page = new Page(view);
@@ -75,7 +75,7 @@ addEventListener("afterprint", () => {
   panel.repaint();
 });
 view.canvas.addEventListener("webglcontextlost", () =>
-  page.say("The browser took the picture away, for now"),
+  page.say("The browser has stopped drawing the picture for now"),
 );
 view.canvas.addEventListener("webglcontextrestored", () => page.say(""));
 // A double click shows one top alone in the charts, or all of them.
@@ -116,17 +116,18 @@ function frame(now) {
 }
 function tellTime(rate) {
   const more = page.goal ? ` → ${page.goal / TICKS}` : "";
-  $("clock").textContent = `t = ${(page.clock / TICKS).toFixed(2)}${more}`;
-  $("clock").title = rate ? `only ${rate.toPrecision(2)} a second: the tops are too fast` : "";
+  $("clock").textContent = `t = ${(page.clock / TICKS).toFixed(2)}${more} s`;
+  const slow = rate && `slower than asked for, ${rate.toPrecision(2)} units of time per second`;
+  $("clock").title = slow || "time";
 }
 // Says which tops stand at another time than the clock: they move from step to step.
 function behind() {
   const least = Math.min(...page.tops.map((top) => top.ticks));
   const words = page.tops.map((top, i) => {
     const [t] = stage.state(i);
-    if (page.running) return top.ticks > least ? `${nameOf(top)}: at its last step` : "";
+    if (page.running) return top.ticks > least ? `${nameOf(top)} waits for its next step` : "";
     const isBehind = Math.abs(t * TICKS - page.clock) > 0.5 && !stage.failure(i);
-    return isBehind ? `${nameOf(top)} is drawn at t = ${+t.toFixed(6)}` : "";
+    return isBehind ? `${nameOf(top)} is shown at t = ${+t.toFixed(6)}` : "";
   });
   return words.filter(Boolean).join("\n");
 }
@@ -138,7 +139,7 @@ function attempt(open) {
     open();
   } catch (error) {
     if (!view.page) page.load(presets[0]);
-    page.say(`The scene given cannot be shown: ${error.message}`);
+    page.say(`This scene cannot be shown: ${error.message}`);
   }
 }
 attempt(() => page.load(linked() || JSON.parse($("scene").textContent) || presets[0]));

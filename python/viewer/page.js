@@ -17,7 +17,9 @@ const OF_NOW = /^(momentum|tilt|spin)/; // read off the moment, and set in it
 const differ = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
 
 export class Page {
-  past = [];
+  past = []; // for undo
+  future = []; // for redo
+  before = null; // the charts and traces of the motion before a push, see `push`
   running = false;
   tell = () => {}; // what is to be done after a change
   constructor(view) {
@@ -33,13 +35,14 @@ export class Page {
     const before = this.scene;
     try {
       this.scene = complete(given);
+      this.keepBefore();
       this.build(fit);
       if (fit) this.origin = structuredClone(this.scene);
     } catch (error) {
       if (!before) throw error;
-      this.scene = before;
+      Object.assign(this, { scene: before, before: null });
       this.build(false);
-      this.say(`That cannot be: ${error.message}`);
+      this.say(`This cannot be: ${error.message}`);
     }
     this.tell();
     return this.scene !== before;
@@ -71,7 +74,7 @@ export class Page {
       if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
       if (methods.get(name).suits(body, scene.gravity)) return;
       scene.methods[i] = "strang";
-      this.say(`${name} is not for this body: strang instead`);
+      this.say(`${name} does not apply to this body: strang is used instead`);
     });
   }
   enter(top) {
@@ -105,16 +108,20 @@ export class Page {
     const { stop } = this.scene;
     if (stop === null || meeting(stop) === stop) return;
     this.scene.stop = meeting(stop);
-    this.say(`The stop time is ${this.scene.stop} now, where all steps meet`);
+    this.say(`The stop time is now ${this.scene.stop}, where all steps meet`);
   }
 
   // Keeps scene and time for undo, before a change.
   keep(how) {
-    const { origin, goal, clock } = this;
-    const scene = structuredClone(this.scene);
-    this.past.push({ scene, origin, clock: goal ?? clock, ...how });
+    this.past.push(this.moment(how));
     if (this.past.length > 200) this.past.shift();
+    [this.undone, this.future] = [this.future, []];
     this.say("");
+  }
+  // Returns scene and time of now, to come back to.
+  moment(how) {
+    const { origin, goal, clock } = this;
+    return { scene: structuredClone(this.scene), origin, clock: goal ?? clock, ...how };
   }
   // Begins a change; with `now` one of the moment, whose state becomes the start.
   begin({ top, now = true, ...how } = {}) {
@@ -126,6 +133,35 @@ export class Page {
     const taken = this.clock / TICKS;
     Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside, taken });
     this.rename(this.scene);
+  }
+  // Begins another motion by a change of the momentum of a top. The charts and the traces of the
+  // motion until now stay in sight.
+  push(top, change) {
+    const before = this.clock ? this.seen() : null;
+    this.begin({ top });
+    this.before = before;
+    this.edit(change);
+    this.run(true);
+  }
+  // Returns what charts and traces show now.
+  seen() {
+    const names = [this.scene.chart, this.scene.integral, "error"];
+    const rows = (i, name) => [-1, 0, 1].map((side) => stage.record(i, name, side));
+    const lines = (name) => [name, this.tops.map((_, i) => rows(i, name))];
+    return {
+      time: stage.time(),
+      lines: Object.fromEntries(names.map(lines)),
+      ways: this.tops.map((_, i) => this.view.wayOf(i)),
+      end: this.clock / TICKS,
+    };
+  }
+  // Drops what is kept of the motion before a push, if the scene is another one than the push made.
+  keepBefore() {
+    if (!this.before) return;
+    const kept = Object.entries(this.scene).filter(([key]) => !GOES_ON.test(key));
+    const scene = JSON.stringify(kept);
+    this.before.scene ??= scene;
+    if (this.before.scene !== scene) this.before = null;
   }
   // What was said of a scene may not hold for one that was changed.
   rename(scene) {
@@ -150,7 +186,8 @@ export class Page {
     if (isLost) scene.tracks = [];
     if (changed.length) this.rename(scene);
     const done = this.load(scene, false);
-    if (done && isLost) this.say("The path was of another motion and is gone: Undo brings it back");
+    if (done && isLost)
+      this.say("The path belonged to another motion and is removed. Undo brings it back");
     return done;
   }
   // Takes the state of the moment as the start.
@@ -208,10 +245,20 @@ export class Page {
     this.keep({ fit: true });
     if (!this.load(scene)) this.undo(true);
   }
+  // Takes back the last change; `quietly` one that could not be, as if it had never been tried.
   undo(quietly = false) {
-    const { scene, origin, clock, fit = false, goesOn } = this.past.pop() ?? {};
+    if (!quietly) return this.comeBack(this.past, this.future);
+    this.comeBack(this.past, [], true);
+    this.future = this.undone;
+  }
+  redo() {
+    this.comeBack(this.future, this.past);
+  }
+  comeBack(from, other, quietly = false) {
+    const { scene, origin, clock, fit = false, goesOn } = from.pop() ?? {};
     if (!quietly) this.say("");
     if (!scene) return;
+    other.push(this.moment({ fit, goesOn }));
     if (goesOn) return this.dress(scene);
     this.run(false);
     this.load(scene, fit);
@@ -241,7 +288,7 @@ export class Page {
   }
   jump(t) {
     this.say("");
-    if (!(t >= 0 && t <= 1e9)) return this.say(`${t} is no time to jump to: 0 to 1e9 are`);
+    if (!(t >= 0 && t <= 1e9)) return this.say(`Cannot jump to t = ${t}: it must be from 0 to 1e9`);
     this.goTo(Math.round(t * TICKS));
   }
   // Goes to a time in ticks, over as many frames as it takes; by way of the start if it is past.

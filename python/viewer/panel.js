@@ -19,11 +19,11 @@ const SHAPE_NAMES = {
 };
 const SECTION_NAMES = [
   ["stiff", "as stiff as the body"],
-  ["thesis", "as in the thesis: its moments"],
+  ["thesis", "as in the thesis: moments"],
   ["round", "round"],
 ];
 const LIGHT_NAMES = [
-  ["", "as the system"],
+  ["", "as in the system"],
   ["light", "light"],
   ["dark", "dark"],
 ];
@@ -149,9 +149,9 @@ export class Panel {
   start() {
     const { page } = this;
     const { taken } = page.scene;
-    const from = taken === null ? "as chosen" : `taken from the motion, at t = ${taken.toFixed(2)}`;
+    const from = taken === null ? "as given" : `the motion at t = ${taken.toFixed(2)} s`;
     return html`<p id="start">Start: ${from}</p><div class="row">
-      ${button("Begin from here", () => page.take(), nothing, !page.clock)}
+      ${button("Start again from this moment", () => page.take(), nothing, !page.clock)}
       ${button("Reset", () => page.reset(), "0")}</div>`;
   }
   plots() {
@@ -175,7 +175,7 @@ export class Panel {
     return [
       section("Motion", this.motion(), { open: true }),
       section("Body", this.body()),
-      section("How good is the computation?", compute(this), { toggle: unfold }),
+      section("How accurate is the computation?", compute(this), { toggle: unfold }),
       section("Looks: trace, rod, view", this.looks()),
       section("Save and share", [html`<div class="row">${files}</div>`, this.python()]),
     ];
@@ -192,10 +192,11 @@ export class Panel {
         "Jump to t",
         html`<input type="number" step="any" @change=${jump} aria-keyshortcuts="J">`,
       ),
-      html`<fieldset><legend>Momentum m in space</legend>
+      html`<fieldset><legend>Angular momentum m in space</legend>
         ${COMPONENTS.map((axis, k) => this.number(`Momentum, ${axis} component`, `momentum.${k}`))}
         </fieldset>
-        <p>Green is the momentum m, blue the angular velocity ω, grey the vertical p.</p>`,
+        <p>Green: angular momentum m. Blue: angular velocity ω. Grey: the vertical p. Units: s, m,
+          kg, or any other consistent set.</p>`,
     ];
   }
   body() {
@@ -222,10 +223,12 @@ export class Panel {
   looks() {
     const { view } = this.page;
     const solids = [
-      ["top", "top: turned", !view.turned],
+      ["top", "round top", !view.turned],
       ["box", "box"],
+      ["none", "nothing"],
     ];
-    const drawn = view.asTop ? "top" : "box"; // as which other bodies are drawn too
+    const isHidden = this.page.scene.show.solid === "none";
+    const drawn = isHidden ? "none" : view.asTop ? "top" : "box"; // other bodies are boxes
     return [
       this.pair("Show as", this.select("Show as", "show.solid", solids, drawn)),
       this.check("Trace of the apex", "show.trace", "T"),

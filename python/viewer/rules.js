@@ -72,7 +72,10 @@ const rules = {
     scene.shape = shape;
     if (shape !== "free") scene.body.pivot = [0, 0, -scene.body.half[2]];
     resize(scene, scene.body.half);
-    if (measureOf(shape)) scene.integral = shape; // the one that this shape has beside the others
+    if (measureOf(shape)) {
+      scene.integral = shape; // the one that this shape has beside the others
+      if (measureOf(scene.chart)?.kept) scene.chart = shape;
+    }
     if (shape === "goryachev_chaplygin") {
       scene.momentum[2] = 0; // else G changes
       if (scene.second) scene.second[6] = 0;

@@ -36,7 +36,7 @@ export const plain = {
     flat: false,
     section: "stiff", // of the rod, one of SECTIONS
     drops: false, // lines down to the floor
-    solid: "top", // or "box": as what a symmetric body is drawn; others are boxes
+    solid: "top", // or "box": how a symmetric body is drawn, others are boxes; or "none"
     opacity: 0.3,
     thickness: 1,
   },
@@ -72,7 +72,7 @@ const isShow = ({ opacity, thickness, solid, section, ...flags }) =>
   within(0, 1)(opacity) &&
   within(0.1, 20)(thickness) &&
   Object.hasOwn(SECTIONS, section) &&
-  ["top", "box"].includes(solid) &&
+  ["top", "box", "none"].includes(solid) &&
   Object.values(flags).every(flag);
 const isMeasure = (x) => word(x) && !!measureOf(chartOf(x, "kowalewski"));
 const CHECKS = {
@@ -96,7 +96,8 @@ const CHECKS = {
   show: isShow,
   tracks: listOf(isTrack, 0, 1),
 };
-// Completes a scene from anywhere: what it leaves out is as in `plain`, what it has must fit.
+// Completes a scene from anywhere. Parts that it leaves out are those of `plain`; parts that it has
+// must fit; parts that no scene has, as the tries of a preset, are dropped.
 export function complete(given) {
   if (given?.constructor !== Object) throw new Error("it is no scene");
   const scene = structuredClone(begun({ ...plain, ...saysStep(given) }));
@@ -108,7 +109,7 @@ export function complete(given) {
     const shown = JSON.stringify(scene[key]).slice(0, 60);
     throw new Error(`${key} cannot be ${shown}${fits.range ? `: ${fits.range}` : ""}`);
   }
-  return scene;
+  return Object.fromEntries(Object.keys(plain).map((key) => [key, scene[key]]));
 }
 // Returns what a place of a scene may hold, in words.
 export const rangeOf = (place) => CHECKS[place.split(".")[0]]?.range;
@@ -124,7 +125,8 @@ export const stepsOf = ({ step, own }, side) =>
 // Returns the tops that a scene asks for, in the order of the stage. `side` counts the methods from
 // left to right; `against` is the truth with which a top is compared. A truth stands behind the
 // others and is drawn as a ghost or not at all.
-const COLOURS = ["#c73237", "#586cb7", "#c37801", "#299d80", "#c01bf5", "#087583"];
+// Two for each method, for its first and its second step. Red and violet differ for every eye.
+const COLOURS = ["#c73237", "#c37801", "#b02fe8", "#299d80", "#586cb7", "#087583"];
 const SHARPEST = ["exact", "taylor", "extrap"]; // the first of them that suits is the truth
 const [ALONE, TRUTH] = [-1, -2];
 export function topsOf(scene, body) {

@@ -112,7 +112,7 @@ export function arrow(color, radius, opacity = 1, depthTest = false) {
 // where it ends: else an eye cannot tell how far off they are.
 export function dropLines() {
   const group = new THREE.Group();
-  const drops = ["#1f9d4d", "#7c8698"].map((color) => {
+  const drops = ["#0d9678", "#7c8698"].map((color) => {
     const [line, spot] = [SHAFT, BALL].map((shape) => mesh(shape, flat({ color, opacity: 0.8 })));
     spot.scale.set(0.07, 0.07, 0.004);
     return new THREE.Group().add(line, spot);
@@ -160,6 +160,25 @@ export function pathLine(colour, ground) {
     shape.places.needsUpdate = true;
     line.show(n - 1);
     fresh.show(Math.min(n - 1, FRESH));
+  };
+  return line;
+}
+
+// A way that has ended: that of the motion before a push.
+export function faintLine(colour) {
+  const line = new Line(strip(WAY_POINTS), { opacity: 0.35, depthWrite: false });
+  const { places, shades } = line.geometry;
+  const shade = new THREE.Color(colour).toArray();
+  fourfold(Array(WAY_POINTS).fill(shade).flat(), WAY_POINTS, shades.array);
+  let drawn = null;
+  line.follow = (points, radius, thickness) => {
+    line.width = 1.6 * thickness;
+    line.scale.setScalar(radius);
+    if (drawn === points) return;
+    drawn = points;
+    fourfold(points, points.length / 3, places.array);
+    places.needsUpdate = true;
+    line.show(points.length / 3 - 1);
   };
   return line;
 }

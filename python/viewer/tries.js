@@ -30,16 +30,16 @@ export const presetOf = ({ name }) => presets.find((preset) => preset.name === n
 const filled = (text, facts) => text.replace(/\{([a-z ]+)\}/g, (all, word) => facts[word] ?? all);
 const COURSES = {
   sleeping: "The top sleeps: it stands upright.",
-  hanging: "The top hangs and turns.",
-  steady: "The axis goes round on a level circle, {highest} from the vertical.",
-  pendulum: "A pendulum: without spin it swings in a plane.",
+  hanging: "The top hangs down and turns.",
+  steady: "The axis moves on a level circle, {highest} from the vertical.",
+  pendulum: "A pendulum: without spin the axis swings in a plane.",
   rosette: "The axis passes through the vertical each time.",
   separatrix: "The axis rises towards the vertical, ever more slowly.",
   loops: "The axis draws loops between {highest} and {lowest}.",
-  cusps: "The axis comes to rest in cusps at {highest}, and falls to {lowest}.",
-  waves: "The axis goes up and down in waves between {highest} and {lowest}.",
-  circle: "No torque: the axis goes round the momentum, on a circle.",
-  resting: "No torque: the axis rests.",
+  cusps: "The axis comes to rest in cusps at {highest} and falls to {lowest}.",
+  waves: "The axis moves up and down in waves between {highest} and {lowest}.",
+  circle: "No torque: the axis moves on a circle about the momentum.",
+  resting: "No torque: the axis is at rest.",
 };
 // Returns what is true of a scene in words: its own, or what is computed if it has none, or a hand
 // changed it.

@@ -2,7 +2,7 @@
 // neither.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { cuboidOf, stage } from "./core.js";
+import { cuboidOf, stage, WAY_POINTS } from "./core.js";
 import { Floor, light } from "./floor.js";
 import { globe } from "./globe.js";
 import { Letters } from "./letters.js";
@@ -13,6 +13,7 @@ import {
   axisLines,
   box,
   dropLines,
+  faintLine,
   pathLine,
   rodMesh,
   stand,
@@ -29,6 +30,7 @@ const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
 const FRONT = new THREE.Vector3(0, -11, 4.4); // from there tops side by side are equally far
 const ROD = "#2f7f86"; // what else is drawn of a first top is red
 const FLOOR = -2.7; // the lowest that it lies
+const isShown = (part) => part.visible && part.parent.visible;
 const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
 
 export class View {
@@ -39,7 +41,8 @@ export class View {
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.canvas = this.renderer.domElement;
     parent.prepend(this.canvas);
-    const label = "The top, its momentum in green and its angular velocity in blue; arrows turn";
+    const label = "The top, its angular momentum in green and its angular velocity in blue. "
+      + "Arrow keys turn the view.";
     Object.assign(this.canvas, { tabIndex: 0, role: "application", ariaLabel: label });
     this.world = new THREE.Scene();
     this.world.fog = new THREE.Fog("#000");
@@ -191,7 +194,8 @@ export class View {
     top.axes.follow(this.page.body, zoom, 0.8 * this.reach * zoom);
     // It stays in sight, however strong gravity is.
     top.p.point(0, 0, (2.4 * gravity) / (4 + Math.abs(gravity)));
-    top.p.visible = top.stand.visible = gravity !== 0;
+    top.p.visible = gravity !== 0;
+    top.stand.visible = gravity !== 0 && this.page.scene.show.solid !== "none";
   }
   // Finds the height of the floor: that of the tip, or as much lower as the body needs.
   ground() {
@@ -212,10 +216,10 @@ export class View {
     const solid = this.asTop
       ? turnedTop(this.turned, { colour, role }, this.trail / this.zoom)
       : box({ colour, role });
-    const parts = { group, body, line, solid, handles: [] };
+    const parts = { role, group, body, line, solid, handles: [] };
     this.world.add(group.add(body.add(solid), line));
     if (!ghost) {
-      parts.m = arrow("#1f9d4d", thick ? 0.028 : 0.014, 1, this.comesOut);
+      parts.m = arrow("#0d9678", thick ? 0.028 : 0.014, 1, this.comesOut);
       parts.w = arrow("#3566e0", thick ? 0.028 : 0.014, 1, this.comesOut);
       group.add(parts.m, parts.w);
       parts.m.tip.userData.part = "tip";
@@ -242,10 +246,12 @@ export class View {
     for (const top of this.tops) {
       top.group.position.x = (top.side - (this.sides - 1) / 2) * distance;
       top.solid.look(this.body.half, show.opacity, show.thickness);
+      top.solid.visible = show.solid !== "none";
       const apart = distance > 0 || !top.side; // else the faces of two would mix
       top.solid.handles[0].visible = top.role === "thick" && apart;
     }
     this.floor.visible = show.floor;
+    this.floor.shadows.visible = show.solid !== "none";
     this.orbit.object = this.cameras[+show.flat];
     this.orbit.maxPolarAngle = show.floor && !show.flat ? 1.64 : Math.PI; // above the floor
     this.orbit.update();
@@ -262,6 +268,7 @@ export class View {
       top.w?.point(...stage.velocity(i).map((each) => each * this.velocityZoom));
       top.line.visible = show.trace && top.role !== "ghost";
       if (top.line.visible) top.line.follow(i, this.trail, show.thickness);
+      this.drawBefore(top, this.page.before?.ways[i], show.thickness);
       if (top.role !== "thick") return;
       top.globe.visible = show.trace;
       top.axes.visible = show.axes || !!this.moving;
@@ -272,6 +279,18 @@ export class View {
       if (show.rod) top.rod.follow(i, 0.5 * this.zoom, 0.08 * show.thickness, power);
     });
     this.dirty = true;
+  }
+  // Draws the trace of the motion before a push.
+  drawBefore(top, way, thickness) {
+    if (way && !top.before) top.group.add((top.before = faintLine(top.colour)));
+    if (!top.before) return;
+    top.before.visible = !!way && top.line.visible;
+    if (top.before.visible) top.before.follow(way, this.trail, thickness);
+  }
+  // Returns the points of a top's trace, on a sphere of radius 1.
+  wayOf(i) {
+    const points = new Float32Array(3 * WAY_POINTS);
+    return points.slice(0, 3 * stage.way(i, 1, points));
   }
   drop({ m, body, solid, drops }) {
     const tip = new THREE.Vector3(0, 0, m.tip.position.z).applyQuaternion(m.quaternion);
@@ -312,6 +331,7 @@ export class View {
     const degrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
     const side = (angle) => () => {
       if (!sphere.visible) return null;
+      if (Math.sin(angle) < 0.02) return null; // a point, on the axis
       const right = new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0).setZ(0);
       right.setLength(Math.sin(angle)).setZ(Math.cos(angle));
       return this.project(right.multiplyScalar(this.trail).add(group.position));
@@ -337,7 +357,7 @@ export class View {
 
   // Finds what is under a point of the window: a tip before a corner before a face or edge.
   pick(x, y) {
-    const handles = this.tops.flatMap((top) => top.handles.filter((part) => part.visible));
+    const handles = this.tops.flatMap((top) => top.handles.filter(isShown));
     const hits = this.ray(x, y).intersectObjects(handles, false);
     hits.sort((a, b) => rank(a) - rank(b) || a.distance - b.distance);
     return hits[0] && { ...hits[0].object.userData, point: hits[0].point };

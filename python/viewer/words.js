@@ -1,5 +1,5 @@
-// A scene in words: of a file, and of a program.
-import { methods } from "./core.js";
+// A scene as text: a TOML file, and a program in Python.
+import { methods, TICKS } from "./core.js";
 import { stepsOf } from "./scene.js";
 
 const list = (x) => (Array.isArray(x) ? `[${x.map(list).join(", ")}]` : x);
@@ -19,27 +19,45 @@ ${made}
 `;
 }
 
+const END = 100; // time at which the program stops
+const RESTART = `
+def solve_in_steps(scene, method, step, count, tol):
+    # As in the page, the method starts again after each step.
+    for _ in range(count):
+        scene = kr.solve(scene, [step], method, tol=tol).end
+    return scene
+
+`;
+// Returns a program in Python that computes the same states as the page, a line for each top.
 export function toPython(top) {
-  const { body, momentum, attitude, gravity, methods: names, tol } = top;
+  const { body, gravity, methods: names, second, tol } = top;
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const made = half
     ? `.cuboid(half=${list(half)}, pivot=${list(pivot)}, density=${density})`
-    : `(mass=${mass}, inertia=${rows(inertia)}, com=${list(com)})`;
-  const ways = (name, side) =>
-    methods.get(name).adaptive
-      ? [`tol=${tol}`]
-      : stepsOf(top, side).map((h) => `step=${h}, every=1`);
-  const solve = (name, side) =>
-    ways(name, side).map((way) => `    kr.solve(scene, t=100, method="${name}", ${way}),`);
-  const start = `momentum=${list(momentum)}, attitude=${list(attitude)}, gravity=${gravity}`;
+    : `(mass=${mass}, inertia=${rows(inertia)}, com=${list(com)}, made_up=True)`;
+  const scene = (attitude, momentum) =>
+    `kr.Scene(body, momentum=${list(momentum)}, attitude=${list(attitude)}, gravity=${gravity})`;
+  const isApart = (side) => second && side === 1;
+  const end = (name, side) => (step) => {
+    const { adaptive, restarts } = methods.get(name);
+    const start = isApart(side) ? "second" : "scene";
+    const count = Math.floor((END * TICKS) / Math.round(step * TICKS));
+    if (restarts) return `solve_in_steps(${start}, "${name}", ${step}, ${count}, tol=${tol})`;
+    const how = adaptive
+      ? `[${count * step}], "${name}", tol=${tol}`
+      : `${END}, "${name}", step=${step}, every=1`;
+    return `kr.solve(${start}, ${how}).end`;
+  };
+  const ends = names.flatMap((name, side) => stepsOf(top, side).map(end(name, side)));
+  const apart = second && `second = ${scene(second.slice(0, 4), second.slice(4))}\n`;
   return `import kreisel as kr
 
 body = kr.Body${made}
-scene = kr.Scene(body, ${start})
-paths = [
-${names.flatMap(solve).join("\n")}
-]
-for path in paths:
-    print(path.method, path.step, path.t[-1], path.q[-1], path.apex[-1], path.energy_error)
+scene = ${scene(top.attitude, top.momentum)}
+${apart ?? ""}${names.some((name) => methods.get(name).restarts) ? RESTART : ""}
+ends = [
+${ends.map((line) => `    ${line},\n`).join("")}]
+for end in ends:
+    print(end.attitude, end.momentum)
 `;
 }

@@ -232,6 +232,21 @@ def test_scaled_units_are_for_lagrange_tops():
         kr.scaled_units(kr.scenes.kowalewski.body)
 
 
+@pytest.mark.parametrize("name", ["cusps", "steady_precession", "thesis"])
+def test_an_isotropic_rod_is_round_and_untwisted(name):
+    pytest.importorskip("matplotlib")
+    rod = kr.rod(kr.solve(getattr(kr.scenes, name), np.linspace(0, 12, 1201)))
+    (tube,) = rod.plot(thickness=0.4).collections
+    seen = [path.vertices[:4] for path in tube.get_paths()]
+    across, up = rod.centre[:, 0], rod.centre[:, 2] * np.cos(np.radians(20))
+    up = up + rod.centre[:, 1] * np.sin(np.radians(20))
+    line = np.stack([across, up], axis=-1)
+    away = [np.hypot(*(line - corner).T).min() for face in seen for corner in face]
+    assert max(away) < 0.2 + 1e-3, "nothing sticks out"
+    lengths = np.array([np.linalg.norm(np.diff(face, axis=0), axis=1).max() for face in seen])
+    assert np.median(lengths) < 0.09, "a side of sixteen is 0.08 wide"
+
+
 def test_rods_are_drawn():
     pytest.importorskip("matplotlib")
     path = kr.solve(kr.scenes.kowalewski, np.linspace(0, 10, 101))

@@ -43,7 +43,34 @@ def test_the_lines_have_the_data_of_the_path(degrees, back):
     assert np.abs(np.diff(around)).max() < unit * 0.1
     assert nutation.get_ylabel() == ("nutation [°]" if degrees else "nutation [rad]")
     assert precession.get_xlabel() == "time [T]"
-    assert sphere.get_title() == f"cusps, by {path.method}"
+    assert path.method == "exact" and sphere.get_title() == "cusps (closed form)"
+
+
+@pytest.mark.parametrize("back", [False, True])
+def test_the_precession_is_interrupted_where_it_jumps(back):
+    """The apex of this top starts upright and passes through the vertical every 8.2 time units."""
+    path = kr.solve(kr.scenes.thesis, np.linspace(0, -60 if back else 60, 3001))
+    line = kr.plot(path)[2].lines[0]
+    t, around = line.get_xdata(), line.get_ydata()
+    gaps = np.flatnonzero(np.isnan(t))
+    assert np.isnan(around[gaps]).all() and len(gaps) == 8
+    passes = np.abs(t[gaps - 1] + t[gaps + 1]) / 2
+    assert passes == pytest.approx(kr.exact(path.scene).period * np.arange(8), abs=0.03)
+    assert np.nanmax(np.abs(np.diff(around))) < 0.5
+    kept = np.isfinite(t)
+    assert np.array_equal(t[kept], path.t)
+    turns = (around[kept] - path.precession_angle) / (2 * np.pi)
+    assert turns == pytest.approx(np.rint(turns), abs=1e-12)
+
+
+def test_a_top_that_starts_upright_has_no_spur():
+    line = kr.plot(kr.solve(kr.scenes.kowalewski, np.linspace(0, 20, 2001)))[2].lines[0]
+    assert np.nanmax(np.abs(np.diff(line.get_ydata()))) < 0.5
+
+
+def test_coarse_paths_are_whole_lines():
+    path = kr.solve(kr.scenes.steady_precession, np.linspace(0, 40, 9))
+    assert np.isfinite(kr.plot(path)[2].lines[0].get_ydata()).all()
 
 
 def test_the_trace_is_the_apex_seen_from_a_little_above():
@@ -58,11 +85,11 @@ def test_the_trace_is_the_apex_seen_from_a_little_above():
 @pytest.mark.parametrize(
     ("scene", "title", "lines"),
     [
-        (kr.scenes.steady_precession, "steady, by taylor", 3),
-        (kr.scenes.sleeping, "rosette, by taylor", 3),
-        (GENERAL, "general, by taylor", 1),
-        (kr.scenes.cusps.replace(damping=(0.1, 0.1, 0.1)), "lagrange, by taylor", 1),
-        (FREE, "euler, by taylor", 1),
+        (kr.scenes.steady_precession, "steady (taylor)", 3),
+        (kr.scenes.sleeping, "rosette (taylor)", 3),
+        (GENERAL, "general (taylor)", 1),
+        (kr.scenes.cusps.replace(damping=(0.1, 0.1, 0.1)), "lagrange (taylor)", 1),
+        (FREE, "euler (taylor)", 1),
     ],
 )
 def test_limits_are_drawn_where_there_are_some(scene, title, lines):

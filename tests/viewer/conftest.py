@@ -41,7 +41,7 @@ def page(shared):
     shared.evaluate("""{
         const {page, view} = kreisel;
         page.run(false);
-        Object.assign(page, {past: [], gesture: null});
+        Object.assign(page, {past: [], future: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
         document.getElementById('panel').hidden = false;
         document.getElementById('keys').close();

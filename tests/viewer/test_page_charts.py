@@ -109,12 +109,12 @@ def test_record_is_thinned_but_not_its_extremes(page):
 
 
 def test_charts_are_of_the_quantities_of_the_table(page):
-    """All that do not turn with the heading, and the frame error; K and G only where they stay."""
+    """All that do not turn with the heading, and the attitude error; K and G where they stay."""
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
     options = "list => [...list.options].map((option) => [option.value, option.title])"
     level = {each["name"]: each["text"] for each in LEVEL}
-    level["error"] = "half the attitude error against another top, in radians"
+    level["error"] = "attitude error against another top, in radians"
     integrals = {"kowalewski", "goryachev_chaplygin"}
     for t, shape in enumerate(["kowalewski", "lagrange", "goryachev_chaplygin"], 2):
         page.get_by_label("Shape").select_option(shape)
@@ -144,7 +144,7 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
 
 def table(page):
     """The values now and their changes, (tops, 3 or 4, 2): E, <m, e3>, <m, apex>, K or G."""
-    rows = page.locator("#integrals tr").evaluate_all(
+    rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
     )
     return np.array(
@@ -208,3 +208,61 @@ def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
     second.press("Tab")
     assert clock(page) == 0 and scene(page)["momentum"] == [end.momentum[0], 2.5, end.momentum[2]]
     assert scene(page)["attitude"] == list(end.attitude)
+
+
+# Time
+
+
+def test_charts_go_on_after_a_step(page):
+    load(page, "A spinning top")
+    run_to(page, 3)
+    page.evaluate("kreisel.page.step(); kreisel.page.run(true); kreisel.advance(3.5)")
+    page.evaluate("kreisel.page.step(), kreisel.advance(4), kreisel.charts.update()")
+    page.evaluate("kreisel.page.run(false)")
+    run_to(page, 9)
+    assert page.evaluate("kreisel.charts.plots[0].scales.x.max") == pytest.approx(9)
+
+
+def test_a_chart_has_room_for_the_limits_of_the_tilt_from_the_start(page):
+    load(page, "A spinning top")
+    wait_for(page, "kreisel.charts.plots[0].scales.y.max > 40")
+    scale = page.evaluate("(({min, max}) => [min, max])(kreisel.charts.plots[0].scales.y)")
+    assert 25 < scale[0] <= 30 and 48.6 <= scale[1] < 55
+
+
+def test_the_motion_before_a_push_stays_in_sight(page):
+    load(page, "A spinning top")
+    run_to(page, 3)
+    before = drawn(page)
+    push = "kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 2))"
+    page.evaluate(f"{push}; kreisel.page.run(false)")
+    assert clock(page) == 0
+    run_to(page, 1)
+    times, tilts = drawn(page)
+    n = before.shape[1]
+    assert times[:n] == pytest.approx(before[0] - 3) and tilts[:n].tolist() == before[1].tolist()
+    assert times[n] == 0 and times[-1] == 1 and tilts[n] == pytest.approx(before[1][-1])
+    old = "kreisel.view.tops[0].before?.visible ?? false"
+    assert page.evaluate(old)
+    page.get_by_role("button", name="Rewind").click()
+    assert page.evaluate(old)
+    page.get_by_role("button", name="Undo").click()
+    assert not page.evaluate(old) and page.evaluate("kreisel.page.before") is None
+
+
+def test_a_change_of_the_scene_ends_what_was_before_a_push(page):
+    advance(page, 2)
+    push = "kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 1))"
+    page.evaluate(f"{push}; kreisel.page.run(false)")
+    assert page.evaluate("!!kreisel.page.before")
+    page.evaluate("kreisel.page.set('gravity', 2)")
+    assert page.evaluate("kreisel.page.before") is None
+
+
+def test_a_chart_of_an_integral_goes_to_the_one_of_the_shape(page):
+    load(page, chart="energy")
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert scene(page)["chart"] == scene(page)["integral"] == "kowalewski"
+    load(page, chart="spin")
+    page.get_by_label("Shape").select_option("kowalewski")
+    assert scene(page)["chart"] == "spin"

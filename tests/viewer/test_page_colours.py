@@ -96,3 +96,14 @@ def test_text_and_borders_stand_out(mode):
 def test_tops_are_told_apart(eye):
     for one, other in itertools.combinations(TOPS, 2):
         assert np.linalg.norm(seen(one, eye) - seen(other, eye)) > 20, (one, other)
+
+
+@pytest.mark.parametrize("eye", EYES)
+def test_the_first_and_the_second_method_are_told_apart_at_a_glance(eye):
+    first, _, second, *_ = TOPS
+    assert np.linalg.norm(seen(first, eye) - seen(second, eye)) > 60
+
+
+@pytest.mark.parametrize("eye", EYES)
+def test_the_momentum_is_told_from_the_first_top(eye):
+    assert np.linalg.norm(seen(TOPS[0], eye) - seen(ARROWS[0], eye)) > 20

@@ -202,7 +202,9 @@ def test_a_method_that_does_not_suit_is_replaced(page):
     assert scene(page)["methods"] == ["strang", "rk4"]
     assert chosen(
         page, "Method"
-    ) == "strang" and "bobenko_suris is not for this body: strang instead" in words(page)
+    ) == "strang" and "bobenko_suris does not apply to this body: strang is used instead" in words(
+        page
+    )
 
 
 @pytest.mark.parametrize("method", ["rk4", "extrap", "bobenko_suris4"])
@@ -250,3 +252,33 @@ def test_advance_keeps_within_its_budget(page):
     load(page)
     page.evaluate(f"kreisel.page.advance({TICKS}, 1e6)")
     assert not page.evaluate("kreisel.page.late") and clock(page) == TICKS
+
+
+# Redo
+
+
+@pytest.mark.parametrize("key", ["Control+Shift+z", "Control+y"])
+def test_redo_gives_back_what_undo_took(page, key):
+    for gravity in (4, 5, 6):
+        page.evaluate("x => kreisel.page.set('gravity', x)", gravity)
+    advance(page, 2)
+    last = everything(page)[:3]
+    page.locator("canvas").first.focus()
+    seen = []
+    for press in ("Control+z", "Control+z", key, key):
+        page.keyboard.press(press)
+        seen.append(scene(page)["gravity"])
+    assert seen == [5, 4, 5, 6] and button(page, "Redo").is_disabled()
+    until(page, 2)
+    assert everything(page)[:3] == last
+    page.keyboard.press("Control+z")
+    page.evaluate("kreisel.page.set('gravity', 1)")
+    assert button(page, "Redo").is_disabled()
+
+
+def test_a_refusal_leaves_redo_as_it_was(page):
+    page.evaluate("kreisel.page.set('gravity', 4)")
+    page.keyboard.press("Control+z")
+    page.evaluate("kreisel.page.set('step.0', -1)")
+    button(page, "Redo").click()
+    assert scene(page)["gravity"] == 4

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from browser import WIDE, advance, load, measure, record, scene, scene_in_python, states
 
-FOUR = ("red", "blue", "yellow", "green")
+FOUR = ("red", "yellow", "violet", "green")
 
 
 def attempt(page, preset, ask=None):
@@ -25,7 +25,7 @@ def change(page, top, name, until=None):
 
 
 def errors(page, *times):
-    """The largest frame error of each top up to each of the times, in order."""
+    """The largest attitude error of each top up to each of the times, in order."""
     found = []
     for t in times:
         advance(page, t)
@@ -40,19 +40,19 @@ def errors(page, *times):
 
 def test_equal_steps(page):
     attempt(page, "Compare four")
-    assert errors(page, 100).argmax() == FOUR.index("blue")
-    blue, green = 1, 3
-    early = [change(page, i, "energy") for i in (blue, green)]
+    assert errors(page, 100).argmax() == FOUR.index("yellow")
+    yellow, green = 1, 3
+    early = [change(page, i, "energy") for i in (yellow, green)]
     advance(page, 800)
-    late = [change(page, i, "energy") for i in (blue, green)]
+    late = [change(page, i, "energy") for i in (yellow, green)]
     assert max(change(page, i, "energy") for i in (0, 2, 3)) < late[0] < 1.05 * early[0]
     assert late[1] > 2 * early[1]
 
 
-def test_yellow_is_nearest_to_the_exact_motion(page):
+def test_violet_is_nearest_to_the_exact_motion(page):
     attempt(page, "Compare four", "Measured against the exact motion")
     assert scene(page)["ghost"] and scene(page)["chart"] == "error"
-    assert errors(page, 100)[0].argmin() == FOUR.index("yellow")
+    assert errors(page, 100)[0].argmin() == FOUR.index("violet")
 
 
 def test_the_energy_of_runge_kutta_leaks_away(page):
@@ -64,26 +64,27 @@ def test_the_energy_of_runge_kutta_leaks_away(page):
 def test_equal_work(page):
     attempt(page, "Equal work")
     assert [top["step"] for top in page.evaluate("kreisel.page.tops")] == [0.03125, 5]
-    (red, yellow), (later, after) = errors(page, 100, 1000)
-    assert after < later / 10 and yellow < red / 10
-    assert later / red == pytest.approx(10, rel=0.2) and after > 15 * yellow
+    (red, violet), (later, after) = errors(page, 100, 1000)
+    assert after < later / 10 and violet < red / 10
+    assert later / red == pytest.approx(10, rel=0.2) and after > 15 * violet
     energy = [change(page, i, "energy", t) for i in (0, 1) for t in (100, 1000)]
     assert energy[1] < 1.1 * energy[0] and energy[3] > 3 * energy[2] and energy[3] < energy[0] / 100
 
 
-def test_less_work_for_yellow(page):
-    attempt(page, "Equal work", "Less work for yellow")
-    (red, yellow), (later, after) = errors(page, 50, 300)
-    assert yellow < 1.5 * red and after > 5 * later
-    times, rows = np.array(page.evaluate("kreisel.stage.time()")), [0, 1]
-    own = np.maximum.accumulate([record(page, i, "error") for i in rows], axis=1)
-    assert (own[1] > own[0])[times >= 100].all()
+def test_less_work_for_violet(page):
+    attempt(page, "Equal work", "Less work for violet")
+    advance(page, 300)
+    times = np.array(page.evaluate("kreisel.stage.time()"))
+    red, violet = (record(page, i, "error") for i in (0, 1))
+    ratio = violet[1:] / red[1:]
+    assert (ratio[times[1:] <= 30] < 1.5).all() and (ratio[times[1:] >= 35] > 1.05).all()
+    assert (ratio[times[1:] >= 250] > 6).all()
 
 
 def test_a_good_energy_is_no_proof_of_a_good_motion(page):
     attempt(page, "Energy and motion")
-    red, yellow = errors(page, 30)[0]
-    assert yellow > 20 * red
+    red, violet = errors(page, 30)[0]
+    assert violet > 20 * red
     energy = [change(page, i, "energy") for i in (0, 1)]
     assert energy[1] < energy[0] / 2
     advance(page, 400)
@@ -91,7 +92,7 @@ def test_a_good_energy_is_no_proof_of_a_good_motion(page):
 
 
 def test_the_modified_energy_is_kept_to_rounding(page):
-    attempt(page, "Energy and motion", "What red keeps")
+    attempt(page, "Energy and motion", "What red conserves")
     path = kr.solve(scene_in_python(scene(page)), 20, "bobenko_suris", step=0.05, every=1)
     advance(page, 20)
     assert measure(page, 0, "modified_energy") == path.modified_energy(0.05)[-1]
@@ -101,8 +102,8 @@ def test_the_modified_energy_is_kept_to_rounding(page):
 
 def test_large_steps_lose_runge_kutta(page):
     attempt(page, "Energy and motion", "Three times the steps")
-    red, yellow = errors(page, 15)[0]
-    assert red < 0.1 and yellow > 0.5
+    red, violet = errors(page, 15)[0]
+    assert red < 0.2 and violet > 1
 
 
 def test_each_method_has_its_own_step_or_all_have_both(page):
@@ -113,8 +114,9 @@ def test_each_method_has_its_own_step_or_all_have_both(page):
     assert page.evaluate(steps) == [0.01, 0.2]
     advance(page, 2)
     program, names = page.get_by_label("The same in Python").input_value(), {}
-    exec(program.replace("t=100", "t=2"), names)
-    assert [path.states[-1].tolist() for path in names["paths"]] == states(page)
+    exec(program.replace(", 100, ", ", 2, "), names)
+    ends = [[2, *end.attitude, *end.momentum] for end in names["ends"]]
+    assert ends == states(page)
     page.get_by_label("Each with a second step too").check()
     assert page.evaluate(steps) == [0.01, 0.2] * 2 and not own.is_checked()
 
@@ -150,13 +152,13 @@ def test_g_stays_while_the_momentum_is_level(page):
     "ask, axis, turns",
     [
         (None, 1, True),
-        ("Begin more exactly", 1, True),
+        ("Start more exactly", 1, True),
         ("About the long axis", 0, False),
         ("About the short axis", 2, False),
     ],
 )
 def test_only_the_middle_axis_turns_over(page, ask, axis, turns):
-    attempt(page, "Dzhanibekov's nut", ask)
+    attempt(page, "Dzhanibekov effect", ask)
     path = kr.solve(scene_in_python(scene(page)), 60, "strang", step=0.01, every=10)
     along = path.body_momentum[:, axis] / np.linalg.norm(path.m, axis=1)
     assert abs(along[0]) > 0.99 and (np.ptp(np.sign(along)) > 0) == turns

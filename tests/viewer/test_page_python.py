@@ -5,7 +5,7 @@ import base64
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import advance, drag, record, scene, states, visit, wait_for
+from browser import advance, drag, load, record, scene, states, visit, wait_for
 from click.testing import CliRunner
 from internals import cli, view
 
@@ -127,3 +127,39 @@ def test_states_travel_without_loss():
         np.frombuffer(base64.b64decode(track["states"]), "<f8").tolist()
         == path.states.ravel().tolist()
     )
+
+
+# The same in Python
+
+
+@pytest.mark.parametrize(
+    "preset, changes",
+    [
+        ("Sleeping top", {}),
+        ("Compare four", {}),
+        ("Equal work", {}),
+        ("Kowalewski", {"methods": ["taylor", "strang", "rk4"], "step": [0.03, 0.07]}),
+    ],
+)
+def test_the_program_gives_the_states_of_the_page(page, preset, changes):
+    load(page, preset, **changes)
+    program, names = page.get_by_label("The same in Python").input_value(), {}
+    exec(program, names)
+    advance(page, 100)
+    now = np.array(states(page))[:, 1:]
+    ends = np.array([[*end.attitude, *end.momentum] for end in names["ends"]])
+    restarts = "def solve_in_steps" in program
+    assert ends == pytest.approx(now, abs=1e-7 if restarts else 1e-11)
+    exact = [
+        top["method"] not in {"extrap", "taylor"} for top in page.evaluate("kreisel.page.tops")
+    ]
+    assert ends[exact].tolist() == now[exact].tolist()
+
+
+def test_the_program_knows_a_body_given_by_numbers(page):
+    page.evaluate("s => kreisel.page.load(s)", kr.view(kr.scenes.asymmetric, open=False).scene)
+    program, names = page.get_by_label("The same in Python").input_value(), {}
+    exec(program, names)
+    advance(page, 100)
+    (end,) = names["ends"]
+    assert [*end.attitude, *end.momentum] == states(page)[0][1:]

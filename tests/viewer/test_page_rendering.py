@@ -77,7 +77,7 @@ def is_green(page, x, y):
         return Array.from(at.getImageData(0, 0, 1, 1).data); }""",
         [x, y],
     )
-    return green > 1.5 * max(red, blue)
+    return green > 1.1 * blue and green > 2 * red
 
 
 # The camera

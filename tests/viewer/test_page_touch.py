@@ -122,8 +122,8 @@ def test_the_bar_is_in_the_picture(browser):
         wait_for(page, "kreisel.view.canvas.clientWidth === innerWidth")
         bar = page.locator("#bar").bounding_box()
         assert bar["x"] >= 0 and bar["x"] + bar["width"] <= size[0]
-        assert bar["y"] + bar["height"] <= size[1] and bar["height"] < 60
-        assert page.get_by_role("button", name="Start").is_visible()
+        assert bar["y"] + bar["height"] <= size[1] and bar["height"] < 100
+        assert page.get_by_role("button", name="Start", exact=True).is_visible()
         assert page.locator("#fold").get_attribute("aria-expanded") == "false"
     page.context.close()
 
@@ -250,7 +250,7 @@ def test_a_path_that_is_lost_is_told(page):
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
     page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)
     page.evaluate("kreisel.page.set('gravity', 2)")
-    assert "The path was of another motion" in page.locator("#words").inner_text()
+    assert "The path belonged to another motion" in page.locator("#words").inner_text()
     page.get_by_role("button", name="Undo").click()
     assert len(scene(page)["tracks"]) == 1
 

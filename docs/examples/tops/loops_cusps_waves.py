@@ -13,17 +13,17 @@ top = kr.Body.cone(radius=0.03, height=0.06, pivot=(0, 0, 0), mass=0.1)
 
 
 def start_top(precession):
-    return kr.Scene.spinning(top, spin=200, tilt=0.5, precession=precession, gravity=9.81)
+    return kr.Scene.spinning(top, spin=350, tilt=0.5, precession=precession, gravity=9.81)
 
 
-t = np.linspace(0, 1.5, 3000)
-kr.plot([kr.solve(start_top(rate), t) for rate in (-8, 0, 8)], degrees=True)
+t = np.linspace(0, 1.3, 3000)
+kr.plot([kr.solve(start_top(rate), t) for rate in (-12, 0, 3)], degrees=True)
 
 # %%
 # The dashed lines are the angles between which the axis moves. They come from the closed form, not
 # from the path, and so does the type of motion:
 
-for rate in (-8, 0, 8):
+for rate in (-12, 0, 3):
     motion = kr.exact(start_top(rate))
     low, high = np.degrees([motion.least_nutation, motion.greatest_nutation])
     print(f"{rate:3} rad/s: {motion.motion_type:6} between {low:.2f} and {high:.2f} degrees")

@@ -88,7 +88,8 @@ class Rod:
         elevation: float = 20.0,
         azimuth: float = 0.0,
     ) -> Axes:
-        """The rod as a solid of that section, drawn with matplotlib; the axes.
+        """Draw the rod as a solid with matplotlib, and return the axes. An isotropic rod has a
+        round section, any other a rectangle with the sides of `section`.
 
         thickness           of its larger side [T]; left out: a thirtieth of the rod's extent
         elevation, azimuth  from where it is seen [degrees]
@@ -96,12 +97,15 @@ class Rod:
         States must be so close that each bends little to the next. ImportError without matplotlib.
         """
         from .._drawing.charts import new_axes
-        from .._drawing.solids import ORANGE, bar, drawable
+        from .._drawing.solids import ORANGE, bar, drawable, tube
 
         drawn = new_axes() if axes is None else drawable(axes)
         side = None if thickness is None else positive("thickness", thickness)
         turned = number("elevation", elevation), number("azimuth", azimuth)
-        bar(self.centre, self.frame, self.section, drawn, side, colour or ORANGE, *turned)
+        if self.isotropic:
+            tube(self.centre, self.frame[:, 2], drawn, side, colour or ORANGE, *turned)
+        else:
+            bar(self.centre, self.frame, self.section, drawn, side, colour or ORANGE, *turned)
         return drawn
 
 

@@ -7,6 +7,7 @@ from io import BytesIO
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from .._ground.arguments import Array, shown
 from .._ground.optional import installed
@@ -112,12 +113,13 @@ def _draw(axes: Sequence[Axes], path: Shown, events: Shown | None, degrees: bool
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
     globe(sphere, path.apex, limits=heights)
     told = path.scene.body.kind if limits is None else str(limits.course[0])
-    sphere.set_title(f"{told}, by {path.method}", fontsize=10)
+    method = "closed form" if path.method == "exact" else path.method
+    sphere.set_title(f"{told} ({method})", fontsize=10)
     above.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)
     for angle in [] if limits is None else [limits.least[0], limits.greatest[0]]:
         above.axhline(unit * float(angle), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
     around = np.unwrap(path.precession_angle)
-    below.plot(path.t, unit * around, color=BLUE, linewidth=1.2)
+    below.plot(*_broken(path.t, unit * around, _jumps(around)), color=BLUE, linewidth=1.2)
     if events is not None and len(events.t):
         _mark(axes, path.t, around, events, unit)
     above.set_ylabel(f"nutation [{sign}]")
@@ -126,6 +128,19 @@ def _draw(axes: Sequence[Axes], path: Shown, events: Shown | None, degrees: bool
     above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
     for chart in above, below:
         _styled(chart)
+
+
+def _jumps(around: Array) -> npt.NDArray[np.intp]:
+    """Return the intervals in which a precession angle jumps, since the apex passes close to the
+    vertical there: it changes by more than half a radian and far more than elsewhere."""
+    change = np.abs(np.diff(around))
+    usual = float(np.median(change)) if len(change) else 0.0
+    return np.flatnonzero(change > max(0.5, 8.0 * usual))
+
+
+def _broken(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """Return a line that is interrupted in some of its intervals."""
+    return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
 def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Shown, unit: float) -> None:

@@ -16,6 +16,7 @@ with installed("'kreisel[plot]'"):
 BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
 _LIGHT = np.array((-0.4, -0.5, 0.77))
 _SLICES = 32
+_ROUND = 16  # sides of a tube
 
 
 def view(
@@ -83,15 +84,58 @@ def bar(
 ) -> None:
     """A bar along a curve (n, 3), of rectangular section along the first two axes of its frame
     (n, 3, 3), the larger side `thickness` (else a thirtieth of the curve's extent)."""
-    extent = float(np.ptp(centre, axis=0).max())
-    half = 0.5 * (extent / 30.0 if thickness is None else thickness) * np.array(section)
+    half = 0.5 * _thickness(centre, thickness) * np.array(section)
     signs = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
     rims = centre[:, None] + np.einsum("cj,njk->nck", signs, frame[:, :2])  # (n, 4, 3)
-    after = np.roll(rims, -1, axis=1)
-    sides = np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
     ends = np.stack([rims[0, ::-1], rims[-1]])
-    faces(axes, np.concatenate([sides, ends]), colour, elevation, azimuth)
+    faces(axes, np.concatenate([_sides(rims), ends]), colour, elevation, azimuth)
     bare(axes)
+
+
+def tube(
+    centre: Array,
+    tangent: Array,
+    axes: Axes,
+    thickness: float | None = None,
+    colour: str = ORANGE,
+    elevation: float = 20.0,
+    azimuth: float = 0.0,
+) -> None:
+    """Draw a tube of round section along a curve (n, 3) with these unit tangents (n, 3). Its
+    diameter is `thickness`, or else a thirtieth of the extent of the curve."""
+    angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
+    ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _untwisted(tangent))
+    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # an end is a fan of quadrilaterals
+    first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
+    middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
+    ends = [
+        np.concatenate([middle[0], first[:, ::-1]], axis=1),
+        np.concatenate([middle[1], last], axis=1),
+    ]
+    faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
+    bare(axes)
+
+
+def _thickness(centre: Array, thickness: float | None) -> float:
+    return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
+
+
+def _sides(rims: Array) -> Array:
+    """Return the faces (m, 4, 3) between rims (n, k, 3), one after the other."""
+    after = np.roll(rims, -1, axis=1)
+    return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
+
+
+def _untwisted(tangent: Array) -> Array:
+    """Return two normals (n, 2, 3) at each point of a curve, which do not turn about it."""
+    normals = np.empty_like(tangent)
+    normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
+    for k, along in enumerate(tangent):
+        normal = normal - (normal @ along) * along
+        normal = normal / np.linalg.norm(normal)
+        normals[k] = normal
+    return np.stack([normals, np.cross(tangent, normals)], axis=1)
 
 
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:

@@ -1,0 +1,127 @@
+"""The page fits its frame: a window, a phone, a notebook, a page of the site."""
+
+import pytest
+from browser import PAGE, PHONE, WIDE, advance, load, visit, wait_for, window
+
+FRAMES = [*((width, 480) for width in range(320, 1281, 32)), (798, 600), (768, 1024), (780, 390)]
+SITE = (736, 480)  # the frame on the pages of the site
+# What of the bar is not whole in its frame, lies over its neighbour, or is cut off itself.
+BROKEN = """(() => {
+    const frame = document.querySelector('main').getBoundingClientRect();
+    const parts = [document.getElementById('bar'), ...document.querySelectorAll('#bar > *')];
+    const boxes = parts.map((part) => [part, part.getBoundingClientRect()]);
+    const isOut = ([part, {left, right, top, bottom}]) => left < frame.left || top < frame.top
+        || right > frame.right || bottom > frame.bottom || part.scrollWidth > part.clientWidth + 1;
+    const meets = ([, a], [, b]) => a.left < b.right - 0.5 && b.left < a.right - 0.5
+        && a.top < b.bottom - 0.5 && b.top < a.bottom - 0.5;
+    const isOver = (one, i) => boxes.slice(1, i).some((other) => meets(one, other));
+    return boxes.filter((one, i) => isOut(one) || (i > 1 && isOver(one, i)))
+        .map(([part]) => part.id || part.ariaLabel);
+})()"""
+PACE = """(() => {
+    const list = document.querySelector('#bar select'), style = getComputedStyle(list);
+    const pen = document.createElement('canvas').getContext('2d');
+    pen.font = style.font;
+    const arrow = 20;
+    const room = list.clientWidth - parseFloat(style.paddingLeft) - arrow;
+    return room - pen.measureText('\u00d70.25').width;
+})()"""
+DIALOG = """(() => {
+    const dialog = document.getElementById('keys');
+    const {left, top, width, height} = dialog.getBoundingClientRect();
+    const covered = [];
+    for (let x = 4; x < width - 4; x += 17)
+        for (let y = 4; y < height - 4; y += 17)
+            if (!dialog.contains(document.elementFromPoint(left + x, top + y)))
+                covered.push([x, y]);
+    const {scrollTop, scrollHeight, clientHeight} = dialog;
+    return {box: [left, top, left + width, top + height], covered, scrollTop,
+        hidden: scrollHeight - clientHeight};
+})()"""
+
+
+@pytest.fixture
+def resizable(page):
+    yield page
+    page.set_viewport_size(window(WIDE))
+    page.evaluate("document.getElementById('keys').close()")
+
+
+def resize(page, size):
+    page.set_viewport_size(window(size))
+    width = "document.querySelector('main').getBoundingClientRect().width"
+    wait_for(page, f"Math.abs(kreisel.view.pixels[0] - {width}) < 1")
+
+
+@pytest.mark.parametrize("is_folded", [False, True], ids=["panel", "alone"])
+def test_the_bar_is_whole_in_every_frame(resizable, is_folded):
+    load(resizable, "A spinning top", speed=0.25, step=[0.1])
+    resizable.evaluate("kreisel.page.jump(12345.6)")
+    wait_for(resizable, "kreisel.page.goal === null")
+    resizable.evaluate(f"document.getElementById('panel').hidden = {str(is_folded).lower()}")
+    broken = {}
+    for size in FRAMES:
+        resize(resizable, size)
+        broken[size] = resizable.evaluate(BROKEN)
+        assert resizable.evaluate(PACE) >= 0, size
+    assert not any(broken.values()), broken
+
+
+def test_the_bar_is_whole_in_a_frame_of_the_site(browser, tmp_path):
+    width, height = SITE
+    style = f"width:{width}px;height:{height}px;border:0"
+    file = tmp_path / "site.html"
+    file.write_text(f'<iframe style="{style}" src="{PAGE.as_uri()}"></iframe>')
+    page = browser.new_context(offline=True).new_page()
+    page.goto(file.as_uri())
+    inside = page.frames[1]
+    wait_for(inside, "!!window.kreisel")
+    assert inside.evaluate(BROKEN) == []
+    assert not inside.locator("#hint").is_visible()
+    for number in inside.locator("#numbers div").all():
+        assert number.bounding_box()["y"] < 60
+    page.context.close()
+
+
+@pytest.mark.parametrize("size", [WIDE, PHONE, (1280, 640)], ids=str)
+def test_the_list_of_keys_is_on_top_and_whole(resizable, size):
+    resize(resizable, size)
+    resizable.locator("#bar [aria-label=Keys]").click()
+    seen = resizable.evaluate(DIALOG)
+    left, top, right, bottom = seen["box"]
+    assert left >= 0 and top >= 0 and right <= size[0] and bottom <= size[1]
+    assert seen["covered"] == [] and seen["scrollTop"] == 0 and seen["hidden"] <= 1
+
+
+def test_keys_wait_while_their_list_is_open(resizable):
+    advance(resizable, 2)
+    resizable.locator("canvas").first.focus()
+    resizable.keyboard.press("?")
+    resizable.keyboard.press("r")
+    assert resizable.evaluate("kreisel.page.clock") > 0
+    resizable.keyboard.press("?")
+    assert not resizable.locator("#keys").is_visible()
+    resizable.keyboard.press("r")
+    assert resizable.evaluate("kreisel.page.clock") == 0
+
+
+def test_the_table_of_integrals_is_whole(page):
+    page.evaluate("kreisel.page.set('methods.1', 'strang')")
+    advance(page, 20)
+    page.evaluate("kreisel.page.tell()")
+    assert page.get_by_role("columnheader", name="H_ε").is_visible()
+    right = "document.getElementById('panel').getBoundingClientRect().right"
+    cells = "[...document.querySelectorAll('#integrals th, #integrals td')]"
+    ends = page.evaluate(f"{cells}.map((cell) => cell.getBoundingClientRect().right - {right})")
+    assert max(ends) <= 0
+
+
+def test_a_phone_has_a_hint_and_buttons_for_fingers(browser):
+    page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
+    assert page.locator("#hint").inner_text() == "Drag the green tip; ☞ lets you push the top."
+    sizes = page.evaluate("""[...document.querySelectorAll('#bar button')].map((button) => {
+        const {width, height} = button.getBoundingClientRect();
+        return Math.min(width, height);
+    })""")
+    assert min(sizes) >= 36
+    page.context.close()

@@ -1,0 +1,54 @@
+"""Tops cast shadows on the floor."""
+
+import numpy as np
+import pytest
+from browser import PRESETS, advance, load
+
+SHADOWS = "kreisel.view.floor.shadows"
+# The brightness of the picture, made small, from 0 to 255.
+BRIGHTNESS = """(() => {
+    const {view} = kreisel, pen = document.createElement('canvas').getContext('2d');
+    view.dirty = true;
+    view.render();
+    pen.drawImage(view.canvas, 0, 0, 120, 100);
+    const {data} = pen.getImageData(0, 0, 120, 100);
+    const sum = (at) => data[at] + data[at + 1] + data[at + 2];
+    return Array.from({length: 120 * 100}, (_, i) => sum(4 * i));
+})()"""
+HIDDEN = ["Elastic rod"]  # here no body is shown
+
+
+def brightness(page):
+    return np.reshape(page.evaluate(BRIGHTNESS), (100, 120)) / 3
+
+
+@pytest.mark.parametrize("preset", [name for name in PRESETS if name not in HIDDEN])
+def test_each_scene_has_shadows(page, preset):
+    load(page, preset)
+    assert page.evaluate(f"{SHADOWS}.visible && {SHADOWS}.children.length") > 0
+    shaded = brightness(page)
+    page.evaluate(f"{SHADOWS}.visible = false")
+    lit = brightness(page)
+    page.evaluate(f"{SHADOWS}.visible = true")
+    darker = lit - shaded
+    assert darker.max() > 15 and darker.min() > -3
+    rows, _ = np.nonzero(darker > 10)
+    assert len(rows) > 40 and np.median(rows) > 40  # on the floor, below the middle
+
+
+def test_shadows_follow_the_top(page):
+    load(page, "A spinning top")
+    where = f"""(kreisel.view.dirty = true, kreisel.view.render(),
+        {SHADOWS}.children[0].matrixWorld.toArray())"""
+    before = page.evaluate(where)
+    advance(page, 3)
+    assert page.evaluate(where) != before
+
+
+def test_a_hidden_body_has_no_shadow(page):
+    load(page, "Elastic rod")
+    assert not page.evaluate(f"{SHADOWS}.visible")
+    assert not page.evaluate("kreisel.view.tops[0].solid.visible")
+    page.get_by_label("Show as").select_option("box")
+    assert page.evaluate(f"{SHADOWS}.visible && {SHADOWS}.children.length") > 0
+    assert page.evaluate("kreisel.view.tops[0].solid.visible")
