@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._ground.arguments import Array, frozen, instance, whole
+from .._ground.arguments import Array, ReadOnlyArrays, freeze_arrays, instance, whole
 from .._recording.path import Path
 from .._request.methods import EXACT
 from .._verbs.exact import exact
@@ -34,18 +34,21 @@ _NEAR = 0.1  # turns over the path [rad] between the mean and the line that repl
 
 
 @dataclass(frozen=True, eq=False)
-class Frequencies:
+class Frequencies(ReadOnlyArrays):
     """The frequencies of a motion, as angles in time. Arrays are read-only.
 
-    precession  mean rate of the axis about the vertical [T^-1]; NaN where the axis stays at a pole,
-                or passes so near to one that its turns cannot be counted, and so is the spin
+    precession  mean rate of the axis about the vertical [T^-1]. A pass within 1e-11 rad of a pole
+                goes through the pole; half a turn there counts as none. NaN if the axis stays at
+                a pole, or passes a pole at a distance below the errors of the path
     nutation    2 pi over the time from lowest point to lowest point, of the strongest line of the
                 axis' height [T^-1]; 0 for an axis that keeps its height
-    spin        mean rate of the body about the axis, beside the precession [T^-1]
+    spin        mean rate of the body about the axis, beside the precession [T^-1]; NaN if the
+                precession is
     lines       (n,) the frequencies of the apex' way round the vertical, the strongest first [T^-1]
     amplitudes  (n,) theirs, complex: apex_x + i apex_y is the sum of amplitudes exp(i lines t)
     rest        what this sum leaves of that, as a part of its root mean square: roundings where
-                the motion is regular and the path long, and much where it is chaotic
+                the motion is regular and the path long, and much where it is chaotic. It measures
+                the lines, and no error of precession, nutation and spin
     exact       whether precession, nutation and spin are those of the closed form
     """
 
@@ -68,7 +71,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     Of a path in closed form, method='exact', the rates are those of kreisel.exact. Otherwise lines
     are told apart that are more than 23 / T turns apart, T the length of the path: that should be
     many nutations, with more than two states in each turn of whatever is fastest. A rate is as
-    exact as the path where the motion is regular. Where no torque acts it is that about the angular
+    exact as the path where the motion is regular. Near a pole, states between those of the path are
+    computed until the turns can be counted. Where no torque acts it is that about the angular
     momentum, of the axis that circulates, as in kreisel.exact; elsewhere of the apex.
 
         >>> import kreisel as kr
@@ -98,7 +102,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
     lines, amplitudes, rest = _lines(t, seen, count)
-    told = frozen(lines), amplitudes, rest
+    told = lines, amplitudes, rest
+    freeze_arrays(told)
     if path.method == EXACT:
         form = exact(path.scene)
         return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)

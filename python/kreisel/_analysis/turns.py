@@ -9,7 +9,7 @@ state half-way is computed, and both halves are judged in the same way.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -71,14 +71,16 @@ class _Arcs(NamedTuple):
     rate1: Waves
 
     def select(self, at: Flags) -> _Arcs:
-        return _Arcs(*(column[at] for column in self))
+        columns: Any = (column[at] for column in self)
+        return _Arcs(*columns)
 
     def split(self, z: Waves, rate: Waves) -> _Arcs:
         """Return both halves of each arc, given the motion half-way."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
         second = self._replace(begin=middle, z0=z, rate0=rate)
-        return _Arcs(*map(np.concatenate, zip(first, second, strict=True)))
+        halves: Any = zip(first, second, strict=True)
+        return _Arcs(*map(np.concatenate, halves))
 
 
 class _Verdicts(NamedTuple):
@@ -107,7 +109,7 @@ def count_turns(
     arcs = _Arcs(np.arange(n), np.zeros(n), apart, z[:-1], rate[:-1], z[1:], rate[1:])
     angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
     nearest, gap = np.full(n, np.inf), np.zeros(n)
-    for _ in range(_ROUNDS):
+    for k in range(_ROUNDS):
         found = _judged(arcs)
         known = arcs.parent[found.is_known]
         np.add.at(angle, known, found.angle[found.is_known])
@@ -116,15 +118,39 @@ def count_turns(
         arcs = arcs.select(~found.is_known)
         if not arcs.parent.size:
             break
-        times = np.stack([0.5 * (arcs.begin + arcs.end), apart[arcs.parent]], axis=1)
+        times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
         half, whole = _ahead(path, arcs.parent, times, up, along, east)
-        gap[arcs.parent] = np.abs(whole[0] - z[1:][arcs.parent])
+        if k == 0:
+            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _closed(arcs, whole)
+            arcs = arcs._replace(z1=whole[0], rate1=whole[1])
         arcs = arcs.split(*half)
-    unknown = nearest < _SAFETY * gap
-    unknown[through > 0] = gap[through > 0] > THROUGH
+    # Errors of a path add up. One that goes through a pole to THROUGH does so for a reason.
+    is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
+    unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
     unknown[arcs.parent] = True
-    unknown |= ~np.isfinite(gap)
     return Turns(angle, _spin(motion, about, apart, angle, through), through, unknown)
+
+
+def _closed(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
+    """Compute the angle from where each state leads to the state that follows, whether a pole is
+    between both, and how far they are apart: more than roundings if steps of the path were coarse.
+    The gap is inf if it may turn about a pole either way."""
+    incoming = -(arcs.end - arcs.begin) * arcs.rate1
+    z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
+    is_on_line = np.maximum(_aside(arcs.z1, arcs.rate1), _aside(*whole)) < THROUGH
+    aside, gap = z1 * whole[0].conj(), np.abs(arcs.z1 - whole[0])
+    is_between = is_on_line & (aside.real < 0.0)
+    is_wide = ~is_on_line & (_SAFETY * gap > np.abs(arcs.z1))
+    angle = np.angle(np.where(is_between, -aside, aside))
+    return angle, is_between.astype(np.int64), np.where(is_wide, np.inf, gap)
+
+
+def _aside(z: Waves, rate: Waves) -> Array:
+    """Compute how far from 0 the line along `rate` through z passes."""
+    size = np.abs(rate)
+    across: Array = np.abs((z * rate.conj()).imag)
+    start: Array = np.abs(z)
+    return np.divide(across, size, out=start, where=size > 0.0)
 
 
 def _spin(motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices) -> Array:
@@ -194,8 +220,9 @@ def _chord(arcs: _Arcs) -> tuple[Array, Array, Array]:
 
 def _pace(z: Waves, rate: Waves) -> Array:
     """Compute the rate at which z turns about 0, and 0 where z is 0."""
-    size = np.abs(z) ** 2
-    return np.divide((rate * z.conj()).imag, size, out=np.zeros_like(size), where=size > THROUGH**2)
+    size: Array = np.abs(z) ** 2
+    turning: Array = (rate * z.conj()).imag
+    return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
 
 
 def _ahead(

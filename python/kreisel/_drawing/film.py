@@ -16,6 +16,7 @@ import numpy as np
 from .._ground.arguments import Array, positive, whole
 from .._ground.files import refuse_no_place, write
 from .._ground.optional import installed
+from .._ground.refusals import unchangeable
 from .._model.body import Body
 from .._model.scene import Scene
 from .charts import ball
@@ -48,6 +49,7 @@ class Moving(Protocol):
     def __call__(self, t: Array, /) -> Moving: ...
 
 
+@unchangeable("path.animate({}=...) makes another film")
 class Film:
     """A film of a path: save it, or let a notebook show it.
 
@@ -57,11 +59,14 @@ class Film:
 
     t: Array
     fps: int
+    _body: Body
+    _q: Array
+    _apex: Array
+    _size: int
 
     def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
         """`apex` has BETWEEN points for each step from frame to frame."""
-        self.t, self.fps = t, fps
-        self._body, self._q, self._apex, self._size = body, q, apex, size
+        self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
 
     def __len__(self) -> int:
         return len(self.t)

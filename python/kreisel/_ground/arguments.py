@@ -152,3 +152,23 @@ def frozen(values: Array) -> Array:
     """The array, read-only."""
     values.flags.writeable = False
     return values
+
+
+def freeze_arrays(value: object) -> None:
+    """Make all arrays in `value` read-only, also those in tuples, lists and dictionaries."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, (tuple, list)):
+        for part in value:
+            freeze_arrays(part)
+    elif isinstance(value, dict):
+        for part in value.values():
+            freeze_arrays(part)
+
+
+class ReadOnlyArrays:
+    """A base of classes whose arrays are read-only, also after a copy or from a pickle."""
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        freeze_arrays(state)

@@ -48,7 +48,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def unchangeable(instead: str) -> Callable[[type[_T]], type[_T]]:
-    """Makes a frozen dataclass say what to do in place of setting a field."""
+    """Return a decorator for a class that refuses assignments, and says what to do instead."""
 
     def of(made: type[_T]) -> type[_T]:
         def refuse(_: object, name: str, __: object) -> None:

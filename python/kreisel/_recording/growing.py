@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, growth
-from .._ground.arguments import Array, frozen
+from .._ground.arguments import Array, ReadOnlyArrays, frozen
 from .._model.scene import Ensemble
 from .._request.methods import ELSE, methods
 from .._request.request import Progress, Request
@@ -25,7 +25,7 @@ LOG, MEGNO, MOST, ENERGY, MOMENTUM = range(5)
 
 
 @dataclass(frozen=True, eq=False)
-class Indicator:
+class Indicator(ReadOnlyArrays):
     """What kreisel.lyapunov, kreisel.megno and kreisel.oli give. Arrays are read-only; of one scene
     their shape is () in place of an ensemble's.
 
@@ -93,7 +93,7 @@ def grown(
 
     def told() -> Indicator:
         names = np.array(STATUSES)[status].reshape(tops.shape)
-        return Indicator(t, curve.reshape(*tops.shape, -1), worst.reshape(tops.shape), names)
+        return Indicator(t, curve.reshape(*tops.shape, t.size), worst.reshape(tops.shape), names)
 
     try:
         crew.do(n, job, take, work, progress)

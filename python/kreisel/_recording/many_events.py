@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array
+from .._ground.arguments import Array, ReadOnlyArrays
 from .top_rows import Counts, Met
 
 
 @dataclass(frozen=True, eq=False)
-class ManyEvents:
+class ManyEvents(ReadOnlyArrays):
     """e events in all, those of one top after those of another, in the order in which each met its
     own. Arrays are read-only.
 

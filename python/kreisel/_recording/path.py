@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
-from .._ground.arguments import Array, Numbers, frozen
+from .._ground.arguments import Array, Numbers, ReadOnlyArrays
 from .._ground.files import write
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Scene
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Path(Tables):
+class Path(ReadOnlyArrays, Tables):
     """n states of a scene in motion. Arrays are read-only (.copy() gives one to write to); t, q and
     m are views of `states`, all else is computed when it is first asked for. Vectors are seen from
     space unless said otherwise.
@@ -100,12 +100,6 @@ class Path(Tables):
             column.flags.writeable = False
             if name not in PARTS:
                 kept[name] = column
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
-        for array in (*state.values(), *(self._columns or {}).values()):
-            if isinstance(array, np.ndarray):
-                frozen(array)
 
     def __repr__(self) -> str:
         words = {"step": self.step, "tol": self.tol, "digits": self.digits}
@@ -272,7 +266,7 @@ class Path(Tables):
 
 
 @dataclass(frozen=True, eq=False)
-class Events:
+class Events(ReadOnlyArrays):
     """k events in the order in which a path met them. Arrays are read-only.
 
     path       the states at the events, with all that a path can tell; its t is (k,), in the path's
@@ -287,10 +281,6 @@ class Events:
 
     def __post_init__(self) -> None:
         self.which.flags.writeable = self.direction.flags.writeable = False
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
-        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.path)

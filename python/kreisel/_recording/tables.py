@@ -94,6 +94,11 @@ def _components(path: States, rows: Rows) -> dict[str, Array]:
     return table
 
 
+def units(path: Keeper, names: Iterable[str], degrees: bool) -> dict[str, str]:
+    """Return the unit or dimension of each component of these quantities, and of t."""
+    return _units(tabled(path, names, degrees, False))
+
+
 def _units(rows: Rows) -> dict[str, str]:
     """The unit or dimension of each component, and of t."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]

@@ -10,6 +10,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path as File
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from .._core import start as start_top
 from .._core import statuses
 from .._ground.arguments import Array, Numbers, whole
 from .._ground.files import write
+from .._ground.names import MethodName, QuantityName
+from .._ground.refusals import unchangeable
 from .._model.scene import Scene, parse
 from .._recording.path import Path, Stats, kept, path_of, stopped, way
 from .._recording.recording import in_pieces, told, with_events
@@ -31,10 +34,17 @@ from .._request.times import (
 )
 from ..events import Event, checked_events, looked_for, read, written
 
+if TYPE_CHECKING:
+    from .._core import Run as Motion
+
 MAGIC = b"kreisel run\n"  # how a checkpoint begins
 _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
 
 
+@unchangeable(
+    "a run goes on as it began; kreisel.start(path.end.replace(momentum=...)) begins another one "
+    "at the last state of its path"
+)
 class Run:
     """A top in motion, from kreisel.start or kreisel.resume. Times are counted from its start and
     lead away from it.
@@ -45,6 +55,20 @@ class Run:
     stats  what it has cost so far
     """
 
+    scene: Scene
+    method: MethodName
+    step: float | None
+    tol: float | None
+    digits: int | None
+    want: tuple[QuantityName, ...] | None
+    events: tuple[Event, ...] | None
+    t: float
+    stats: Stats
+    _request: Request
+    _back: bool
+    _fresh: bool
+    _top: Motion
+
     def __init__(
         self,
         scene: Scene,
@@ -52,18 +76,18 @@ class Run:
         back: bool,
         events: tuple[Event, ...] | None = None,
     ) -> None:
-        self._request, self._back, self._fresh = request, back, True
-        self.scene, self.method, self.want = scene, request.method.name, request.want
-        self.events = events
-        self.step, self.tol, self.digits = request.step, request.tol, request.digits
-        self.t = 0.0
-        self.stats = Stats(0, 0, 0, 0)
+        own = self.__dict__  # past the guard against assignments
+        own["_request"], own["_back"], own["_fresh"] = request, back, True
+        own["scene"], own["method"], own["want"] = scene, request.method.name, request.want
+        own["events"] = events
+        own["step"], own["tol"], own["digits"] = request.step, request.tol, request.digits
+        own["t"], own["stats"] = 0.0, Stats(0, 0, 0, 0)
         status, top = start_top(scene._block, *request.core, back, looked_for(events or ()))
         if top is None:
             rows = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
             path = path_of(scene, request, rows)
             raise stopped(status, path, way(path, 0.0))
-        self._top = top
+        own["_top"] = top
 
     def __repr__(self) -> str:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
@@ -142,11 +166,12 @@ class Run:
             else:
                 came, met = self._top.record_events(times, progress)
         finally:  # also where progress raised
-            self.t, self._fresh = self._top.t, self._fresh and not times.size
+            fresh = self._fresh and not times.size
+            self.__dict__.update(t=self._top.t, _fresh=fresh)
         path = path_of(self.scene, self._request, came)
         if met is not None:
             path = with_events(path, met)
-        self.stats = path.stats
+        self.__dict__["stats"] = path.stats
         return came[0], path
 
     @property
@@ -243,5 +268,5 @@ def _restored(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, s
         raise ValueError("its time, stats and motion do not belong together")
     if not isinstance(kernel, str):
         raise TypeError(f"a kernel has a name, not {kernel!r}")
-    run.t, run.stats, run._fresh = run._top.t, Stats(*costs), fresh
+    run.__dict__.update(t=run._top.t, stats=Stats(*costs), _fresh=fresh)
     return run, kernel
