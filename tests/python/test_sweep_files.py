@@ -287,13 +287,16 @@ def test_columns_of_files_are_words(tmp_path):
         "unknown column 'gravty'; did you mean 'gravity'": {"gravty": down},
         "unknown column 'momentum_x'": {"momentum_x": down, "gravity": down},
         "'gravity' has places without a value": {"gravity": [1.0, None]},
-        "gravity must be a number, or a list of numbers": {"gravity": ["a", "b"]},
+        r"odd\.parquet: its column 'gravity' must be numbers, not string": {"gravity": ["a", "b"]},
         "gravity must be finite": {"gravity": [1.0, np.nan]},
         "must be rows of one length": {"gravity": down[:0]},
     }.items():
         parquet.write_table(pa.table(said), odd)
         with pytest.raises((ValueError, TypeError), match=table):
             kr.Source.columns(TOP, odd)
+    (tmp_path / "twice.csv").write_text("gravity,spin,gravity\n1,2,3\n")
+    with pytest.raises(ValueError, match=r"twice\.csv: it has more than one column 'gravity'"):
+        kr.Source.columns(TOP, tmp_path / "twice.csv")
     for ending in ("npz", "parquet"):
         (tmp_path / f"none.{ending}").write_bytes(b"precious")
         with pytest.raises(ValueError, match=r"is no archive of numpy|cannot be read"):

@@ -300,7 +300,7 @@ def test_a_plan_in_a_file_has_all_words(tmp_path):
 def test_what_is_missing_is_not_passed_over(tmp_path):
     found = swept(tmp_path, parts=range(3))
     for call in (lambda: found["status"], found.to_pandas, found.to_arrow, found.to_xarray):
-        with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; make them"):
+        with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; the same call"):
             call()
     with pytest.raises(KeyError, match="did you mean 'nutation_max'"):
         found["nutation_maxx"]

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pyarrow import Table
 
 _GROUP = 1 << 16  # rows that a reader takes at once
+_PER = b"top", b"time", b"event"  # what a column has a value for
 _ABOUT, _SEAL = "kreisel", "kreisel seal"
 
 
@@ -119,7 +120,9 @@ def _rows_of(table: Table, states: int) -> Rows:
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, told = column.combine_chunks(), field.metadata or {}
         rows.units[field.name] = told.get(b"units", b"").decode()
-        per = told.get(b"per", b"top")
+        per = told.get(b"per")
+        if per not in _PER or pa.types.is_primitive(field.type) != (per == b"top"):
+            raise ValueError(f"its schema does not tell how {field.name!r} belongs to the tops")
         flat = whole if per == b"top" else whole.flatten()
         values = flat.to_numpy(zero_copy_only=False)
         if per == b"event":
