@@ -82,6 +82,14 @@ def positive(name: str, value: object) -> float:
     return real
 
 
+def at_least_zero(name: str, value: object) -> float:
+    """A finite float that is not negative."""
+    real = number(name, value)
+    if not real >= 0.0:
+        raise ValueError(f"{name} must not be negative, not {shown(value)}")
+    return real
+
+
 def whole(name: str, value: object, least: int) -> int:
     """An integer from `least` up, of at most 63 bits."""
     if isinstance(value, bool) or not isinstance(value, Integral):

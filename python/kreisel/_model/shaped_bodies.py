@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._ground.arguments import Array, boolean
 from . import shapes
 from .body import Body
-from .columns import Word, above_zero, parts, together, vectors, word
+from .columns import Word, above_zero, not_below_zero, parts, together, vectors, word
 
 
 class ShapedBodies:
@@ -126,7 +126,8 @@ class ShapedBodies:
     ) -> Self:
         """Hollow cylinders, as Body.tube: inner, outer, height [L], pivot (..., 3) [L]; by mass [M]
         or density [M L^-3]."""
-        hole, r, h = word("inner", inner), above_zero("outer", outer), above_zero("height", height)
+        hole, r = word("inner", inner), above_zero("outer", outer)
+        h = not_below_zero("height", height)
         together(hole, r, h)
         both = Word("(inner, outer)", vectors(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
