@@ -244,7 +244,8 @@ class Path(ReadOnlyArrays, Tables):
     ) -> Film:
         """The body in motion with the trace of its apex, drawn with matplotlib: a film that a
         notebook shows, and that goes to a file. A body symmetric about its apex is drawn as a
-        turned top, any other as a cuboid, in the proportions of its moments.
+        turned top, any other as a cuboid, in the proportions of its moments, at the end of its
+        lever. The eye is aside of the axis as it leans at first: headings are not those of e1.
 
         file   its name, .gif, .mp4 (where ffmpeg is) or .html; it is there whole or not at all
         speed  of the path's time that passes in a second [T]; left out: all of it in 8 seconds
