@@ -1,5 +1,5 @@
 # The front door of kreisel. Tools come from .ci/need, what `make test` does is in .ci/test.
-.PHONY: help build report wheel test fuzz view docs clean installed
+.PHONY: help build page report wheel test fuzz view docs clean installed
 # Builds do not depend on who calls, on what else is installed, or on the compilers that Python was built with.
 unexport MAKEFLAGS
 export CC CXX
@@ -19,6 +19,14 @@ help:   ## this list
 build:  ## the library, the Python package and all that report and tests need, in .venv
 	@.ci/need build
 	@$(MAKE) --no-print-directory --jobs=2 installed
+
+page:           ## the page alone, which `pip install .` then takes along; needs npm
+	@command -v npm >/dev/null || { echo "the page needs npm, as of Debian's package npm or nodejs.org" >&2; exit 1; }
+	@test -x build/page/bin/python || python3 -m venv build/page
+	@build/page/bin/python -m pip install -q --disable-pip-version-check \
+		$$(sed -n 's/^\(ziglang==[^ ;]*\).*/\1/p' .ci/locked.txt)
+	@build/page/bin/python python/viewer/build.py build/viewer python/kreisel/viewer.html
+	@echo "ready: python/kreisel/viewer.html"
 
 report: build   ## accuracy, speed and stability of every method, in report/
 	@.venv/bin/kreisel report

@@ -149,6 +149,13 @@ def test_what_cannot_be_is_refused():
     assert told.failed.tolist() == [1] and told.status[1] != "OK" and np.isfinite(told.value[0])
 
 
+@pytest.mark.parametrize("verb", [kr.lyapunov, kr.megno, kr.oli])
+def test_of_no_tops_there_are_no_indicators(verb):
+    none = verb(kr.scenes.asymmetric.scatter(3, momentum=0.1)[:0], 5.0)
+    assert none.curve.shape == (0, len(none.t)) and none.value.shape == (0,)
+    assert none.certificate.shape == none.status.shape == (0,) and "0 tops" in repr(none)
+
+
 # Boundary values
 
 

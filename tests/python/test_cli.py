@@ -3,6 +3,7 @@
 import csv
 import importlib
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -15,7 +16,8 @@ import pytest
 from cli_helpers import call, said
 from click.testing import CliRunner
 from internals import RECORDABLE, cli
-from tops import GENERAL
+from kreisel._request.times import PIECE
+from tops import GENERAL, LAGRANGE
 
 SCENE = GENERAL.replace(gravity=1 / 3)
 
@@ -178,6 +180,68 @@ def test_report_is_that_of_the_source_tree(tmp_path):
         text=True,
     )
     assert (done.returncode, done.stdout) == (3, "made with ['--quick', '-h']\n")
+
+
+PRECESSING = kr.Scene.spinning(LAGRANGE.body, spin=1.0, tilt=1.0, precession=2.0)
+
+
+def table(text):
+    """The rows of the table that a run prints, as numbers below their heads."""
+    _, head, *lines = text.splitlines()
+    return head, np.array(
+        [line.split() for line in lines if re.match(r" *[-\d.e+]+  ", line)], float
+    )
+
+
+def test_solve_prints_a_table_with_units(tmp_path):
+    path = kr.solve(GENERAL, np.linspace(0, 2, 21))
+    GENERAL.to_toml(tmp_path / "top.toml")
+    shown = call("solve --t 0:2:0.1 --want nutation,energy,m --degrees", tmp_path / "top.toml")
+    head, rows = table(shown)
+    assert head.split("  ") and "nutation [deg]" in head and "energy [M L^2 T^-2]" in head
+    assert "t [T]" in head and "m_x [M L^2 T^-1]" in head
+    expected = np.column_stack([path.t, np.degrees(path.nutation), path.energy, path.m])
+    assert rows == pytest.approx(expected, rel=1e-7, abs=1e-12)
+
+
+def test_a_long_table_has_both_ends_and_says_how_much_is_left_out():
+    shown = call("solve cusps --t 0:10:0.1 --want nutation")
+    _, rows = table(shown)
+    assert rows[:, 0] == pytest.approx([*(0.1 * np.arange(20)), *(8.1 + 0.1 * np.arange(20))])
+    assert "... 61 rows left out: --all-rows prints them, --csv writes them" in shown
+    _, rows = table(call("solve cusps --t 0:10:0.1 --want nutation --all-rows"))
+    assert rows[:, 0] == pytest.approx(0.1 * np.arange(101))
+    for count in (40, 41):
+        shown = call(f"solve cusps --t 0:{count - 1}:1 --want nutation")
+        assert ("... 1 rows left out" in shown) == (count == 41) and "\n" in shown
+        assert len(table(shown)[1]) == 40
+    assert "first" in call("solve cusps --t 0:1:1 --want nutation")
+
+
+def test_angles_go_on_where_that_is_asked_for(tmp_path):
+    scene = tmp_path / "top.toml"
+    PRECESSING.to_toml(scene)
+    line = "solve --t 0:20:0.1 --want precession_angle,spin_angle"
+    path = kr.solve(PRECESSING, 0.1 * np.arange(201))
+    for degrees in ("", " --degrees"):
+        whole = path.euler(degrees=bool(degrees), unwrap=True)[:, [0, 2]]
+        wrapped = call(line + degrees, scene)
+        assert "angles jump by whole turns: --unwrap lets them go on" in wrapped
+        shown = call(line + degrees + " --unwrap --all-rows", scene)
+        assert "jump" not in shown and table(shown)[1][:, 1:] == pytest.approx(whole, rel=1e-7)
+        text = call(line + degrees + " --unwrap --csv -", scene)
+        rows = np.array([*csv.reader(text.splitlines()[1:])], float)
+        assert rows[:, 1:] == pytest.approx(whole, abs=1e-9)
+        told = json.loads(call(line + degrees + " --unwrap --json -", scene))
+        assert told["precession_angle"] == pytest.approx(whole[:, 0], abs=1e-9)
+
+
+def test_angles_go_on_from_piece_to_piece():
+    line = "solve asymmetric --t 0:2000:0.05 --want spin_angle --unwrap"
+    path = kr.solve(kr.scenes.asymmetric, 0.05 * np.arange(40001), want=["spin_angle"])
+    rows = np.array([*csv.reader(call(line, "--csv", "-").splitlines()[1:])], float)
+    assert len(rows) == 40001 > PIECE
+    assert rows[:, 1] == pytest.approx(np.unwrap(path.spin_angle), abs=1e-9)
 
 
 # Boundary values

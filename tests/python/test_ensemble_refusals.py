@@ -250,4 +250,4 @@ def test_closed_forms_of_an_ensemble_are_those_of_each():
     with pytest.raises(ValueError, match=r"of shape \(4, 3, 'k'\)"):
         forms(np.ones((3, 4, 2)))
     with pytest.raises(ValueError, match=r"top\[1\]: turning points are those"):
-        _ = kr.exact(kr.Ensemble.of([SCENES[1], kr.scenes.dzhanibekov])).course
+        _ = kr.exact(kr.Ensemble.of([SCENES[1], kr.scenes.dzhanibekov])).motion_type

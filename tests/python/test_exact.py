@@ -215,6 +215,15 @@ def test_closed_forms_are_values():
         assert other == top and np.array_equal(other(3.0).states, top(3.0).states)
 
 
+def test_the_period_of_a_free_body_is_half_of_that_of_its_momentum():
+    form = kr.exact(kr.scenes.dzhanibekov)
+    states = form(np.array([0.3, 0.3 + form.period, 0.3 + 2.0 * form.period]))
+    first, half, whole = states.body_velocity
+    assert whole == pytest.approx(first, abs=1e-12)
+    assert np.abs(half) == pytest.approx(np.abs(first), abs=1e-12)
+    assert np.abs(half - first).max() > 0.1
+
+
 # Boundary values
 
 

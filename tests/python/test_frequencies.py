@@ -50,6 +50,68 @@ def test_frequencies_of_random_tops(gravity):
         assert off(kr.frequencies(path), exact) < 1e-12
 
 
+def top_near_a_pole(rng, side):
+    """A top of a random closest distance to a pole, from 1e-7 to 0.15 rad."""
+    i1 = rng.uniform(0.5, 2)
+    height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
+    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, made_up=True)
+    lean = 10 ** rng.uniform(-7, -0.83)
+    tilt = lean if side > 0 else math.pi - lean
+    angles = (rng.uniform(0, 6), tilt, rng.uniform(0, 6))
+    start = kr.Scene.from_euler(body, angles=angles, rates=(0, 0, 0))
+    return kr.Scene(body, body_velocity=rng.normal(size=3) * (1, 1, 2), attitude=start.attitude)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_frequencies_of_tops_that_pass_near_a_pole(side):
+    rng = np.random.default_rng(17)
+    for _ in range(15):
+        scene = top_near_a_pole(rng, side)
+        exact = kr.exact(scene)
+        found = kr.frequencies(kr.solve(scene, np.linspace(0, 300, 4001), "taylor"))
+        assert abs(found.precession - exact.precession) < 1e-10
+        assert abs(found.spin - exact.spin) < 1e-10
+        assert abs(found.nutation - math.tau / exact.period) < 1e-10
+
+
+@pytest.mark.parametrize("states", [3001, 6001, 12001])
+def test_mean_rates_do_not_depend_on_the_density_of_states(states):
+    """The apex passes a pole between states, which all see the same mean rate without it."""
+    moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
+    scene = kr.Scene(
+        kr.Body(1, moments, (0, 0, 0.5), made_up=True),
+        momentum=(3.0271208993064915, -1.8130228754576976, -0.4575879183085531),
+        attitude=(
+            -0.02831861256452627,
+            0.28957114766611647,
+            0.8804210978487045,
+            -0.3744399779465734,
+        ),
+    )
+    found = kr.frequencies(kr.solve(scene, np.linspace(0, 300, states), "taylor"))
+    assert off(found, kr.exact(scene)) < 1e-12
+
+
+def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
+    """The thesis' top goes through the pole; that of rk4 passes on a side that is an error."""
+    exact = kr.exact(kr.scenes.thesis)
+    t = np.linspace(0, 60 * exact.period, 4001)
+    through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
+    assert off(through, exact) < 1e-12
+    kept = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "strang", step=0.01, every=5))
+    assert off(kept, exact) < 1e-5
+    drifted = kr.frequencies(kr.solve(kr.scenes.thesis, t[-1], "rk4", step=0.01, every=5))
+    assert math.isnan(drifted.precession) and math.isnan(drifted.spin)
+    assert drifted.nutation == pytest.approx(math.tau / exact.period, rel=1e-5)
+
+
+def test_a_pendulum_through_both_poles_has_no_precession():
+    t = np.linspace(0, 160, 3269)
+    for method, words in (("taylor", {}), ("bobenko_suris2", {"step": 0.01})):
+        found = kr.frequencies(kr.solve(kr.scenes.strong_gravity, t, method, **words))
+        assert abs(found.precession) < 1e-9 and abs(found.spin) < 1e-9
+
+
 def test_frequencies_of_free_bodies():
     body = kr.Body(1, (1, 2, 2.5), (0, 0, 0))
     for momentum in ((3, 0.5, 0.4), (0.4, 0.5, -3), (-2, 1, 1), (0.5, -1, 2)):

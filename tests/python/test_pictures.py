@@ -378,6 +378,77 @@ def test_a_bar_of_a_plane_curve_is_a_thirtieth_of_its_length_thick():
     assert len(drawn) and np.ptp(heights) == pytest.approx(0.1)
 
 
+def test_paths_may_be_given_one_after_the_other():
+    picture = kr.plot(CUSPS, CUSPS, CUSPS, degrees=True)
+    assert len(picture) == 9 and picture[1].get_ylabel() == "nutation [°]"
+    assert len(kr.plot(CUSPS, CUSPS, axes=kr.plot([CUSPS, CUSPS]))) == 6
+    axes = kr.plot(CUSPS)
+    assert tuple(kr.plot(CUSPS, axes)) == tuple(kr.plot(CUSPS, axes=axes)) == tuple(axes)
+    for more, words in (((CUSPS, axes), {}), ((axes,), {"axes": axes})):
+        with pytest.raises(TypeError, match="paths one after the other or in a list, and axes by"):
+            kr.plot(CUSPS, *more, **words)
+
+
+def test_a_picture_says_what_makes_a_file():
+    picture = kr.plot(CUSPS)
+    for name in ("savefig", "save"):
+        with pytest.raises(AttributeError, match=r"picture\.figure\.savefig\(file\) makes a file"):
+            getattr(picture, name)
+    with pytest.raises(AttributeError, match=r"a picture has no 'title'$"):
+        picture.title  # noqa: B018  a look at it is what is refused
+    with pytest.raises(AttributeError):
+        picture.title = "cusps"
+
+
+WHEEL = kr.Body.disk(0.1, (0, 0, -0.15), mass=0.5)
+BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
+
+
+def drawn_corners(film):
+    """The corners of the body's faces that the first frame shows, as it is seen."""
+    (solid,) = next(film._figures()).axes[0].collections
+    return np.concatenate([path.vertices for path in solid.get_paths()])
+
+
+@pytest.mark.parametrize("heading", [0.0, 1.0, 3.0, -2.0])
+def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
+    """The eye is aside of the axis, which else hides its own lever."""
+    scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
+    film = kr.solve(scene, 0.1).animate(fps=1, size=100)
+    ends = film._apex[0]
+    assert ends[0] > 0.7 and ends[1] < -0.4  # to the right, and towards the eye
+    corners = drawn_corners(film)
+    rim = corners[np.hypot(*corners.T) > 0.5]
+    assert rim[:, 0].min() > 0.1 and corners[:, 0].min() > -0.05
+    assert np.hypot(*corners.T).min() < 0.05  # the axle reaches the fixed point
+
+
+def test_a_film_shows_a_block_on_a_lever_that_begins_at_the_fixed_point():
+    scene = kr.Scene(BLOCK, attitude=(0.8, 0.6, 0, 0), momentum=(0, 0, 0.1))
+    figure = next(kr.solve(scene, 1.0).animate(fps=1, size=100)._figures())
+    levers = [line.get_xydata() for line in figure.axes[0].lines if len(line.get_xydata()) == 2]
+    (lever,) = [line for line in levers if not line[0].any()]
+    (needle,) = [line for line in levers if line[0].any()]
+    assert 0.1 < np.hypot(*lever[1]) < np.hypot(*needle[0])
+
+
+def test_a_rim_is_round():
+    quads, _ = solid_of(WHEEL)
+    x, y = quads.reshape(-1, 3)[:, :2].T
+    far = np.hypot(x, y) > 0.999 * np.hypot(x, y).max()
+    angles = np.unique(np.round(np.arctan2(y[far], x[far]), 9))
+    assert np.diff(angles).max() < np.radians(4)
+
+
+@pytest.mark.parametrize("scene", [kr.scenes.thesis, kr.scenes.sleeping])
+def test_a_film_of_an_upright_start_has_a_side_to_be_seen_from(scene):
+    film = kr.solve(scene, 5.0).animate(fps=1, size=50)
+    lean = np.hypot(*film._apex[:, :2].T)
+    at = int(np.argmax(lean > 0.2))
+    assert lean.max() < 0.2 or film._apex[at, 0] > 0.0
+    assert np.abs(np.linalg.norm(film._q, axis=1) - 1.0).max() < 1e-14
+
+
 # Boundary values
 
 

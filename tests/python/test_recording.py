@@ -281,6 +281,31 @@ def test_the_page_has_neither_gsl_nor_auto_nor_steps_without_end():
     assert kr.view(kr.scenes.asymmetric, step=2147.0, open=False)
 
 
+TOPS = kr.scenes.asymmetric.scatter(3, seed=1, momentum=0.1)
+RESULTS = {
+    "path": lambda: kr.solve(GENERAL, [1.0, 2.0], events=kr.events.nutation()),
+    "tangents": lambda: kr.solve(GENERAL, [1.0, 2.0], tangents="start"),
+    "paths": lambda: kr.solve(TOPS, [1.0, 2.0]),
+    "events": lambda: kr.solve(TOPS, [9.0], events=kr.events.nutation()).events,
+    "reduced": lambda: kr.reduce(TOPS, [1.0], {"nutation": "max"}),
+    "section": lambda: kr.section(TOPS, n=3),
+    "indicator": lambda: kr.lyapunov(TOPS, 5.0),
+    "frequencies": lambda: kr.frequencies(kr.solve(GENERAL, np.linspace(0, 9, 99))),
+}
+FRESH = "failed", "q_xyzw"  # computed anew each time
+
+
+@pytest.mark.parametrize("name", RESULTS)
+@pytest.mark.parametrize(
+    "another", [lambda one: one, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))]
+)
+def test_arrays_of_a_result_and_of_its_copies_are_read_only(name, another):
+    result = another(RESULTS[name]())
+    names = [n for n in {*dir(type(result)), *vars(result)} if n[0] != "_" and n not in FRESH]
+    found = {n: value for n in names if isinstance(value := getattr(result, n, None), np.ndarray)}
+    assert found and not [n for n, value in found.items() if value.flags.writeable]
+
+
 # Boundary values
 
 

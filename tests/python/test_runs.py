@@ -232,6 +232,39 @@ def test_a_fresh_run_has_cost_nothing():
     assert run.to([]).stats == run.stats
 
 
+def test_results_and_runs_say_how_they_are_changed(tmp_path):
+    """What is set and ignored is an answer that is silently wrong."""
+    tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
+    source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
+    swept = kr.sweep(source, 1.0, to=tmp_path)
+    path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
+    for one, said in [
+        (kr.start(TOP), r"kreisel\.start\(path\.end\.replace\(momentum=\.\.\.\)\)"),
+        (kr.solve(tops, [1.0]), "solve again"),
+        (kr.reduce(tops, [1.0], {"nutation": "max"}), "solve again"),
+        (kr.section(tops, n=2), "solve again"),
+        (swept, "kreisel.sweep computes"),
+        (source, "make another"),
+        (kr.exact(kr.scenes.cusps), "momentum"),
+        (path, "momentum"),
+    ]:
+        for name in ("momentum", "t", "gravty"):
+            with pytest.raises(AttributeError, match=r"cannot assign to field|read.only|no setter"):
+                setattr(one, name, 1.0)
+        with pytest.raises(AttributeError, match=said):
+            one.momentum = (0, 0, 9)
+
+
+def test_a_run_that_was_refused_a_change_goes_on_as_it_was():
+    run, other = kr.start(TOP), kr.start(TOP)
+    with pytest.raises(AttributeError):
+        run.momentum = (0, 0, 9)
+    with pytest.raises(AttributeError):
+        run.t = 5.0
+    assert np.array_equal(run.to([1.0, 2.0]).states, other.to([1.0, 2.0]).states)
+    assert run.t == 2.0 and run.stats == other.stats
+
+
 # Boundary values
 
 

@@ -291,13 +291,16 @@ def test_columns_of_files_are_words(tmp_path):
         "unknown column 'gravty'; did you mean 'gravity'": {"gravty": down},
         "unknown column 'momentum_x'": {"momentum_x": down, "gravity": down},
         "'gravity' has places without a value": {"gravity": [1.0, None]},
-        "gravity must be a number, or a list of numbers": {"gravity": ["a", "b"]},
+        r"odd\.parquet: its column 'gravity' must be numbers, not string": {"gravity": ["a", "b"]},
         "gravity must be finite": {"gravity": [1.0, np.nan]},
         "must be rows of one length": {"gravity": down[:0]},
     }.items():
         parquet.write_table(pa.table(said), odd)
         with pytest.raises((ValueError, TypeError), match=table):
             kr.Source.columns(TOP, odd)
+    (tmp_path / "twice.csv").write_text("gravity,spin,gravity\n1,2,3\n")
+    with pytest.raises(ValueError, match=r"twice\.csv: it has more than one column 'gravity'"):
+        kr.Source.columns(TOP, tmp_path / "twice.csv")
     for ending in ("npz", "parquet"):
         (tmp_path / f"none.{ending}").write_bytes(b"precious")
         with pytest.raises(ValueError, match=r"is no archive of numpy|cannot be read"):
@@ -339,6 +342,31 @@ def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path):
 def test_dampings_of_one_number_are_those_along_all_axes():
     source = kr.Source.grid(TOP, damping=[[0.1], [0.2]])
     assert source[1] == TOP.replace(damping=0.2) and source.shape == (2,)
+
+
+@pytest.mark.parametrize(
+    ("source", "part", "parts"),
+    [
+        (kr.Source.random(TOP, 10**18, spin=(0.0, 20.0)), None, 7629394531250),
+        (kr.Source.random(TOP, 10**9, spin=(0.0, 20.0)), 1, 10**9),
+    ],
+)
+def test_a_plan_of_any_number_of_parts_asks_for_those_that_are_there(tmp_path, source, part, parts):
+    """A walk over all numbers would take hours, or all memory."""
+    words = {"to": tmp_path, "part": part, "reduce": {"nutation": "max"}}
+    if part is None:
+        words["parts"] = range(0)
+        found = kr.sweep(source, 1.0, **words)
+        assert found.done == []
+    else:
+        found = kr.sweep(source, 1.0, **words, parts=range(parts - 2, parts))
+        assert found.done == [parts - 2, parts - 1]
+        assert kr.read_sweep(tmp_path, partial=True)["top"].tolist() == found.done
+        with pytest.raises(ValueError, match=r"999999998 of 1000000000 parts are missing: 0, 1, 2"):
+            found["top"]
+    (tmp_path / "part-0000001.parquet").write_bytes(b"of no part")
+    (tmp_path / f"part-{parts}.parquet").write_bytes(b"of no part")
+    assert found.parts == parts and kr.read_sweep(tmp_path).done == found.done
 
 
 # Boundary values

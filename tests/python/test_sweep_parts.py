@@ -37,8 +37,8 @@ def test_other_parts_are_refused(tmp_path, parts, said):
 @pytest.mark.parametrize(
     ("n", "said"),
     [
-        (9, r"^8 of 9 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8; make"),
-        (10, r"^9 of 10 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8, \.\.\.; make"),
+        (9, r"^8 of 9 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8; the same call"),
+        (10, r"^9 of 10 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8, \.\.\.; the same call"),
     ],
 )
 def test_of_parts_that_are_missing_the_first_eight_are_told(tmp_path, n, said):
@@ -84,37 +84,11 @@ def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, monkeypa
     file.write_bytes(magic if size is None else data[:size])
     found = kr.read_sweep(tmp_path)
     assert found.look() == {"done": [0, 1, 3], "damaged": [2]}
-    with pytest.raises(ValueError, match=f"part-000002.{form} is damaged$"):
+    with pytest.raises(ValueError, match=f"part-000002.{form} is damaged; the same call"):
         found.check()
     with pytest.warns(UserWarning, match=r": part 2 made anew, damaged$"):
         made(tmp_path)
     assert file.read_bytes() == data and rows_hash(tmp_path) == before
-
-
-@pytest.mark.parametrize("form", ["parquet", "npy"])
-@pytest.mark.parametrize("content", ["PAX", "xPAR1", "no kreisl", "\x92NUMPY of another"])
-def test_a_file_that_begins_otherwise_is_not_ours(tmp_path, monkeypatch, form, content):
-    monkeypatch.setattr(folder_of, "_best_form", lambda: form)
-    made(tmp_path, parts=range(0))
-    (tmp_path / f"part-000002.{form}").write_text(content, encoding="latin-1")
-    with pytest.raises(FileExistsError, match=r"part-000002\.\w+ is none of this sweep's files"):
-        made(tmp_path)
-    assert kr.read_sweep(tmp_path).done == [2]
-
-
-def test_a_file_with_both_ends_is_not_ours_and_one_that_names_us_is(tmp_path):
-    made(tmp_path)
-    file = tmp_path / "part-000000.parquet"
-    file.write_bytes(b"PAR1PAR1")
-    with pytest.raises(FileExistsError, match="it is not overwritten"):
-        made(tmp_path)
-    for name in "01":
-        (tmp_path / f"part-00000{name}.parquet").write_bytes(b"so says kreisel")
-    with pytest.warns(UserWarning, match=r": part 0 and 1 more made anew, damaged$"):
-        made(tmp_path)
-    (tmp_path / "part-000003.parquet").write_bytes(b"")
-    with pytest.warns(UserWarning, match=r": part 3 made anew, damaged$"):
-        made(tmp_path)
 
 
 def test_a_part_may_need_all_of_the_memory_and_not_more(tmp_path, monkeypatch):

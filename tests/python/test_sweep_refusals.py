@@ -80,15 +80,18 @@ def test_another_plan_is_refused_and_both_are_shown(tmp_path):
     assert before == {name: (tmp_path / name).read_bytes() for name in listed(tmp_path)}
 
 
-@pytest.mark.parametrize("content", [b"precious", b"PAR1 a whole one of another kind PAR1", None])
-def test_a_file_in_the_place_of_a_part_stays_as_it_is(tmp_path, content):
+def test_a_folder_in_the_place_of_a_part_stays_as_it_is(tmp_path):
     swept(tmp_path, parts=range(0))
-    file = tmp_path / "part-000003.parquet"
-    file.mkdir() if content is None else file.write_bytes(content)
-    with pytest.raises(FileExistsError, match=r"part-000003\.parquet is none of this sweep's"):
+    (tmp_path / "part-000003.parquet").mkdir()
+    with pytest.raises(FileExistsError, match=r"part-000003\.parquet is a folder, in the place of"):
         swept(tmp_path)
-    assert content is None or file.read_bytes() == content
     assert listed(tmp_path) == ["part-000003.parquet", "plan.json"]
+    found = kr.read_sweep(tmp_path)
+    assert found.look() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
+    with pytest.raises(FileExistsError, match=r"is a folder"):
+        found.check()
+    with pytest.raises(ValueError, match=r"part-000003\.parquet is damaged, or no part"):
+        found.part(3)
 
 
 def test_a_part_of_another_plan_stays_as_it_is(tmp_path):
@@ -97,13 +100,16 @@ def test_a_part_of_another_plan_stays_as_it_is(tmp_path):
     swept(other, REDUCED | {"tol": 1e-9}, parts=range(0))
     data = (one / "part-000000.parquet").read_bytes()
     (other / "part-000000.parquet").write_bytes(data)
-    with pytest.raises(FileExistsError, match=r"part 0 of the plan .* and part 0 of the plan"):
+    with pytest.raises(FileExistsError, match=r"part 0 of the plan .* place of part 0 of the plan"):
         swept(other, REDUCED | {"tol": 1e-9})
-    (one / "part-000001.parquet").write_bytes(data)
-    with pytest.raises(FileExistsError, match=r"part 0 of the plan .* and part 1 of the plan"):
-        swept(one)
-    with pytest.raises(ValueError, match="damaged, or no part of this plan"):
-        kr.read_sweep(other, partial=True)["status"]
+    assert (other / "part-000000.parquet").read_bytes() == data
+    found = kr.read_sweep(other)
+    assert found.look() == {"done": [], "foreign": [0], "missing": [1, 2, 3, 4]}
+    with pytest.raises(FileExistsError, match="move it away, or delete it"):
+        found.check()
+    with pytest.raises(ValueError, match="is not part 0 of this plan; the same call of kreisel"):
+        found.part(0)
+    assert kr.read_sweep(other, partial=True).done == []
 
 
 READ_ONLY = """
@@ -294,7 +300,7 @@ def test_a_plan_in_a_file_has_all_words(tmp_path):
 def test_what_is_missing_is_not_passed_over(tmp_path):
     found = swept(tmp_path, parts=range(3))
     for call in (lambda: found["status"], found.to_pandas, found.to_arrow, found.to_xarray):
-        with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; make them"):
+        with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; the same call"):
             call()
     with pytest.raises(KeyError, match="did you mean 'nutation_max'"):
         found["nutation_maxx"]

@@ -173,6 +173,85 @@ def test_what_is_damaged_is_made_anew_and_told(tmp_path, form):
     assert made.check() is made
 
 
+FOREIGN_BYTES = [bytes(4336), b"12345", b"PAX", b"precious", b"PAR1 of another PAR1", b"PAR1PAR1"]
+FOREIGN_BYTES += [b"\x92NUMPY of another", b"so says kreisel", b"", b"PAR1", b"\x93NUMPY"]
+
+
+@pytest.mark.parametrize("content", FOREIGN_BYTES, ids=range(len(FOREIGN_BYTES)))
+def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, form, content):
+    """A file system may leave zeros after a loss of power."""
+    swept(tmp_path)
+    file = tmp_path / f"part-000002.{form}"
+    before = file.read_bytes()
+    file.write_bytes(content)
+    found = kr.read_sweep(tmp_path)
+    assert found.look() == {"done": [0, 1, 3, 4], "damaged": [2]}
+    for read in (found.check, lambda: found["status"], lambda: found.part(2)):
+        with pytest.raises(ValueError, match=r"part-000002.* the same call of kreisel\.sweep"):
+            read()
+    with pytest.warns(UserWarning, match=r": part 2 made anew, damaged$"):
+        swept(tmp_path)
+    assert file.read_bytes() == before
+
+
+def test_parts_under_each_others_names_are_not_read(tmp_path, form):
+    made = swept(tmp_path)
+    right = made["nutation_max"]
+    one, two = (tmp_path / f"part-00000{i}.{form}" for i in (1, 2))
+    first, second = one.read_bytes(), two.read_bytes()
+    for contents, wrong in (((second, first), [1, 2]), ((first, first), [2])):
+        one.write_bytes(contents[0])
+        two.write_bytes(contents[1])
+        found = kr.read_sweep(tmp_path)
+        assert found.look() == {"done": sorted({*range(PARTS)} - {*wrong}), "damaged": wrong}
+        for read in (lambda found=found: found["nutation_max"], found.check, found.to_xarray):
+            with pytest.raises(ValueError, match=rf"part-00000{wrong[0]}"):
+                read()
+        with pytest.warns(UserWarning, match=rf"part {wrong[0]} .*made anew, damaged"):
+            swept(tmp_path)
+        assert np.array_equal(kr.read_sweep(tmp_path)["nutation_max"], right, equal_nan=True)
+    assert one.read_bytes() == first and two.read_bytes() == second
+
+
+def test_what_there_is_leaves_out_damaged_parts_as_missing_ones(tmp_path, form):
+    made = swept(tmp_path)
+    whole = {name: made[name].reshape(-1) for name in ("top", "status", "nutation_max")}
+    files = [tmp_path / f"part-{i:06}.{form}" for i in range(PARTS)]
+    files[0].write_bytes(damaged(files[0].read_bytes(), 8000))
+    files[1].write_bytes(bytes(100))
+    files[3].unlink()
+    found = kr.read_sweep(tmp_path, partial=True)
+    assert found.done == [2, 4] and found.missing == [0, 1, 3]
+    top = found["top"]
+    assert top.tolist() == [*range(128, 192), *range(256, 300)]
+    for name, values in whole.items():
+        assert np.array_equal(found[name], values[top], equal_nan=True)
+    assert len(list(found)) == 2 and len(found.to_pandas()) == len(top)
+    with pytest.raises(ValueError, match=r"(?s)part-000000.* is damaged.*; the same call"):
+        kr.read_sweep(tmp_path).to_pandas()
+
+
+def test_a_damaged_schema_is_a_damaged_part(tmp_path):
+    """The schema of a Parquet file has no checksum: it may call a list a number."""
+    words = {"t": [1.0, 2.0], "method": "taylor", "part": 300}
+    made = swept(tmp_path, words)
+    (file,) = tmp_path.glob("*.parquet")
+    data, whole, refused = file.read_bytes(), made.part(0), 0
+    begin = data.index(b"ARROW:schema")
+    for at in range(8 * begin, 8 * len(data) - 8, 101):
+        file.write_bytes(damaged(data, at))
+        try:
+            found = made.part(0)
+        except ValueError as error:
+            assert "damaged" in str(error) or "is not part 0" in str(error), at
+            refused += 1
+        else:
+            assert all(
+                np.array_equal(found[n], whole[n], equal_nan=True) for n in whole if n in found
+            )
+    assert refused > 100
+
+
 def test_numbers_that_are_damaged_are_not_read(tmp_path, form):
     words = {"t": [1.0], "method": "taylor", "part": 300}
     made = swept(tmp_path, words)

@@ -219,6 +219,8 @@ def test_pages_stand_in_a_temporary_folder_where_there_is_no_other(home, monkeyp
 
 def test_an_installation_without_a_page_says_so(home):
     os.unlink(home / "viewer.html")
-    with pytest.raises(FileNotFoundError, match=r"this kreisel has no page, .*viewer\.html"):
+    with pytest.raises(
+        FileNotFoundError, match=r"without its page, .*viewer\.html: run `make page`"
+    ):
         view.view(TOP, open=False).html  # noqa: B018  a look at it is what is refused
     assert not Path(home / ".cache").exists()

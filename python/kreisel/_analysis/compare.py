@@ -157,7 +157,8 @@ def compare(
     """Error and run time of methods on one scene; the repeats are interleaved, so that what
     disturbs, disturbs all alike.
 
-    t        as in kreisel.solve; errors are the largest over the states asked for
+    t        as in kreisel.solve; errors are the largest over the states at these times, and no
+             others: of a number that is the end alone, of numpy.linspace(0, 10, 101) all of the way
     methods  names; all that apply to the scene if left out
     steps    for methods of fixed step, tols for the others (without: their own tolerance)
     truth    a path at the same times, or a method: taylor with 20 digits, others with tol 1e-13 or

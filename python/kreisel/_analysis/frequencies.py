@@ -15,40 +15,40 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from .._ground.arguments import Array, frozen, instance, whole
+from .._ground.arguments import Array, ReadOnlyArrays, freeze_arrays, instance, whole
 from .._recording.path import Path
 from .._request.methods import EXACT
 from .._verbs.exact import exact
-
-Waves = npt.NDArray[np.complex128]
+from .turns import Waves, count_turns, motion_of
 
 _SHARPNESS = 11.0  # of the window, whose side lobes are below exp(-pi times this)
 _FEWEST = 64  # states
 _EVEN = 1e-9  # by which part of the time between them the states may be off
 _ROUNDS = 12  # of Newton's method for a line
 _LEVEL = 1e-12  # an axis that moves less keeps its height
-_SMOOTH = 1e-3  # turns over the path [rad] by which half the states may tell another mean rate
-_NEAR = 0.1  # turns over the path [rad] by which a line may tell another than all
+_SMOOTH = 1e-3  # turns over the path [rad] that a mean rate may be off by
+_NEAR = 0.1  # turns over the path [rad] between the mean and the line that replaces it
 
 
 @dataclass(frozen=True, eq=False)
-class Frequencies:
+class Frequencies(ReadOnlyArrays):
     """The frequencies of a motion, as angles in time. Arrays are read-only.
 
-    precession  mean rate of the axis about the vertical [T^-1]; NaN where the axis stays at a pole,
-                or passes so near to one that its turns cannot be counted, and so is the spin
+    precession  mean rate of the axis about the vertical [T^-1]. A pass within 1e-11 rad of a pole
+                goes through the pole; half a turn there counts as none. NaN if the axis stays at
+                a pole, or passes a pole at a distance below the errors of the path
     nutation    2 pi over the time from lowest point to lowest point, of the strongest line of the
                 axis' height [T^-1]; 0 for an axis that keeps its height
-    spin        mean rate of the body about the axis, beside the precession [T^-1]
+    spin        mean rate of the body about the axis, beside the precession [T^-1]; NaN if the
+                precession is
     lines       (n,) the frequencies of the apex' way round the vertical, the strongest first [T^-1]
     amplitudes  (n,) theirs, complex: apex_x + i apex_y is the sum of amplitudes exp(i lines t)
     rest        what this sum leaves of that, as a part of its root mean square: roundings where
-                the motion is regular and the path long, and much where it is chaotic
+                the motion is regular and the path long, and much where it is chaotic. It measures
+                the lines, and no error of precession, nutation and spin
     exact       whether precession, nutation and spin are those of the closed form
     """
 
@@ -65,23 +65,14 @@ class Frequencies:
         return f"<kreisel.Frequencies: {told}; {len(self.lines)} lines, rest {self.rest:.1e}>"
 
 
-class _Signals(NamedTuple):
-    """What is analysed: z, u, h and the rates of precession and spin."""
-
-    round: Waves
-    about: Waves
-    height: Array
-    precession: Array
-    spin: Array
-
-
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """The frequencies of a path whose states are equally far apart in time, in n lines.
 
     Of a path in closed form, method='exact', the rates are those of kreisel.exact. Otherwise lines
     are told apart that are more than 23 / T turns apart, T the length of the path: that should be
     many nutations, with more than two states in each turn of whatever is fastest. A rate is as
-    exact as the path where the motion is regular. Where no torque acts it is that about the angular
+    exact as the path where the motion is regular. Near a pole, states between those of the path are
+    computed until the turns can be counted. Where no torque acts it is that about the angular
     momentum, of the axis that circulates, as in kreisel.exact; elsewhere of the apex.
 
         >>> import kreisel as kr
@@ -111,71 +102,57 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
     lines, amplitudes, rest = _lines(t, seen, count)
-    told = frozen(lines), amplitudes, rest
+    told = lines, amplitudes, rest
+    freeze_arrays(told)
     if path.method == EXACT:
         form = exact(path.scene)
         return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)
-    return Frequencies(*_rates(t, _signals(path)), *told, False)
+    return Frequencies(*_rates(path), *told, False)
 
 
-def _rates(t: Array, s: _Signals) -> tuple[float, float, float]:
-    """Precession, nutation and spin."""
-    level = s.height - float(_window(len(t)) @ s.height)
+def _rates(path: Path) -> tuple[float, float, float]:
+    """Compute precession, nutation and spin."""
+    t, (up, along) = path.t, _axes(path)
+    principal, east = path.frame, _aside(up)
+    axis, first = along @ principal, _aside(along) @ principal
+    about = np.cross(axis, first) @ up + 1j * (first @ up)
+    motion = motion_of(path, up, along, east)
+    level = motion.height - float(_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:
         [line], _, _ = _lines(t, level.astype(np.complex128), 1)
         nutation = abs(float(line))
-    precession = _mean_rate(t, s.round, s.precession, nutation)
-    return precession, nutation, _mean_rate(t, s.about, s.spin, nutation)
+    if not np.abs(motion.z).max() > _LEVEL:
+        return math.nan, nutation, math.nan
+    turns = count_turns(path, motion, about, up, along, east)
+    window, span = _window(len(t) - 1), len(t) - 1
+    if not math.tau * span * float(window[turns.unknown].sum()) < _SMOOTH:
+        return math.nan, nutation, math.nan
+    is_through = span * float(window[turns.through > 0].sum()) > _SMOOTH
+    part = 0.5 * nutation if is_through else nutation
+    precession = _mean_rate(t, motion.z, turns.precession, part)
+    return precession, nutation, _mean_rate(t, about, turns.spin, part)
 
 
-def _mean_rate(t: Array, signal: Waves, rate: Array, nutation: float) -> float:
-    """The mean rate of an angle, by its rate at the states; or where that is too uneven, near a
-    pole, by the turns from state to state. The strongest line less multiples of the nutation tells
-    it better where it is so near; NaN where neither is to be trusted."""
-    span = abs(float(t[-1] - t[0]))
-    mean = float(_window(len(t)) @ rate)
-    off = span * abs(float(_window(len(t[::2])) @ rate[::2]) - mean)
-    smooth = off < _SMOOTH
-    if not np.abs(signal).max() > _LEVEL:
-        return mean if smooth else math.nan
-    if not smooth:
-        angle = np.unwrap(np.angle(signal))
-        middle = _window(len(t) - 1)
-        mean = float(middle @ np.diff(angle)) / float(t[1] - t[0])
+def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
+    """Compute the mean rate of an angle from `turned`, the angles between states. The strongest
+    line of `signal`, less a multiple of `part`, is more exact, where it is so near to the mean that
+    the multiple is certain. NaN where it is not, and the angle does not grow evenly."""
+    span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
+    mean = float(_window(len(turned)) @ turned) / step
+    is_smooth = span * _aliased(turned / step) < _SMOOTH
     [line], _, _ = _lines(t, signal, 1)
-    part = 0.5 * nutation if smooth else nutation  # half a turn at a pole counts as none
-    found = float(line) - (round((line - mean) / part) * part if part else 0.0)
-    if span * abs(found - mean) < (_NEAR if smooth else math.pi):
+    found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
+    if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
         return found
-    return mean if smooth else math.nan
+    return mean if is_smooth else math.nan
 
 
-def _signals(path: Path) -> _Signals:
-    """Those of a path."""
-    up, along = _axes(path)
-    principal = path.frame
-    axis, first = along @ principal, _aside(along) @ principal
-    second = np.cross(axis, first)
-    east = _aside(up)
-    height = axis @ up
-    turning, own = path.velocity @ up, (path.velocity * axis).sum(axis=1)
-    across = (1.0 - height) * (1.0 + height)
-    there = across > _LEVEL  # elsewhere rates are those of the states beside
-    at, across = np.flatnonzero(there), across[there]
-    precession, spin = (
-        np.interp(np.arange(len(height)), at, (one - height * other)[there] / across)
-        if len(at)
-        else np.full(len(height), math.nan)
-        for one, other in ((turning, own), (own, turning))
-    )
-    return _Signals(
-        axis @ east + 1j * (axis @ np.cross(up, east)),
-        second @ up + 1j * (first @ up),
-        height,
-        precession,
-        spin,
-    )
+def _aliased(rate: Array) -> float:
+    """Return the strongest line of `rate` in the upper half of the frequencies that its values can
+    tell apart: a bound of what faster ones, which they cannot, add to its mean."""
+    strengths = np.abs(np.fft.rfft(_window(len(rate)) * rate))
+    return float(strengths[len(strengths) // 2 :].max())
 
 
 def _axes(path: Path) -> tuple[Array, Array]:

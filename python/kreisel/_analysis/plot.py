@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 from .._ground.arguments import instance
 from .._recording.path import Path
@@ -17,13 +17,18 @@ MOST = 8
 
 
 def plot(
-    path: Path | Sequence[Path], axes: Iterable[Axes] | None = None, *, degrees: bool = False
+    path: Path | Sequence[Path],
+    *more: Path | Iterable[Axes] | None,
+    axes: Iterable[Axes] | None = None,
+    degrees: bool = False,
 ) -> Picture:
     """The trace of the apex on a sphere, its nutation and its precession over the time, drawn with
     matplotlib; the three axes, which a notebook shows.
 
-    path     or up to 8 of them, to be drawn beside each other: then three axes for each
-    axes     to draw in instead of a new figure, three a path
+    path     or up to 8 of them, as a list or one after the other, to be drawn beside each other:
+             then three axes for each
+    axes     to draw in instead of a new figure, three a path; it may follow the path without its
+             name
     degrees  angles in degrees rather than in radians
 
     Where the closed form tells the turning points, broken lines are the nutations between which the
@@ -38,9 +43,7 @@ def plot(
 
     Raises ValueError for a path without states, ImportError without matplotlib.
     """
-    paths = [path] if isinstance(path, Path) else path
-    if not isinstance(paths, (list, tuple)):
-        raise TypeError(f"path must be a kreisel.Path or a list of them, not {path!r}")
+    paths, axes = _arguments(path, more, axes)
     for i, one in enumerate(paths):
         instance(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
@@ -49,3 +52,17 @@ def plot(
 
     both = [(one, one.events.path if len(one.events) else None) for one in paths]
     return plotted(both, axes, degrees)
+
+
+def _arguments(
+    path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
+) -> tuple[Sequence[Path], Any]:
+    """Return the paths, and the axes. Raises TypeError if the first argument is no path."""
+    if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
+        return [path, *cast(tuple[Path, ...], more)], axes
+    if len(more) > 1 or (more and axes is not None):
+        raise TypeError("give paths one after the other or in a list, and axes by their name")
+    paths = [path] if isinstance(path, Path) else path
+    if not isinstance(paths, (list, tuple)):
+        raise TypeError(f"path must be a kreisel.Path or a list of them, not {path!r}")
+    return paths, more[0] if more else axes

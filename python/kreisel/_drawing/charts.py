@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from io import BytesIO
-from typing import Protocol
+from typing import TYPE_CHECKING, NoReturn, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -40,7 +40,10 @@ class Shown(Protocol):
 
 
 class Picture(tuple[Axes, ...]):
-    """The axes of a picture, three a path: trace, nutation, precession; a notebook shows it."""
+    """The axes of a picture, three a path: trace, nutation, precession; a notebook shows it. To a
+    file goes `picture.figure.savefig("top.png")`."""
+
+    __slots__ = ()
 
     @property
     def figure(self) -> Figure:
@@ -48,6 +51,13 @@ class Picture(tuple[Axes, ...]):
         figure = self[0].get_figure()
         assert isinstance(figure, Figure)
         return figure
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, and name what makes a file."""
+            hint = ": picture.figure.savefig(file) makes a file" if "save" in name else ""
+            raise AttributeError(f"a picture has no {shown(name)}{hint}")
 
     def _repr_png_(self) -> bytes:
         file = BytesIO()

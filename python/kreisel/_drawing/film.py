@@ -16,10 +16,11 @@ import numpy as np
 from .._ground.arguments import Array, positive, whole
 from .._ground.files import refuse_no_place, write
 from .._ground.optional import installed
+from .._ground.refusals import unchangeable
 from .._model.body import Body
 from .._model.scene import Scene
 from .charts import ball
-from .solids import BLUE, ORANGE, bare, faces, solid_of, view
+from .solids import BLUE, FAINT, ORANGE, bare, faces, solid_of, view
 
 with installed("'kreisel[plot]'"):
     import matplotlib
@@ -32,6 +33,7 @@ BETWEEN = 8  # points of the trace from one frame to the next
 SECONDS = 8.0
 _DPI = 100
 _REACH = 0.8  # of the sphere's radius, up to which the body is drawn
+_LEAN, _ASIDE = 0.2, 30.0  # sine of a lean that shows where the axis points; angle [degrees]
 
 
 class Moving(Protocol):
@@ -48,6 +50,7 @@ class Moving(Protocol):
     def __call__(self, t: Array, /) -> Moving: ...
 
 
+@unchangeable("path.animate({}=...) makes another film")
 class Film:
     """A film of a path: save it, or let a notebook show it.
 
@@ -57,11 +60,14 @@ class Film:
 
     t: Array
     fps: int
+    _body: Body
+    _q: Array
+    _apex: Array
+    _size: int
 
     def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
         """`apex` has BETWEEN points for each step from frame to frame."""
-        self.t, self.fps = t, fps
-        self._body, self._q, self._apex, self._size = body, q, apex, size
+        self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -93,10 +99,13 @@ class Film:
         (trace,) = axes.plot([], [], color=BLUE, linewidth=1.1, alpha=0.8, zorder=3)
         (needle,) = axes.plot([], [], color=ORANGE, linewidth=1.4)
         (tip,) = axes.plot([], [], "o", color=ORANGE, markersize=4)
+        (lever,) = axes.plot([], [], color=FAINT, linewidth=2.2)
+        axes.plot([0.0], [0.0], "o", color=FAINT, markersize=5, zorder=1.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = view(self._apex)
         quads, colours = _solid(self._body)
-        out = float((quads @ _matrix(self._q[0]).T @ self._apex[0]).max())  # of the body, there
+        heights = quads @ _matrix(self._q[0]).T @ self._apex[0]  # along the apex
+        begin, out = max(float(heights.min()), 0.0), float(heights.max())
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)
             behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
@@ -104,8 +113,11 @@ class Film:
             now = i * BETWEEN
             needle.set_data([out * x[now], x[now]], [out * y[now], y[now]])
             tip.set_data([x[now]], [y[now]])
+            if begin > 0.0:
+                lever.set_data([0.0, begin * x[now]], [0.0, begin * y[now]])
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
+            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # than the body's
             solid = faces(axes, quads @ _matrix(q).T, colours)
             solid.set_zorder(2.0)
             clock.set_text(f"t = {t:.4g}")
@@ -136,10 +148,31 @@ def film_of(
     steps = max(round(frames) - 1, 1)
     t = np.linspace(begin, end, steps * BETWEEN + 1)
     states = path(t)
-    film = Film(path.scene.body, t[::BETWEEN], states.q[::BETWEEN], states.apex, rate, wide)
+    q, apex = _from_aside(states.q, states.apex)
+    film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide)
     if file is not None and make is not None:
         write(file, make(film))
     return film
+
+
+def _from_aside(q: Array, apex: Array) -> tuple[Array, Array]:
+    """Turn states about the vertical so that the eye sees the axis from aside: it leans to the
+    right, and a little towards the eye, at the first state that leans, or else leans most."""
+    lean = np.hypot(apex[:, 0], apex[:, 1])
+    at = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
+    if not lean[at] > 0.0:
+        return q, apex
+    angle = -np.radians(_ASIDE) - np.arctan2(apex[at, 1], apex[at, 0])
+    about = np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)])
+    w, x, y, z = q.T
+    first, _, _, last = about
+    turned = [
+        first * w - last * z,
+        first * x - last * y,
+        first * y + last * x,
+        first * z + last * w,
+    ]
+    return np.stack(turned, axis=-1), apex @ _matrix(about).T
 
 
 def _ends(t: Array) -> tuple[float, float]:

@@ -15,7 +15,7 @@ with installed("'kreisel[plot]'"):
 
 BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
 _LIGHT = np.array((-0.4, -0.5, 0.77))
-_SLICES = 32
+_SLICES = 96
 _ROUND = 16  # sides of a tube
 
 

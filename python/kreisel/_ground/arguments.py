@@ -83,6 +83,14 @@ def positive(name: str, value: object) -> float:
     return real
 
 
+def at_least_zero(name: str, value: object) -> float:
+    """A finite float that is not negative."""
+    real = number(name, value)
+    if not real >= 0.0:
+        raise ValueError(f"{name} must not be negative, not {shown(value)}")
+    return real
+
+
 def whole(name: str, value: object, least: int) -> int:
     """Return `value` as an integer of at most 63 bits that is not below `least`."""
     if isinstance(value, bool) or not isinstance(value, Integral):
@@ -153,3 +161,23 @@ def frozen(values: Array) -> Array:
     """Make `values` read-only and return it."""
     values.flags.writeable = False
     return values
+
+
+def freeze_arrays(value: object) -> None:
+    """Make all arrays in `value` read-only, also those in tuples, lists and dictionaries."""
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    elif isinstance(value, (tuple, list)):
+        for part in value:
+            freeze_arrays(part)
+    elif isinstance(value, dict):
+        for part in value.values():
+            freeze_arrays(part)
+
+
+class ReadOnlyArrays:
+    """A base of classes whose arrays are read-only, also after a copy or from a pickle."""
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        self.__dict__.update(state)
+        freeze_arrays(state)

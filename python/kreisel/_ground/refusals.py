@@ -48,7 +48,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
 
 def unchangeable(instead: str) -> Callable[[type[_T]], type[_T]]:
-    """Return a decorator that gives a frozen dataclass a helpful message on assignment."""
+    """Return a class decorator that refuses assignments with a helpful message."""
 
     def of(made: type[_T]) -> type[_T]:
         def refuse(_: object, name: str, __: object) -> None:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array, doubles, frozen, number, positive, row, shown
+from .._ground.arguments import Array, at_least_zero, doubles, frozen, number, positive, row, shown
 from .inertia import tensor_of
 
 Shape = tuple[int, ...]
@@ -94,6 +94,13 @@ def above_zero(name: str, given: object) -> Word:
     """Build a parameter of positive numbers."""
     made = word(name, given)
     made.refused(~(made.values > 0.0), positive)
+    return made
+
+
+def not_below_zero(name: str, given: object) -> Word:
+    """A word of numbers that are not negative."""
+    made = word(name, given)
+    made.refused(~(made.values >= 0.0), at_least_zero)
     return made
 
 

@@ -6,7 +6,7 @@ from typing import Self
 
 from numpy.typing import ArrayLike
 
-from .._ground.arguments import boolean, number, positive, vector
+from .._ground.arguments import at_least_zero, boolean, number, positive, vector
 from . import shapes
 
 
@@ -59,14 +59,15 @@ class Shaped:
         density: float | None = None,
     ) -> Self:
         """A hollow cylinder between two radii, equal ones for a thin wall, its axis along the
-        third [L]; by mass [M] or density [M L^-3].
+        third [L]; by mass [M] or density [M L^-3]. With the height 0 it is a flat ring, and with
+        equal radii too a hoop; thin bodies have a mass only.
 
         pivot  the fixed point, seen from the centre [L]
         """
         hole, r = number("inner", inner), positive("outer", outer)
         if not 0.0 <= hole <= r:
             raise ValueError(shapes.tube_refusal(hole, r))
-        return cls._of(shapes.tube(hole, r, positive("height", height)), pivot, mass, density)
+        return cls._of(shapes.tube(hole, r, at_least_zero("height", height)), pivot, mass, density)
 
     @classmethod
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:

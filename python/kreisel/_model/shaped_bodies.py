@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._ground.arguments import Array, boolean
 from . import shapes
 from .body import Body
-from .columns import Word, above_zero, parts, together, vectors, word
+from .columns import Word, above_zero, not_below_zero, parts, together, vectors, word
 
 
 class ShapedBodies:
@@ -135,7 +135,8 @@ class ShapedBodies:
         `inner`, `outer` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density
         [M L^-3].
         """
-        hole, r, h = word("inner", inner), above_zero("outer", outer), above_zero("height", height)
+        hole, r = word("inner", inner), above_zero("outer", outer)
+        h = not_below_zero("height", height)
         together(hole, r, h)
         both = Word("(inner, outer)", vectors(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))

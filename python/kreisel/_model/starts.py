@@ -27,6 +27,7 @@ from .scene import Ensemble
 _TRIALS = 1 << 14  # draws for a start, at most
 _ROWS, _WORDS = 1 << 12, 8  # starts that are drawn at once, and random words of a draw
 _GRID = 48  # heights at which the least energy is looked for, and twice as many angles
+_LARGEST = 1e150  # energy whose square is a double
 _CELLS, _HALVINGS = 1024, 120  # so many cells cover the verticals that can be, at the most so small
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -151,6 +152,7 @@ def starts(
         number("energy", energy),
         number("vertical", vertical),
     )
+    _refuse_overflow(surface)
     if (n is None) == (grid is None):
         raise ValueError(f"give exactly one of n and grid, not {'none' if n is None else 'both'}")
     least = surface.least()
@@ -167,6 +169,18 @@ def starts(
     M = surface.momentum(P, alpha) @ to_principal.T
     q = _unturned(P @ to_principal.T)
     return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._renamed()
+
+
+def _refuse_overflow(surface: _Surface) -> None:
+    """Raise ValueError if the squares of a start's numbers are beyond the range of doubles."""
+    vertical, energy, lever = surface.vertical, surface.energy, np.abs(surface.lever).max()
+    about = vertical * vertical / float(surface.moments.min())
+    if not about < _LARGEST:
+        raise ValueError(f"vertical = {vertical!r} is too large for the moments of this body")
+    if not lever < _LARGEST:
+        raise ValueError("mass gravity |com| of this body is too large")
+    if not 4.0 * abs(energy) * max(1.0, float(surface.moments.max())) < math.inf:
+        raise ValueError(f"energy = {energy!r} is too large for the moments of this body")
 
 
 def _on_grid(

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array
+from .._ground.arguments import Array, ReadOnlyArrays
 from .ensemble_buffers import Counts, RawEvents
 
 
 @dataclass(frozen=True, eq=False)
-class EnsembleEvents:
+class EnsembleEvents(ReadOnlyArrays):
     """e events of an ensemble, top by top, in the order in which each top met them. Arrays are
     read-only.
 

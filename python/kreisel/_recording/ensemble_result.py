@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
-from .._ground.arguments import Array, frozen, shown
+from .._ground.arguments import Array, ReadOnlyArrays, frozen, shown
 from .._ground.names import QuantityName
+from .._ground.refusals import unchangeable
 from .._model.scene import Ensemble
 from .._request.ensemble_options import EnsembleOptions, format_index, member, unravel_index
 from .._request.methods import methods
@@ -24,8 +25,9 @@ from .state_quantities import NO_STATES
 _T = TypeVar("_T", bound=np.generic)
 
 
+@unchangeable("solve again, for another result")
 @dataclass(frozen=True, eq=False, repr=False)
-class EnsembleResult:
+class EnsembleResult(ReadOnlyArrays):
     """The results of each top of an ensemble. Arrays are read-only, and begin with the shape of the
     ensemble.
 

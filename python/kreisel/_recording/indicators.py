@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, growth
-from .._ground.arguments import Array, frozen
+from .._ground.arguments import Array, ReadOnlyArrays, frozen
 from .._model.scene import Ensemble
 from .._request.methods import FALLBACK, methods
 from .._request.solve_options import Progress, SolveOptions
@@ -23,7 +23,7 @@ LOG, MEGNO, MOST, ENERGY, MOMENTUM = range(5)
 
 
 @dataclass(frozen=True, eq=False)
-class Indicator:
+class Indicator(ReadOnlyArrays):
     """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli. Arrays are read-only; those of
     one scene have the shape () in place of an ensemble's.
 
@@ -90,7 +90,7 @@ def compute_indicator(
 
     def result() -> Indicator:
         names = np.array(STATUSES)[status].reshape(tops.shape)
-        return Indicator(t, curve.reshape(*tops.shape, -1), worst.reshape(tops.shape), names)
+        return Indicator(t, curve.reshape(*tops.shape, t.size), worst.reshape(tops.shape), names)
 
     try:
         pool.run(SliceTask(n, job, collect, work, progress))

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .._core import statuses
 from .._ground.archive import Integers
-from .._ground.arguments import Array, Numbers, frozen
+from .._ground.arguments import Array, Numbers, ReadOnlyArrays
 from .._ground.files import write
 from .._ground.names import QuantityName
 from .._model.scene import Scene
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Path(Tables):
+class Path(ReadOnlyArrays, Tables):
     """n states of a scene in motion. Arrays are read-only; a copy is writeable. t, q and m are
     views of `states`; other quantities are computed on first access. Vectors are seen from space
     unless said otherwise.
@@ -93,12 +93,6 @@ class Path(Tables):
             column.flags.writeable = False
             if name not in STATE_COLUMNS:
                 fields[name] = column
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
-        for array in (*state.values(), *(self._columns or {}).values()):
-            if isinstance(array, np.ndarray):
-                frozen(array)
 
     def __repr__(self) -> str:
         values = {"step": self.step, "tol": self.tol, "digits": self.digits}
@@ -262,7 +256,8 @@ class Path(Tables):
     ) -> Film:
         """Return a film of the body in motion with the trace of its apex, drawn with matplotlib. A
         notebook shows it, and it can be written to a file. A body symmetric about its apex is drawn
-        as a body of revolution, any other as a cuboid, in the proportions of its moments.
+        as a body of revolution, any other as a cuboid, in the proportions of its moments, at the
+        end of its lever. The view is from the side of the initial tilt.
 
         file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; it is written atomically
         speed  the path's time that passes in a second [T]; default: the whole path in 8 seconds
@@ -284,7 +279,7 @@ class Path(Tables):
 
 
 @dataclass(frozen=True, eq=False)
-class Events:
+class Events(ReadOnlyArrays):
     """k events in the order in which a path met them. Arrays are read-only.
 
     path       a kreisel.Path of the states at the events; its t is (k,), in the path's order [T]
@@ -298,10 +293,6 @@ class Events:
 
     def __post_init__(self) -> None:
         self.which.flags.writeable = self.direction.flags.writeable = False
-
-    def __setstate__(self, state: dict[str, object]) -> None:
-        self.__dict__.update(state)
-        self.__post_init__()
 
     def __len__(self) -> int:
         return len(self.path)

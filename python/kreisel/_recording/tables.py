@@ -95,6 +95,11 @@ def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
     return table
 
 
+def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
+    """Return the unit or dimension of each component of these quantities, and of t."""
+    return _units(quantity_rows(path, names, degrees, False))
+
+
 def _units(rows: QuantityRows) -> dict[str, str]:
     """Return the unit or dimension of each component, and of t."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]

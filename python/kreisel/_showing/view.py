@@ -70,7 +70,8 @@ class View:
         """The whole page."""
         if not _PAGE.exists():
             raise FileNotFoundError(
-                f"this kreisel has no page, {_PAGE}: in the source tree `make build` makes it"
+                f"this kreisel was installed without its page, {_PAGE}: run `make page` in the "
+                "source folder (it needs npm), then `pip install .` again"
             )
         inside = json.dumps(self.scene).replace("<", "\\u003c")
         return _PLACE.sub(

@@ -2,7 +2,13 @@
 
 A name stands for a file that is whole and on the disk: it is written beside its place and renamed.
 What is there already counts where it is a part of this plan, made by this version, with each bit as
-it was sealed. What is not ours stays.
+it was sealed.
+
+Files in the place of a part: the folder belongs to the plan in plan.json, and the names of parts in
+it belong to the sweep. A file under such a name is replaced, with a warning, unless it is a whole
+part of this plan and this number. Two things are never replaced: a folder, and a whole part of
+another plan, which somebody may have computed for a long time. Files of other names are not
+touched.
 """
 
 from __future__ import annotations
@@ -11,6 +17,7 @@ import importlib
 import io
 import json
 import os
+import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -26,15 +33,18 @@ from .rows import Rows
 from .seal import is_whole, sealed
 
 PLAN = "plan.json"
+REPAIR = (
+    "the same call of kreisel.sweep replaces it, read_sweep(folder, partial=True) leaves it out"
+)
+_MOVE = "it is not overwritten; move it away, or delete it, and call again"
 _OURS = "sweep"
 _LONGEST = 1 << 30  # bytes of a plan: none comes near
 DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
+FOREIGN = "foreign"
 
 
 class Form(Protocol):
     """How parts are written; both modules are of this form."""
-
-    MAGIC: bytes
 
     def encoded(self, rows: Rows, about: dict[str, Any]) -> bytearray: ...
     def about(self, file: str) -> dict[str, Any]: ...
@@ -63,52 +73,57 @@ class Folder:
         write(self.file(i), bytes(sealed(self.form.encoded(rows, about))))
 
     def found(self) -> list[int]:
-        """The parts that have a file."""
+        """Return the numbers of the parts that have a file, in ascending order."""
         names = {entry.name for entry in os.scandir(self.place)}
-        return [i for i in range(self.plan.parts) if self.file(i).name in names]
+        of_a_part = re.compile(rf"part-([0-9]{{6,}})\.{self.ending}")
+        numbers = {int(match[1]) for match in map(of_a_part.fullmatch, names) if match}
+        return sorted(i for i in numbers if i < self.plan.parts and self.file(i).name in names)
 
     def get(self, i: int, names: Iterable[str] | None = None) -> Rows:
-        """The rows of a part, or some columns of them; ValueError for a part that is damaged, or of
-        another plan."""
-        about = self.form.about(str(self.file(i)))
-        if about.get("plan") != self.plan.hash:
-            raise ValueError(f"{self.file(i)} is damaged, or no part of this plan")
-        return self.form.decoded(str(self.file(i)), names, self.plan.states)
+        """Return the rows of a part, or some of its columns. Raises ValueError if the part is
+        damaged, or is not this part of this plan."""
+        try:
+            about = self.form.about(str(self.file(i)))
+            if (about.get("plan"), about.get("part")) != (self.plan.hash, i):
+                raise ValueError(f"{self.file(i)} is not part {i} of this plan")
+            return self.form.decoded(str(self.file(i)), names, self.plan.states)
+        except ValueError as error:
+            raise ValueError(f"{error}; {REPAIR}") from None
 
     def look(self, i: int) -> str:
-        """How a part stands: done, missing, damaged, or of another version. FileExistsError for a
-        file that is none of ours."""
+        """Verify each bit of a part, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
         file = self.file(i)
         try:
             data = file.read_bytes()
         except FileNotFoundError:
             return MISSING
         except IsADirectoryError:
-            raise self._foreign(file) from None
+            return FOREIGN
         if not is_whole(data):
-            if self._is_foreign(data):
-                raise self._foreign(file)
             return DAMAGED
-        about = self.form.about(str(file))
-        if (about["plan"], about["part"]) != (self.plan.hash, i):
-            raise FileExistsError(
-                f"{file} is part {about['part']} of the plan {about['plan'][:16]}, and part {i} of "
-                f"the plan {self.plan.hash[:16]} should stand there: it is not overwritten"
-            )
-        return DONE if about["version"] == version else OLD
+        try:
+            about = self.form.about(str(file))
+        except ValueError:
+            return FOREIGN
+        if about.get("plan") != self.plan.hash:
+            return FOREIGN
+        if about.get("part") != i:
+            return DAMAGED
+        return DONE if about.get("version") == version else OLD
 
-    def _is_foreign(self, data: bytes) -> bool:
-        """Whether a file is whole in its own way, and does not name us: a truncated part has no
-        end, and a part with a few wrong bits still names us, beside its seal if not in it."""
-        magic = self.form.MAGIC
-        if b"kreisel" in data or not data:
-            return False
-        is_begun = data[: len(magic)] == magic[: len(data)]
-        has_end = self.ending == "parquet" and data[len(magic) :].endswith(magic)
-        return has_end or not is_begun
-
-    def _foreign(self, file: Path) -> FileExistsError:
-        return FileExistsError(f"{file} is none of this sweep's files: it is not overwritten")
+    def refusal(self, i: int) -> FileExistsError:
+        """Return the error for a part in whose place something foreign is."""
+        file = self.file(i)
+        if file.is_dir():
+            return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
+        try:
+            about = self.form.about(str(file))
+        except ValueError:
+            about = {}
+        return FileExistsError(
+            f"{file} is part {about.get('part')} of the plan {str(about.get('plan'))[:16]}, in the "
+            f"place of part {i} of the plan {self.plan.hash[:16]}: {_MOVE}"
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _opened_once, (str(self.place), self.plan.hash)

@@ -14,7 +14,6 @@ import numpy as np
 from .rows import Column, Rows
 from .seal import OPEN, is_whole
 
-MAGIC = b"\x93NUMPY"
 _ABOUT = b"\nkreisel: "
 
 

@@ -21,8 +21,8 @@ with installed(PARQUET):
 if TYPE_CHECKING:
     from pyarrow import Table
 
-MAGIC = b"PAR1"  # at both ends of the file
 _GROUP = 1 << 16  # rows that a reader takes at once
+_PER = b"top", b"time", b"event"  # what a column has a value for
 _ABOUT, _SEAL = "kreisel", "kreisel seal"
 
 
@@ -92,6 +92,8 @@ def about(file: str) -> dict[str, Any]:
         told: dict[str, Any] = json.loads(found[_ABOUT.encode()])
     except (pa.ArrowException, OSError, KeyError, ValueError) as error:
         raise ValueError(f"{file} is damaged, or no part of a sweep: {error}") from None
+    if not isinstance(told, dict):
+        raise ValueError(f"{file} is damaged, or no part of a sweep")
     return told
 
 
@@ -105,11 +107,22 @@ def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
         raise ValueError(f"{file} is damaged: {error}") from None
     if wanted is not None and not {*wanted} <= {*table.column_names}:
         raise ValueError(f"{file} is damaged: it has no {wanted}")
+    try:
+        return _rows_of(table, states)
+    except (AttributeError, TypeError, ValueError, pa.ArrowException) as error:
+        # The schema has no checksum of its own.
+        raise ValueError(f"{file} is damaged: {error}") from None
+
+
+def _rows_of(table: Table, states: int) -> Rows:
+    """Convert a table of Arrow to the rows of a part."""
     rows = Rows()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, told = column.combine_chunks(), field.metadata or {}
         rows.units[field.name] = told.get(b"units", b"").decode()
-        per = told.get(b"per", b"top")
+        per = told.get(b"per")
+        if per not in _PER or pa.types.is_primitive(field.type) != (per == b"top"):
+            raise ValueError(f"its schema does not tell how {field.name!r} belongs to the tops")
         flat = whole if per == b"top" else whole.flatten()
         values = flat.to_numpy(zero_copy_only=False)
         if per == b"event":

@@ -17,7 +17,7 @@ from .._request.solve_options import Progress, parse_progress
 from .._verbs.run import EventSpec
 from ..events import Event
 from .asked import WORDS, Verb, asked_of
-from .folder import DAMAGED, DONE, OLD, Folder, prepared
+from .folder import DAMAGED, DONE, FOREIGN, OLD, Folder, prepared
 from .making import Shift
 from .planned import SweepPlan, planned
 from .source import Source
@@ -72,7 +72,9 @@ def sweep(
     asked for, with units [M L T]; in Parquet, or where pyarrow is not installed numpy's. It depends
     on the plan and its own number alone, not on who makes it, when, or beside what. A top that
     fails is a row as others are, whose status is not 0. What stands in the folder already is looked
-    at, bit by bit; what is missing or damaged is made.
+    at, bit by bit; what is missing or damaged is made. Names of parts in the folder belong to the
+    sweep: whatever file has one and is not that part of the plan counts as damaged, and is replaced
+    with a warning. A folder, or a whole part of another plan, is never replaced: FileExistsError.
 
     tops      a kreisel.Source or kreisel.Ensemble; or the name of a TOML file that has all: t and
               the words to `part`, scene (a name, a file or a table), and one of the tables [grid],
@@ -141,7 +143,8 @@ def _made(shift: Shift, chosen: range, threads: int, executor: Executor | None) 
             shift.by(executor)
     except KeyboardInterrupt:
         found = Swept(folder)
-        left = f"{len({*chosen} - {*found.done})} of {len(chosen)} parts are left"
+        done = sum(i in chosen for i in found.done)
+        left = f"{len(chosen) - done} of {len(chosen)} parts are left"
         said = f"interrupted: {left}; the same call goes on in {folder.place}"
         raise SweepInterrupted(said, found) from None
     return Swept(folder)
@@ -168,9 +171,12 @@ def _chosen(parts: object, count: int) -> range:
 
 
 def _to_make(folder: Folder, chosen: range) -> list[int]:
-    """The parts that are missing or damaged; of the latter this warns. FileExistsError for a file
-    in the place of a part that is not one."""
+    """Return the parts that are missing or damaged, and warn of those that are damaged. Raises
+    FileExistsError for a folder, or a part of another plan, in the place of a part."""
     stand = {i: folder.look(i) for i in chosen}
+    for i, how in stand.items():
+        if how == FOREIGN:
+            raise folder.refusal(i)
     for what in (DAMAGED, OLD):
         found = [i for i, how in stand.items() if how == what]
         if found:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import chain, islice, pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,11 +13,11 @@ import numpy.typing as npt
 
 from .._ground.arguments import boolean, whole
 from .._ground.optional import installed
-from .._ground.refusals import unknown
+from .._ground.refusals import unchangeable, unknown
 from .._recording.ensemble_buffers import RawEvents
 from .._recording.ensemble_events import EnsembleEvents, ensemble_events
 from .._recording.tables import TABLES
-from .folder import DAMAGED, DONE, Folder, opened
+from .folder import DAMAGED, DONE, FOREIGN, MISSING, OLD, REPAIR, Folder, opened
 from .rows import COUNT, MET, Rows
 from .tables_of_starts import PARQUET
 
@@ -29,24 +30,37 @@ Column = npt.NDArray[Any]
 _HOW = "status", "reached"
 
 
+@unchangeable("kreisel.sweep computes, this reads what is there")
 class Swept:
     """The parts of a sweep. `swept[name]` is a column as an array of numpy: of the shape of all
     tops, and behind it k where a top has as many values, one for each time. Nothing is read before
     it is asked for, and then no more than that.
 
     shape, axes, size  of all tops, as of the source
-    parts    how many parts the plan has; done: the numbers of those that are there
+    parts    how many parts the plan has
     plan     the plan, as plan.json has it; hash: its SHA-256
     columns  the names, units the dimension [M L T] of each
 
     Iteration gives the parts that are there, one after the other, each as a mapping from names to
     arrays. A column of parts that are not all there is refused, unless read_sweep was asked for
-    what there is: then it has the rows of the tops that `swept["top"]` tells.
+    what there is: then it has the rows of the tops that `swept["top"]` tells. For that each bit of
+    the parts is verified once, and damaged parts count as missing.
     """
 
+    _folder: Folder
+    _partial: bool
+    _found: list[int]
+
     def __init__(self, folder: Folder, partial: bool = False) -> None:
-        self._folder, self._partial = folder, partial
-        self.done = folder.found()
+        self.__dict__.update(_folder=folder, _partial=partial, _found=folder.found())
+
+    @cached_property
+    def done(self) -> list[int]:
+        """The numbers of the parts that are there; of read_sweep(partial=True) those that are
+        whole."""
+        if not self._partial:
+            return self._found
+        return [i for i in self._found if self._folder.look(i) in (DONE, OLD)]
 
     def __repr__(self) -> str:
         there = f"{len(self.done)} of {self.parts} parts"
@@ -80,7 +94,7 @@ class Swept:
     @property
     def missing(self) -> list[int]:
         """The numbers of the parts that are not there."""
-        return sorted({*range(self.parts)} - {*self.done})
+        return [i for gap in gaps(self.done, self.parts) for i in gap]
 
     @property
     def plan(self) -> dict[str, Any]:
@@ -121,19 +135,21 @@ class Swept:
         return self._shaped(np.concatenate(pieces), name in self._first.ragged)
 
     def _shaped(self, values: Column, ragged: bool) -> Column:
-        if not self.missing and not ragged:
+        if len(self.done) == self.parts and not ragged:
             values = values.reshape(*self.shape, *values.shape[1:])
         values.flags.writeable = False
         return values
 
     def _parts(self, names: list[str] | None = None) -> Iterator[Rows]:
         """The rows of all parts, or of those that are there; ValueError where that is not all."""
-        if self.missing and not self._partial:
-            some = ", ".join(map(str, self.missing[:8]))
+        left = self.parts - len(self.done)
+        if left and not self._partial:
+            missing = chain.from_iterable(gaps(self.done, self.parts))
+            some = ", ".join(map(str, islice(missing, 8)))
             raise ValueError(
-                f"{len(self.missing)} of {self.parts} parts are missing: {some}"
-                f"{', ...' if self.missing[8:] else ''}; make them, or read what there is by "
-                "read_sweep(folder, partial=True)"
+                f"{left} of {self.parts} parts are missing: {some}"
+                f"{', ...' if left > 8 else ''}; the same call of kreisel.sweep makes them, "
+                "read_sweep(folder, partial=True) reads what there is"
             )
         return (self._folder.get(i, names) for i in self.done)
 
@@ -146,26 +162,41 @@ class Swept:
     def part(self, i: int) -> dict[str, Column]:
         """A part by its number, as columns by their names."""
         number = whole("the number of a part", i, 0)
-        if number not in self.done:
-            raise IndexError(f"part {number} is not there: there are {len(self.done)} parts")
+        if number not in self._found:
+            raise IndexError(f"part {number} is not there: there are {len(self._found)} parts")
         rows = self._folder.get(number)
         return {**rows.columns, **rows.ragged}
 
     def check(self) -> Swept:
-        """The same, after a look at each bit of each part that is there. Raises ValueError for the
-        first that is damaged; kreisel.sweep makes it anew."""
-        for i in self.done:
-            if self._folder.look(i) == DAMAGED:
-                raise ValueError(f"{self._folder.file(i)} is damaged")
+        """Return this sweep after verifying each bit of each part that is there. Raises ValueError
+        for the first part that is damaged, FileExistsError for a folder or a part of another plan
+        in the place of a part."""
+        for i in self._found:
+            how = self._folder.look(i)
+            if how == FOREIGN:
+                raise self._folder.refusal(i)
+            if how == DAMAGED:
+                raise ValueError(f"{self._folder.file(i)} is damaged; {REPAIR}")
         return self
 
     def look(self) -> dict[str, list[int]]:
-        """The numbers of the parts that are done, missing, damaged, or of another version, after a
-        look at each bit of them."""
+        """Return the numbers of the parts that are done, missing, damaged, of another version, or
+        foreign, after verifying each bit of them. The same call of kreisel.sweep makes all of them
+        but foreign ones: a folder, or a whole part of another plan, in the place of a part."""
+        stand, there = self._verify()
+        missing = [i for gap in gaps(there, self.parts) for i in gap]
+        return stand | ({MISSING: missing} if missing else {})
+
+    def _verify(self) -> tuple[dict[str, list[int]], list[int]]:
+        """Verify the parts that have files; return how they stand, and the numbers of all."""
         stand: dict[str, list[int]] = {DONE: []}
-        for i in range(self.parts):
-            stand.setdefault(self._folder.look(i), []).append(i)
-        return stand
+        there = []
+        for i in self._folder.found():
+            how = self._folder.look(i)
+            if how != MISSING:
+                stand.setdefault(how, []).append(i)
+                there.append(i)
+        return stand, there
 
     @property
     def events(self) -> EnsembleEvents | None:
@@ -252,6 +283,13 @@ class Swept:
         return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
 
 
+def gaps(numbers: list[int], end: int) -> Iterator[range]:
+    """Yield the ranges of numbers below `end` that ascending `numbers` leave out."""
+    for before, after in pairwise([-1, *numbers, end]):
+        if after > before + 1:
+            yield range(before + 1, after)
+
+
 def _met(rows: Rows) -> RawEvents:
     """The events of a part, with the numbers of their tops."""
     top = np.repeat(rows.columns["top"], rows.columns[COUNT])
@@ -263,7 +301,7 @@ def _met(rows: Rows) -> RawEvents:
 def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swept:
     """What kreisel.sweep has left in a folder.
 
-    partial  True: columns and tables of the parts that are there, where some are missing
+    partial  True: columns and tables of the parts that are whole, where some are missing or damaged
 
         >>> import kreisel as kr, tempfile
         >>> tops = kr.Source.random(kr.scenes.sleeping, 1000, seed=7, spin=(0, 20), tilt=(0, 1))

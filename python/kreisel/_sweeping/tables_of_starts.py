@@ -46,10 +46,17 @@ def _of_arrow(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
         table = parquet.read_table(file) if ending == ".parquet" else text.read_csv(file)
     except pa.ArrowInvalid as error:
         raise ValueError(f"{file} cannot be read: {error}") from None
+    for name in table.column_names:
+        if table.column_names.count(name) > 1:
+            raise ValueError(f"{file}: it has more than one column {name!r}")
     holes = [name for name in table.column_names if table[name].null_count]
     if holes:
         raise ValueError(f"{file}: its column {holes[0]!r} has places without a value")
-    return {name: table[name].to_numpy() for name in table.column_names}
+    columns = {name: table[name].to_numpy() for name in table.column_names}
+    for name, values in columns.items():
+        if values.dtype.kind not in "fiub":
+            raise ValueError(f"{file}: its column {name!r} must be numbers, not {table[name].type}")
+    return columns
 
 
 def _words(file: str, columns: dict[str, npt.NDArray[np.generic]]) -> dict[str, Array]:

@@ -56,7 +56,9 @@ class Exact(_Rates):
     kreisel.Path.
 
     period      of the nutation: from one lowest height of the axis to the next; inf if it keeps
-                its height [T]
+                its height [T]. The axis of a free body without symmetry nods twice while the
+                angular momentum, seen from the body, goes round once: body_velocity has twice this
+                period, as T in Landau and Lifshitz, Mechanics, section 37
     precession  mean rate of the axis about the vertical [T^-1]; without torque about the angular
                 momentum
     spin        mean rate of the body about its axis [T^-1]: of Euler's angles, hence beside the

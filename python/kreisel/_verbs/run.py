@@ -9,6 +9,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path as File
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from .._core import statuses
 from .._ground.arguments import Array, Numbers, shown, whole
 from .._ground.files import write
 from .._ground.names import MethodName, QuantityName
+from .._ground.refusals import unchangeable
 from .._model.scene import Scene, parse
 from .._recording.path import (
     Path,
@@ -45,11 +47,18 @@ from .._request.times import (
 )
 from ..events import Event, looked_for, parse_events, read, written
 
+if TYPE_CHECKING:
+    from .._core import Run as Motion
+
 MAGIC = b"kreisel run\n"  # first bytes of a checkpoint
 _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
 EventSpec = Event | Sequence[Event]
 
 
+@unchangeable(
+    "a run goes on as it began; kreisel.start(path.end.replace(momentum=...)) begins another one "
+    "at the last state of its path"
+)
 class Run:
     """A top in motion, from kreisel.start or kreisel.resume. Times are counted from its start and
     lead away from it.
@@ -59,19 +68,33 @@ class Run:
     stats  the cost so far
     """
 
+    scene: Scene
+    method: MethodName
+    step: float | None
+    tol: float | None
+    digits: int | None
+    want: tuple[QuantityName, ...] | None
+    events: tuple[Event, ...] | None
+    t: float
+    stats: Stats
+    _options: SolveOptions
+    _back: bool
+    _fresh: bool
+    _top: Motion
+
     def __init__(self, scene: Scene, options: SolveOptions, back: bool) -> None:
-        self._options, self._back, self._fresh = options, back, True
-        self.scene, self.method, self.want = scene, options.method.name, options.want
-        self.events: tuple[Event, ...] | None = options.events
-        self.step, self.tol, self.digits = options.step, options.tol, options.digits
-        self.t = 0.0
-        self.stats = Stats(0, 0, 0, 0)
+        own = self.__dict__  # assignments to attributes are refused
+        own["_options"], own["_back"], own["_fresh"] = options, back, True
+        own["scene"], own["method"], own["want"] = scene, options.method.name, options.want
+        own["events"] = options.events
+        own["step"], own["tol"], own["digits"] = options.step, options.tol, options.digits
+        own["t"], own["stats"] = 0.0, Stats(0, 0, 0, 0)
         status, top = start_top(scene._block, *options.core, back, looked_for(self.events or ()))
         if top is None:
             result = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
             path = make_path(scene, options, result)
             raise stop_exception(status, path, progress_text(path, 0.0))
-        self._top = top
+        own["_top"] = top
 
     def __repr__(self) -> str:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
@@ -151,11 +174,12 @@ class Run:
             else:
                 result, met = self._top.record_events(times, progress)
         finally:  # also where progress raised
-            self.t, self._fresh = self._top.t, self._fresh and not times.size
+            fresh = self._fresh and not times.size
+            self.__dict__.update(t=self._top.t, _fresh=fresh)
         path = make_path(self.scene, self._options, result)
         if met is not None:
             path = add_events(path, met)
-        self.stats = path.stats
+        self.__dict__["stats"] = path.stats
         return result[0], path
 
     @property
@@ -251,7 +275,7 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
         raise ValueError("its time, stats and motion do not belong together")
     if not isinstance(kernel, str):
         raise TypeError(f"a kernel has a name, not {kernel!r}")
-    run.t, run.stats, run._fresh = run._top.t, Stats(*costs), fresh
+    run.__dict__.update(t=run._top.t, stats=Stats(*costs), _fresh=fresh)
     return run, kernel
 
 

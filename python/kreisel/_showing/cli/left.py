@@ -12,6 +12,7 @@ import click
 from .outputs import Csv, Gathered, Met, Output, Summary, as_csv, as_json, as_npz, put
 from .places import FILE, checked
 from .running import Outcome
+from .table import AngleOptions
 from .words import Refused
 
 _Command = TypeVar("_Command", bound=Callable[..., object])
@@ -26,6 +27,8 @@ class To(TypedDict):
     events_file: str | None
     save_file: str | None
     degrees: bool
+    unwrap: bool
+    all_rows: bool
 
 
 _OPTIONS = (
@@ -47,6 +50,13 @@ _OPTIONS = (
         help="Write the run at its end, or where it was stopped, for `kreisel resume`.",
     ),
     click.option("--degrees", is_flag=True, help="Angles in degrees, but in .npz."),
+    click.option(
+        "--unwrap",
+        is_flag=True,
+        help="Angles that go on beyond a turn, but in .npz and at events; states must be less than "
+        "half a turn apart.",
+    ),
+    click.option("--all-rows", is_flag=True, help="Print the table of states whole."),
 )
 
 
@@ -75,9 +85,12 @@ class Left:
         )
         self.files = {place.option: place.file for place in places}
         self._shows = not any(place.shown for place in places)
-        self._open, self._degrees = ExitStack(), where["degrees"]
-        self._summary, self._gathered = Summary(self._degrees), Gathered()
-        self._met = Met(events, self._degrees) if events else None
+        self._open, self._where = ExitStack(), where
+        self._summary, self._gathered = Summary(self._angles(), where["all_rows"]), Gathered()
+        self._met = Met(events, where["degrees"]) if events else None
+
+    def _angles(self) -> AngleOptions:
+        return AngleOptions(self._where["degrees"], self._where["unwrap"])
 
     @property
     def is_whole(self) -> bool:
@@ -92,7 +105,7 @@ class Left:
         if self.is_whole:
             outputs.append(self._gathered)
         if "--csv" in self.files:
-            outputs.append(Csv(self.files["--csv"], self._degrees, self._open))
+            outputs.append(Csv(self.files["--csv"], self._angles(), self._open))
         return outputs
 
     def dropped(self) -> None:
@@ -127,7 +140,7 @@ class Left:
         if "--npz" in self.files:
             put(self.files["--npz"], as_npz(path))
         if "--json" in self.files:
-            put(self.files["--json"], as_json(path, self._met, self._degrees, why))
+            put(self.files["--json"], as_json(path, self._met, self._angles(), why))
 
     def _events(self) -> None:
         if self._met and "--events-csv" in self.files:

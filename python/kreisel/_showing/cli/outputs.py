@@ -28,6 +28,7 @@ from ..._recording.serialization import dump_path
 from ..._recording.state_quantities import NO_STATES
 from ..._recording.tables import columns, quantity_rows
 from ..._request.quantities import LOW
+from .table import AngleOptions, StateTable
 
 _MET = "which", "direction"
 _SHOWN = 20  # events in the summary
@@ -75,13 +76,14 @@ def as_csv(table: Columns, head: bool = True) -> bytes:
 class Csv:
     """A table that grows by the rows of each piece, in constant memory."""
 
-    def __init__(self, file: str, degrees: bool, files: ExitStack) -> None:
-        self._file, self._degrees, self._files = file, degrees, files
+    def __init__(self, file: str, angles: AngleOptions, files: ExitStack) -> None:
+        self._file, self._angles, self._files = file, angles, files
         self._grow: Callable[[bytes], None] | None = None
 
     def add(self, piece: Path) -> None:
         """The next rows."""
-        rows = as_csv(listed(columns(piece, kept(piece), self._degrees)), head=self._grow is None)
+        table = listed(self._angles.columns(piece, kept(piece)))
+        rows = as_csv(table, head=self._grow is None)
         if self._grow is None:
             self._grow = self._opened()
         self._grow(rows)
@@ -165,22 +167,20 @@ class Met:
 
 
 class Summary:
-    """The first and the last state, and the energy error of all."""
+    """A table of the states, and the energy error of all."""
 
-    def __init__(self, degrees: bool) -> None:
-        self._degrees, self._states = degrees, 0
-        self._first: dict[str, list[float]] = {}
+    def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
+        self._table = StateTable(angles, is_whole)
         self._change = self._size = 0.0
         self._last: Path | None = None
 
     def add(self, piece: Path) -> None:
         """The next states."""
-        self._states += len(piece)
         if not len(piece):
             self._last = self._last or piece
             return
         self._last = piece
-        self._first = self._first or listed(columns(piece, kept(piece), self._degrees))
+        self._table.add(piece, kept(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy(piece)
             self._change = max(self._change, piece.energy_error * size)
@@ -193,12 +193,9 @@ class Summary:
             return
         stats = path.stats
         ran = f"{stats.steps} steps, {stats.evaluations} evaluations"
-        click.echo(f"{self._states} states by {path.method}: {ran}")
-        if self._states:
-            grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
-            for name, values in columns(path, kept(path), self._degrees).items():
-                grid.add_row(name, f"{self._first[name][0]: .15g}", f"{values[-1]: .15g}")
-            Console().print(grid)
+        click.echo(f"{self._table.rows} states by {path.method}: {ran}")
+        if self._table.rows:
+            self._table.show()
         if self._size:
             click.echo(f"energy error {self._change / self._size:.2g}")
         if path.plan.choice:
@@ -213,7 +210,7 @@ def _energy(path: Path) -> float:
     return max(at_start, float(path.kinetic.max())) + lever
 
 
-def as_json(path: Path, met: Met | None, degrees: bool, stopped: str | None) -> bytes:
+def as_json(path: Path, met: Met | None, angles: AngleOptions, stopped: str | None) -> bytes:
     """The path as one object: what made it, then its quantities, each a list of numbers or rows."""
     head = {
         "kreisel": version,
@@ -226,7 +223,7 @@ def as_json(path: Path, met: Met | None, degrees: bool, stopped: str | None) -> 
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in quantity_rows(path, kept(path), degrees, False):
+    for quantity, values in quantity_rows(path, kept(path), angles.degrees, angles.unwrap):
         found[quantity.name] = _finite(values.tolist())
     events = {} if met is None else {"events": _finite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()

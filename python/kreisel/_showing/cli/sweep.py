@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, InvalidStateError, ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +18,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
 from ..._ground.optional import installed
-from ..._sweeping.folder import DONE
+from ..._sweeping.folder import DONE, MISSING
 from ..._sweeping.sweep import sweep as swept
-from ..._sweeping.swept import Swept, read_sweep
+from ..._sweeping.swept import Swept, gaps, read_sweep
 from .words import Refused, refusals
 
 _OPTIONS = "parts", "to"
@@ -145,11 +145,13 @@ def status(folder: str) -> None:
     """How the parts in a FOLDER stand, after a look at each bit of them."""
     with refusals(_OPTIONS), _said():
         found = read_sweep(folder, partial=True)
-        stand = found.look()
+        stand, there = found._verify()
     click.echo(_told(found, stand[DONE]))
+    if left := found.parts - len(there):
+        click.echo(f"{MISSING}: {left} parts, {_ranges(gaps(there, found.parts))}")
     for how, parts in stand.items():
         if how != DONE:
-            click.echo(f"{how}: {len(parts)} parts, {_ranges(parts)}")
+            click.echo(f"{how}: {len(parts)} parts, {_ranges(_runs(parts))}")
     failed = sum(int(np.count_nonzero(found.part(i)["status"])) for i in stand[DONE])
     if failed:
         click.echo(f"failed: {failed} tops, whose status is not 0")
@@ -166,8 +168,14 @@ def _told(found: Swept, done: list[int]) -> str:
     )
 
 
-def _ranges(parts: list[int]) -> str:
-    """Numbers as ranges: 3:7 is without 7."""
-    breaks = [k for k in range(1, len(parts)) if parts[k] != parts[k - 1] + 1]
-    told = [f"{parts[a]}:{parts[b - 1] + 1}" for a, b in pairwise([0, *breaks, len(parts)])]
-    return ", ".join(told[:_SHOWN]) + (", ..." if told[_SHOWN:] else "")
+def _runs(numbers: list[int]) -> Iterator[range]:
+    """Yield ascending `numbers` as ranges."""
+    breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
+    for a, b in pairwise([0, *breaks, len(numbers)]):
+        yield range(numbers[a], numbers[b - 1] + 1)
+
+
+def _ranges(runs: Iterator[range]) -> str:
+    """Return the first ranges as text: 3:7 is without 7."""
+    first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
+    return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

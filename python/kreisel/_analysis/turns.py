@@ -1,0 +1,247 @@
+"""Turns of a body's axis about a direction in space, from state to state of a path.
+
+Seen along the direction, the axis is at z = sin(nutation) exp(i precession_angle), and z is 0 at
+either pole. Between two states z moves along a curve. The chord between the two ends turns about 0
+by the same angle as the curve if 0 is not between the chord and the curve. How far the curve can be
+from its chord follows from the velocities at both ends. Where 0 may be between chord and curve, the
+state half-way is computed, and both halves are judged in the same way.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .._ground.arguments import Array
+from .._recording.path import Path
+from .._verbs.solve import solve
+
+Waves = npt.NDArray[np.complex128]
+Flags = npt.NDArray[np.bool_]
+Indices = npt.NDArray[np.int64]
+
+THROUGH = 1e-11  # a pass nearer to a pole than this [rad] goes through the pole
+_ROUNDS = 24  # of halving: 2**-24 of a time between states is enough for a pass at THROUGH
+_SAFETY = 4.0  # chords must be this many times farther from a pole than curves are from chords
+_STRAIGHT = 0.1  # of its length by which a curve that ends at a pole may be off its chord
+
+
+class Motion(NamedTuple):
+    """States of an axis.
+
+    z, rate        its place seen along the direction, and the change of that
+    height         its cosine with the direction
+    turning, own   the body's angular velocity about the direction, and about the axis
+    """
+
+    z: Waves
+    rate: Waves
+    height: Array
+    turning: Array
+    own: Array
+
+
+class Turns(NamedTuple):
+    """Angles between n states.
+
+    precession  (n - 1,) turned by the axis about the direction [rad]
+    spin        (n - 1,) turned by the body about the axis [rad]
+    through     (n - 1,) times that the axis goes through a pole; half a turn there counts as none
+    unknown     (n - 1,) whether the turns between two states cannot be counted
+    """
+
+    precession: Array
+    spin: Array
+    through: Indices
+    unknown: Flags
+
+
+class _Arcs(NamedTuple):
+    """Parts of the way between states: `parent` is the number of the state before, `begin` and
+    `end` are times since that state."""
+
+    parent: Indices
+    begin: Array
+    end: Array
+    z0: Waves
+    rate0: Waves
+    z1: Waves
+    rate1: Waves
+
+    def select(self, at: Flags) -> _Arcs:
+        columns: Any = (column[at] for column in self)
+        return _Arcs(*columns)
+
+    def split(self, z: Waves, rate: Waves) -> _Arcs:
+        """Return both halves of each arc, given the motion half-way."""
+        middle = 0.5 * (self.begin + self.end)
+        first = self._replace(end=middle, z1=z, rate1=rate)
+        second = self._replace(begin=middle, z0=z, rate0=rate)
+        halves: Any = zip(first, second, strict=True)
+        return _Arcs(*map(np.concatenate, halves))
+
+
+class _Verdicts(NamedTuple):
+    """Angles of arcs, and whether each is known; whether it goes through a pole, at its end or
+    between its ends; and its least distance from a pole."""
+
+    angle: Array
+    is_known: Flags
+    through: Indices
+    distance: Array
+
+
+def motion_of(path: Path, up: Array, along: Array, east: Array) -> Motion:
+    """Compute the motion of the axis `along`, in the body's principal axes, about `up`; `east` is
+    at right angles to `up`, and z is real there."""
+    axis, velocity = along @ path.frame, path.velocity
+    return Motion(*_seen(axis, velocity, up, east), axis @ up, velocity @ up, _dot(velocity, axis))
+
+
+def count_turns(
+    path: Path, motion: Motion, about: Waves, up: Array, along: Array, east: Array
+) -> Turns:
+    """Count the turns between the states of `path`; `about` is sin(nutation) exp(i spin_angle)."""
+    z, rate, n = motion.z, motion.rate, len(motion.z) - 1
+    apart = np.diff(path.t)
+    arcs = _Arcs(np.arange(n), np.zeros(n), apart, z[:-1], rate[:-1], z[1:], rate[1:])
+    angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
+    nearest, gap = np.full(n, np.inf), np.zeros(n)
+    for k in range(_ROUNDS):
+        found = _judged(arcs)
+        known = arcs.parent[found.is_known]
+        np.add.at(angle, known, found.angle[found.is_known])
+        np.add.at(through, known, found.through[found.is_known])
+        np.minimum.at(nearest, known, found.distance[found.is_known])
+        arcs = arcs.select(~found.is_known)
+        if not arcs.parent.size:
+            break
+        times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
+        half, whole = _ahead(path, arcs.parent, times, up, along, east)
+        if k == 0:
+            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _closed(arcs, whole)
+            arcs = arcs._replace(z1=whole[0], rate1=whole[1])
+        arcs = arcs.split(*half)
+    # Errors of a path add up. One that goes through a pole to THROUGH does so for a reason.
+    is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
+    unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
+    unknown[arcs.parent] = True
+    return Turns(angle, _spin(motion, about, apart, angle, through), through, unknown)
+
+
+def _closed(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
+    """Compute the angle from where each state leads to the state that follows, whether a pole is
+    between both, and how far they are apart: more than roundings if steps of the path were coarse.
+    The gap is inf if it may turn about a pole either way."""
+    incoming = -(arcs.end - arcs.begin) * arcs.rate1
+    z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
+    is_on_line = np.maximum(_aside(arcs.z1, arcs.rate1), _aside(*whole)) < THROUGH
+    aside, gap = z1 * whole[0].conj(), np.abs(arcs.z1 - whole[0])
+    is_between = is_on_line & (aside.real < 0.0)
+    is_wide = ~is_on_line & (_SAFETY * gap > np.abs(arcs.z1))
+    angle = np.angle(np.where(is_between, -aside, aside))
+    return angle, is_between.astype(np.int64), np.where(is_wide, np.inf, gap)
+
+
+def _aside(z: Waves, rate: Waves) -> Array:
+    """Compute how far from 0 the line along `rate` through z passes."""
+    size = np.abs(rate)
+    across: Array = np.abs((z * rate.conj()).imag)
+    start: Array = np.abs(z)
+    return np.divide(across, size, out=start, where=size > 0.0)
+
+
+def _spin(motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices) -> Array:
+    """Compute the angles of spin. At the pole nearer to the axis the sum of the two angles, or
+    their difference, has a rate without a peak."""
+    height, turning, own = motion.height, motion.turning, motion.own
+    side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
+    rates = [
+        (own[at] + side * turning[at]) / (1.0 + side * height[at])
+        for at in (slice(None, -1), slice(1, None))
+    ]
+    thought: Array = 0.5 * apart * (rates[0] + rates[1]) - side * turned
+    seen = np.angle(about[1:] * about[:-1].conj()) + np.pi * through
+    exact = seen + 2.0 * np.pi * np.rint((thought - seen) / (2.0 * np.pi))
+    is_seen = np.minimum(np.abs(about[1:]), np.abs(about[:-1])) > THROUGH
+    return np.where(is_seen, exact, thought)
+
+
+def _judged(arcs: _Arcs) -> _Verdicts:
+    """Judge arcs by their chords, as they are seen at rest and in a frame that turns with them."""
+    angle, distance, bend = _chord(arcs)
+    at_rest = distance > _SAFETY * bend
+    length = arcs.end - arcs.begin
+    pace = 0.5 * (_pace(arcs.z0, arcs.rate0) + _pace(arcs.z1, arcs.rate1))
+    pace = np.where(np.abs(pace * length) < np.pi, pace, 0.0)
+    other, far, bent = _chord(_from_turning_frame(arcs, pace))
+    in_frame = far > _SAFETY * bent
+    passes = (distance < THROUGH) & (bend < THROUGH) & ~at_rest
+    from_pole, to_pole = np.abs(arcs.z0) < THROUGH, np.abs(arcs.z1) < THROUGH
+    passes &= ~from_pole & ~to_pole
+    leaves = from_pole & ~to_pole & (bend < _STRAIGHT * np.abs(arcs.z1))
+    arrives = to_pole & ~from_pole & (bend < _STRAIGHT * np.abs(arcs.z0))
+    angle = np.where(in_frame & ~at_rest, pace * length + other, angle)
+    angle = np.where(passes, np.angle(-arcs.z1 * arcs.z0.conj()), angle)
+    angle = np.where(leaves, np.angle(arcs.z1 * (length * arcs.rate0).conj()), angle)
+    angle = np.where(arrives, np.angle(-length * arcs.rate1 * arcs.z0.conj()), angle)
+    known = at_rest | in_frame | passes | leaves | arrives
+    known &= (leaves | arrives) | ~(from_pole | to_pole)
+    # A pass through a pole at a state belongs to the arc that leaves it.
+    through = np.asarray(passes | leaves, dtype=np.int64)
+    return _Verdicts(angle, known, through, np.where(at_rest, distance, far))
+
+
+def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
+    """Return arcs as they are seen in a frame that turns at `pace`, and at rest half-way."""
+    half = np.exp(0.5j * pace * (arcs.end - arcs.begin))
+    return arcs._replace(
+        z0=arcs.z0 * half,
+        rate0=(arcs.rate0 - 1j * pace * arcs.z0) * half,
+        z1=arcs.z1 * half.conj(),
+        rate1=(arcs.rate1 - 1j * pace * arcs.z1) * half.conj(),
+    )
+
+
+def _chord(arcs: _Arcs) -> tuple[Array, Array, Array]:
+    """Compute the angle of each chord about 0, its distance from 0, and a bound of how far the arc
+    is from it."""
+    chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
+    size = np.abs(chord) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        foot = np.clip(-(arcs.z0 * chord.conj()).real / size, 0.0, 1.0)
+    foot = np.where(size > 0.0, foot, 0.0)
+    bend = 0.125 * np.abs((arcs.rate1 - arcs.rate0) * length)
+    bend += np.abs(chord - 0.5 * length * (arcs.rate0 + arcs.rate1))
+    return np.angle(arcs.z1 * arcs.z0.conj()), np.abs(arcs.z0 + foot * chord), bend
+
+
+def _pace(z: Waves, rate: Waves) -> Array:
+    """Compute the rate at which z turns about 0, and 0 where z is 0."""
+    size: Array = np.abs(z) ** 2
+    turning: Array = (rate * z.conj()).imag
+    return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
+
+
+def _ahead(
+    path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
+) -> list[tuple[Waves, Waves]]:
+    """Compute z and its rate at times after some states, for each column of `times`; NaN where
+    that fails."""
+    tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
+    came = solve(tops, times)
+    axis = along @ came.frame
+    z, rate = _seen(axis, came.velocity, up, east)
+    z[came.status != 0] = np.nan
+    return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
+
+
+def _seen(axis: Array, velocity: Array, up: Array, east: Array) -> tuple[Waves, Waves]:
+    north, change = np.cross(up, east), np.cross(velocity, axis)
+    return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray((a * b).sum(axis=-1))
