@@ -217,7 +217,7 @@ def describe_ratios(races):
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
-    beside = "a peer reaches the error in each of them"
+    beside = "a peer reaches every error that kreisel reaches"
     if alone:
         beside = f"in {count_word(alone)} of the cases no peer reaches the error"
     return (
