@@ -128,11 +128,11 @@ def test_what_is_shown_and_concluded(findings):
     assert all(svg.startswith("<svg") and drawing.INK not in svg for svg in pictures)
     said = part.conclude(findings)
     for word in (
-        "keep their energy to",
+        "conserve their energy to",
         "on 10 of 10",
         "Melnikov's integral",
-        "Lagrange tops are",
-        "the Lagrange top none are called chaotic",
+        "error of random Lagrange tops",
+        "None of 12 starts of the Lagrange top are chaotic",
     ):
         assert word in said
     assert findings["order"]["energy"] < 1e-11 and findings["frequencies"]["off"] < 1e-12

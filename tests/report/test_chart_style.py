@@ -87,7 +87,9 @@ class Run:
 def test_methods_that_lead_have_their_own_colour_in_the_small_figures(monkeypatch):
     """A label repeats the colour and the marker of its line."""
     drawn = []
-    monkeypatch.setattr(cost_curves, "as_svg", lambda figure: drawn.append(figure) or "<svg>")
+    monkeypatch.setattr(
+        cost_curves, "figure_to_svg", lambda figure: drawn.append(figure) or "<svg>"
+    )
     groups = {
         "taylor": [Run(2.0, 1e-3), Run(3.0, 1e-12)],
         "extrap_kirchhoff": [Run(1.0, 1e-2), Run(4.0, 1e-10)],

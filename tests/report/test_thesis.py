@@ -87,8 +87,8 @@ def test_verdicts(results):
 
 
 def test_the_report_writes_the_chapter(tmp_path, monkeypatch, results, page):
-    monkeypatch.setattr(chapter, "run_all", lambda say: results)
-    monkeypatch.setattr(chapter, "render", lambda results, seconds: page)
+    monkeypatch.setattr(chapter, "run_experiments", lambda say: results)
+    monkeypatch.setattr(chapter, "render_chapter", lambda results, seconds: page)
     assert main(["--thesis", "--out", str(tmp_path)]) == 0
     assert [file.name for file in tmp_path.iterdir()] == [chapter.OUTPUT]
     assert 'href="index.html"' in (tmp_path / chapter.OUTPUT).read_text()

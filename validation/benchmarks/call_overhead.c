@@ -1,6 +1,7 @@
-/* What the core itself takes for a short call: a top made, its states recorded, the top freed.
- * Usage: call_overhead METHOD STEP BLOCK T ..., BLOCK the bytes of a kr_scene in hexadecimal; prints the
- * nanoseconds of one, the fastest of rounds. */
+/* The cost of a short call within the core: a top made, its states recorded, the top freed.
+ *
+ * Usage: call_overhead METHOD STEP BLOCK T ..., where BLOCK is a kr_scene in hexadecimal. Prints
+ * the nanoseconds of one call, the fastest of several rounds. */
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
 #include <stdlib.h>

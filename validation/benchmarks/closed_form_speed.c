@@ -1,5 +1,4 @@
-/* What closed_form_speed.py times beside heyoka: loops in C, with their own clock; as called, or by an
- * instruction set. */
+/* Timed loops for closed_form_speed.py, as called by users or with a given instruction set. */
 #define _POSIX_C_SOURCE 199309L
 #include <time.h>
 #include "exact/dispatch.h"
@@ -35,12 +34,12 @@ double bench_closed_form_and_state(const kr_scene *scene, double t, int n)
         keep = kr_exact_plan(scene, &form) == KR_OK ? kr_exact_state(&form, t).q.w : 0.0;
     return (now() - begin) / n;
 }
-const char *bench_isa(int isa) /* NULL: beyond the last */
+const char *bench_isa(int isa) /* NULL beyond the last */
 {
     const kr_exact_isa *found = kr_exact_isa_at(isa);
     return found ? found->runs_here() ? found->name : "" : NULL;
 }
-/* isa: of kr_exact_isa_at, -1 for what kr_exact_state chooses. */
+/* isa: index of kr_exact_isa_at, or -1 for the choice of kr_exact_state. */
 double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_state out[])
 {
     kr_state (*const state)(const kr_exact *, double) =
@@ -51,7 +50,7 @@ double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_
     for (int i = 0; i < n; i++) out[i] = state(&form, t[i]);
     return (now() - begin) / n;
 }
-/* n times, so many at once. */
+/* Times n states in batches. */
 double bench_batch(const kr_scene *scene, int isa, int batch, int n, const double t[],
                    kr_state out[])
 {

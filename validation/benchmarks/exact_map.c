@@ -1,6 +1,7 @@
-/* The Bobenko-Suris map in 113 bits, with the total twist exact (csrc/methods/bobenko_suris.h). A
- * line of input: I1, I3, lever, step, q, m, how many k, and these, ascending; for each of them a
- * line of output: q, m. Needs gcc and libquadmath. */
+/* The Bobenko-Suris map in 113 bits, with the exact total twist (csrc/methods/bobenko_suris.h).
+ *
+ * An input line has I1, I3, lever, step, q, m, the number of indices k, and the ascending indices.
+ * The output has one line with q and m for each k. Needs gcc and libquadmath. */
 #include <quadmath.h>
 #include <stdio.h>
 

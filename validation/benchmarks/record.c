@@ -1,7 +1,8 @@
-/* What recording costs: all states of a fixed-step run kept, in memory that was used before, over
- * going to the end alone, and over looking at each state without keeping it. Usage: record [steps
- * step rounds]. Each method on the default scene, in turn; ratios of runs that follow each other,
- * as medians with quartiles. */
+/* The cost of recording: all states of a fixed-step run kept in reused memory, over going to the
+ * end alone, and over visiting each state without keeping it.
+ *
+ * Usage: record [steps step rounds]. All methods run on the default scene, in turn. Ratios of
+ * consecutive runs are printed as medians with quartiles. */
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +21,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 enum what { END_ONLY, EACH_LOOKED_AT, ALL_KEPT, WAYS };
-/* Seconds of one run through t[0..n-1]. */
+/* Returns the seconds of one run through t[0..n-1]. */
 static double run(const kr_method *method, double step, enum what what, size_t n, const double t[],
                   kr_state out[])
 {

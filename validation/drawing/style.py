@@ -99,6 +99,7 @@ def label_ends(axes, ends):
         key=lambda label: label[:4],
     )
     heights = spread_labels((place[0] for place in placed), gap)
+    after_marker = 1.045 + 5 / (72 * axes.get_position().width * axes.figure.get_figwidth())
     for height, (_, x, y, name, style) in zip(heights, placed, strict=True):
         colour, marker = style["color"], style.get("marker")
         if marker:
@@ -108,7 +109,7 @@ def label_ends(axes, ends):
         axes.annotate(
             name,
             (x, np.clip(y, *axes.get_ylim())),
-            xytext=(1.07 if marker else 1.03, height),
+            xytext=(after_marker if marker else 1.03, height),
             textcoords="axes fraction",
             color=INK if marker else colour,
             fontsize=9,

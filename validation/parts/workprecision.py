@@ -62,15 +62,13 @@ def list_tasks(problems, budget, store):
 
 
 def load_findings(problems, store):
-    format_row = {
+    known = {
         problem.name: scene_runs.load_measurements(store, problem.name) for problem, _ in problems
     }
-    ran = [(problem, end) for problem, end in problems if format_row[problem.name]]
+    ran = [(problem, end) for problem, end in problems if known[problem.name]]
     truths = {problem.name: store.known[scene_runs.truth_key(problem)] for problem, _ in ran}
     return (
-        Comparison(ran, truths, [row for rows in format_row.values() for row in rows])
-        if ran
-        else None
+        Comparison(ran, truths, [row for rows in known.values() for row in rows]) if ran else None
     )
 
 
@@ -217,7 +215,7 @@ def describe_ratios(races):
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
-    beside = "a peer reaches the error in each of them"
+    beside = "a peer reaches every error that kreisel reaches"
     if alone:
         beside = f"in {count_word(alone)} of the cases no peer reaches the error"
     return (

@@ -1,5 +1,5 @@
-/* A plugin of qemu that prints how many instructions a program has run. What it takes of qemu's
- * header stands here, because Debian's package has none. */
+/* A QEMU plugin that prints how many instructions a program has run. The declarations of QEMU's
+ * header are repeated here, because Debian's package has no header. */
 #include <inttypes.h>
 #include <stdint.h>
 #include <stdio.h>

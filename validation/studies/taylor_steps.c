@@ -1,5 +1,5 @@
-/* Does so many steps of taylor's kernels, of each order and with and without the heading, and
- * nothing else that counts: taylor_steps COUNT [whole|headless|digits ORDER]. */
+/* A number of steps of Taylor kernels, of each order and with or without the heading, and nothing
+ * else that counts. Usage: taylor_steps COUNT [whole|headless|digits ORDER]. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

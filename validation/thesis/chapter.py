@@ -185,7 +185,7 @@ def describe_run(results, seconds):
 def render_chapter(results, seconds):
     said = check_sentences(results)
     return page.load_template(TEMPLATE, HERE).render(
-        describe_run=describe_run(results, seconds),
+        about=describe_run(results, seconds),
         six=draw_chapter6(results),
         five=draw_chapter5(results),
         sentences=said,
