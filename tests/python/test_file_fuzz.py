@@ -212,6 +212,8 @@ def test_a_damaged_archive_is_told_in_short(file):
         2, "little"
     )  # letters of the first name, which go on into numbers
     file.write_bytes(data)
-    with pytest.raises(ValueError, match="the archive is damaged: File name in directory") as refused:
+    with pytest.raises(
+        ValueError, match="the archive is damaged: File name in directory"
+    ) as refused:
         kr.load(file)
     assert len(str(refused.value)) < 400
