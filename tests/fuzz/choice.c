@@ -1,7 +1,7 @@
 /* Choices: see choice.h. */
 #include <math.h>
 #include <string.h>
-#include "../core/random.h"
+#include "../c/random.h"
 #include "choice.h"
 
 static struct {

@@ -242,3 +242,17 @@ def test_a_top_of_many_with_one_time():
         alone = kr.solve(MANY[0, 1], [t], "strang", step=0.125)
         assert np.array_equal(path[0, 1].states, alone.states)
     assert kr.solve(MANY, [-1.0, 0.0][:1], "strang", step=0.125)[1, 2].step == -0.125
+
+
+def test_reductions_are_a_mapping_that_shows_its_names():
+    reduced = kr.solve(MANY, 1.0, reduce={"nutation": ("min", "max"), "apex": "mean"})
+    assert list(reduced.keys()) == ["nutation", "apex"]
+    shapes = {name: {kind: x.shape for kind, x in kinds.items()} for name, kinds in reduced.items()}
+    assert shapes == {"nutation": {"min": (2, 3), "max": (2, 3)}, "apex": {"mean": (2, 3, 3)}}
+    np.testing.assert_allclose(reduced["nutation"]["min"], [[0.2] * 3, [0.4] * 3], rtol=1e-14)
+    assert "shape (2, 3), nutation: min max, apex: mean" in repr(reduced)
+
+
+def test_events_of_an_empty_ensemble_are_none():
+    events = kr.solve(MANY[:0], 9.0, events=kr.events.nutation()).events
+    assert events.t.shape == (0,) and events.states.shape == (0, 8) and events.count.shape == (0, 3)

@@ -79,3 +79,10 @@ def test_an_ensemble_shows_itself_in_one_line():
 def test_help_tells_every_number_of_a_closed_form():
     told = pydoc.plain(pydoc.render_doc(kr.Exact)).split("Method resolution order")[0]
     assert all(f"{name} " in told for name in ("period", "precession", "spin"))
+
+
+def test_an_indicator_shows_itself_in_one_line():
+    one = kr.megno(kr.scenes.asymmetric, 5.0)
+    assert repr(one).endswith(f": {one.value:.6g} at t = 5>")
+    three = kr.megno(kr.scenes.asymmetric.scatter(3, seed=1, momentum=0.1), [2.0, 5.0])
+    assert repr(three).endswith(": 3 tops at t = 5, 0 failed>")

@@ -259,3 +259,8 @@ def test_the_plan_keeps_what_two_equal_moments_or_no_torque_would_save():
     assert kept(TOP) == set() and kept(kr.scenes.thesis) == {"general form"}
     assert kept(TOP.replace(gravity=0.0)) == {"torque"}
     assert "general form" not in dict(kr.plan(kr.scenes.thesis, method="strang", step=0.1).kept)
+
+
+def test_a_plan_counts_closed_forms_of_the_method_exact():
+    plan = kr.plan(TOPS, [1.0], method="exact")
+    assert (plan.closed_form, plan.lanes, plan.alone) == (6, 0, 0)

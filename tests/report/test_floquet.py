@@ -80,3 +80,9 @@ def test_a_top_that_leaves_the_vertical_at_once_has_no_period(tilt):
 def test_a_tangent_that_no_double_holds_is_refused(t):
     with pytest.raises(ValueError, match="a tangent has grown beyond what doubles hold"):
         floquet_tangents(TOPS["at_rest"], [1.0, t])
+
+
+def test_a_free_body_at_rest_has_no_period():
+    rest = kr.Scene(kr.scenes.dzhanibekov.body, momentum=(0.0, 0.0, 0.0))
+    with np.errstate(invalid="ignore"), pytest.raises(ValueError, match=r"those of kreisel\.solve"):
+        floquet_tangents(rest, [1.0])
