@@ -202,7 +202,7 @@ def test_the_states_are_gone_through_one_by_one():
 
 
 def test_a_path_is_no_array():
-    with pytest.raises(TypeError, match=r"take one of its own, as path\.q"):
+    with pytest.raises(TypeError, match=r"use one of its arrays, as path\.q"):
         np.asarray(PATHS["states"]())
 
 

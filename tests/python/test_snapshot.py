@@ -33,7 +33,7 @@ def names():
         "PLATE": kr.Body.cuboid((0.5, 0.8, 0.1), (0.1, 0.2, -0.3), density=2.0),
         "TOPS": tops,
         "NEAR": kr.scenes.asymmetric.scatter(3, seed=1, momentum=0.1),
-        "REDUCED": kr.solve(tops, np.linspace(0, 2, 9), reduce={"nutation": kept}),
+        "REDUCED": kr.reduce(tops, np.linspace(0, 2, 9), {"nutation": kept}),
         "LOW": kr.events.nutation(direction=1),
         "SWAY": kr.solve(kr.scenes.cusps, np.linspace(0.0, 20.0, 201)),
     }
