@@ -1,7 +1,7 @@
 """Slices of an ensemble for worker threads."""
 
 import pytest
-from kreisel._recording.executor import WorkerPool
+from kreisel._results.executor import WorkerPool
 
 
 @pytest.mark.parametrize(("n", "threads", "first"), [(10_000, 2, 1256), (100, 2, 56), (5, 4, 5)])

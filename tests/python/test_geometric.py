@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._verbs import step_search
+from kreisel._solve import step_search
 from tops import unit
 
 THESIS = kr.scenes.thesis

@@ -5,7 +5,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._request import ensemble_options, times
+from kreisel._options import ensemble_options, times
 
 TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])

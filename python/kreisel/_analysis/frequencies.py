@@ -21,9 +21,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._ground.arguments import Array, frozen, instance, whole
-from .._recording.path import Path
-from .._request.methods import EXACT
-from .._verbs.exact import exact
+from .._options.methods import EXACT
+from .._results.path import Path
+from .._solve.exact import exact
 
 Waves = npt.NDArray[np.complex128]
 
