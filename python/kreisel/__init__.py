@@ -23,28 +23,28 @@ from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene
 from ._model.starts import starts
-from ._recording.ensemble_events import EnsembleEvents
-from ._recording.ensemble_paths import Paths
-from ._recording.indicators import Indicator
-from ._recording.path import Error, Events, Interrupted, Path, Stats
-from ._recording.reductions import Reductions
-from ._recording.section_result import Section
-from ._request.methods import Method, methods
-from ._request.plan import Plan, StepChoice
+from ._options.methods import Method, methods
+from ._options.plan import Plan, StepChoice
+from ._results.ensemble_events import EnsembleEvents
+from ._results.ensemble_paths import Paths
+from ._results.indicators import Indicator
+from ._results.path import Error, Events, Interrupted, Path, Stats
+from ._results.reductions import Reductions
+from ._results.section_result import Section
 from ._showing.view import View, view
+from ._solve.chaos import lyapunov, megno, oli
+from ._solve.ensemble_plan import EnsemblePlan, plan
+from ._solve.exact import Exact, ExactMap, exact
+from ._solve.exact_ensemble import ExactEnsemble
+from ._solve.load import load
+from ._solve.run import Run, resume, start
+from ._solve.section import section
+from ._solve.solve import solve
+from ._solve.solve_ensemble import reduce
+from ._solve.stream import stream
 from ._sweeping.source import Source
 from ._sweeping.sweep import SweepInterrupted, sweep
 from ._sweeping.swept import Swept, read_sweep
-from ._verbs.chaos import lyapunov, megno, oli
-from ._verbs.ensemble_plan import EnsemblePlan, plan
-from ._verbs.exact import Exact, ExactMap, exact
-from ._verbs.exact_ensemble import ExactEnsemble
-from ._verbs.load import load
-from ._verbs.run import Run, resume, start
-from ._verbs.section import section
-from ._verbs.solve import solve
-from ._verbs.solve_ensemble import reduce
-from ._verbs.stream import stream
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
 

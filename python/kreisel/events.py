@@ -37,8 +37,8 @@ from ._core import components, quantities, terms_value
 from ._ground.arguments import Array, instance, number, shown, vector, whole
 from ._ground.refusals import unknown
 from ._model.scene import Scene
-from ._recording.path import Events, Path
-from ._request.methods import FALLBACK
+from ._options.methods import FALLBACK
+from ._results.path import Events, Path
 from .quaternion import turn
 
 __all__ = [

@@ -3,7 +3,7 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._verbs import chaos
+from kreisel._solve import chaos
 
 TOP = kr.scenes.asymmetric
 

@@ -8,7 +8,7 @@ import kreisel as kr
 import mpmath as mp
 import numpy as np
 import pytest
-from kreisel._request import solve_options
+from kreisel._options import solve_options
 from tops import unit
 
 from validation.references.quadrature import product

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import kreisel as kr
 import pytest
-from kreisel._request import ensemble_options
+from kreisel._options import ensemble_options
 
 THESIS = kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])

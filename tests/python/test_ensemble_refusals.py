@@ -237,7 +237,7 @@ def test_closed_forms_of_an_ensemble_are_those_of_each():
     own = np.random.default_rng(3).normal(size=(4, 3, 5))
     for i in np.ndindex(4, 3):
         one = kr.exact(tops[i])
-        for word in ("period", "precession", "spin", "least_nutation", "t_greatest", "course"):
+        for word in ("period", "precession", "spin", "least_nutation", "t_greatest", "motion_type"):
             assert getattr(forms, word)[i] == getattr(one, word)
         for t in ([0.0, 1.0], [1.0, 2.0, 5.0], [3.0, -1.0, 0.0, -7.0], [], [-1.0, -2.0]):
             assert np.array_equal(forms(t)[i], one(t).states)

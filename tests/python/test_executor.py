@@ -1,7 +1,11 @@
-"""Slices of an ensemble for worker threads."""
+"""Slices of an ensemble, the threads that run them, and progress."""
 
+import threading
+
+import kreisel as kr
+import numpy as np
 import pytest
-from kreisel._recording.executor import WorkerPool
+from kreisel._results.executor import WorkerPool
 
 
 @pytest.mark.parametrize(("n", "threads", "first"), [(10_000, 2, 1256), (100, 2, 56), (5, 4, 5)])
@@ -15,3 +19,39 @@ def test_threads_take_ever_fewer_members_and_whole_vectors(n, threads, first):
 
 def test_threads_take_so_many_members_at_most():
     assert next(WorkerPool(1).slices(10**6)) == (0, 1 << 15)
+
+
+TOPS = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 64))
+RUNS = {  # each way in which the tops of an ensemble are run
+    "lanes": lambda **more: kr.solve(TOPS, 3000.0, **more),
+    "one by one": lambda **more: kr.solve(TOPS, 300.0, events=[], **more),
+    "reductions": lambda **more: kr.reduce(TOPS, 3000.0, {"spin": "max"}, **more),
+    "sections": lambda **more: kr.section(TOPS, n=1000, **more),
+    "tangents": lambda **more: kr.megno(TOPS, 300.0, **more),
+    "step search": lambda **more: kr.solve(TOPS, 5.0, "geometric", error=1e-6, **more),
+}
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("run", RUNS)
+def test_progress_is_called_in_the_calling_thread_and_ends_with_all(run, threads):
+    calls = []
+    RUNS[run](threads=threads, progress=lambda part: calls.append((threading.get_ident(), part)))
+    parts = [part for _, part in calls]
+    assert {thread for thread, _ in calls} == {threading.get_ident()}
+    assert parts == sorted(parts) and parts[0] >= 0.0 and parts[-1] == 1.0
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+@pytest.mark.parametrize("run", RUNS)
+def test_an_exception_of_progress_ends_the_run(run, threads):
+    def stop(part):
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        RUNS[run](threads=threads, progress=stop)
+
+
+def test_a_section_has_the_same_bits_with_any_number_of_threads():
+    first, *others = (kr.section(TOPS, n=50, threads=n) for n in (1, 2, 5))
+    assert all(np.array_equal(first.states, other.states) for other in others)

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._verbs import step_search
+from kreisel._solve import step_search
 from tops import unit
 
 THESIS = kr.scenes.thesis
@@ -341,7 +341,7 @@ def test_a_search_ends_with_its_budget(monkeypatch):
 
 def test_an_error_of_a_tenth_tells_nothing_of_finer_steps():
     search = SimpleNamespace(target=0.01, order=4)
-    finer = step_search.StepSearch.finer
+    finer = step_search.StepSearch.refine
     assert finer(search, 100, 0.1) == finer(search, 100, 0.2) == 400
     assert finer(search, 100, 0.0999) == 224
     assert finer(search, 100, 0.0) == 111

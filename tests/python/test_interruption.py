@@ -9,7 +9,7 @@ import weakref
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._verbs import run, variational
+from kreisel._solve import run, variational
 from toolbox import python
 from tops import GENERAL
 

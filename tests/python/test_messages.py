@@ -6,7 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel import events
-from kreisel._recording.path import ROUNDING, stop_exception
+from kreisel._results.path import ROUNDING, stop_exception
 from tops import GENERAL, LAGRANGE
 
 TOP = kr.scenes.asymmetric

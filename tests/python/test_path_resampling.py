@@ -202,7 +202,7 @@ def test_the_states_are_gone_through_one_by_one():
 
 
 def test_a_path_is_no_array():
-    with pytest.raises(TypeError, match=r"take one of its own, as path\.q"):
+    with pytest.raises(TypeError, match=r"use one of its arrays, as path\.q"):
         np.asarray(PATHS["states"]())
 
 
@@ -210,3 +210,11 @@ def test_an_error_is_that_of_the_states_in_any_order():
     path = kr.solve(TOP, np.linspace(0.0, 20.0, 9), tol=1e-6)
     assert path[::-1].error == path.error
     assert path[[8, 5, 0]].error == path[[0, 5, 8]].error <= path.error
+
+
+def test_a_slice_of_a_path_with_events_has_the_bits_of_its_run():
+    path = kr.solve(TOP, 20.0, events=[LOWEST], want=["energy"])
+    loaded = pickle.loads(pickle.dumps(path))
+    for part in (path[1:], loaded[1:]):
+        assert part(7.0).energy.tobytes() == path(7.0).energy.tobytes()
+        assert part.plan == path[1:].plan and len(part.events) == 0

@@ -4,7 +4,7 @@ import math
 
 import kreisel as kr
 import pytest
-from kreisel._request import solve_options, times
+from kreisel._options import solve_options, times
 
 TOP = kr.scenes.asymmetric
 

@@ -132,7 +132,7 @@ def test_a_scattered_top_tells_its_start(tmp_path):
             {"verb": "megno", "t": [1, 2, 3], "direction": DIRECTION},
         ),
         (
-            "verb = 'section'\nn = 3\nwait = 5\nevent = { event = 'plane', normal = [0, 0, 1], "
+            "verb = 'section'\nn = 3\nmax_wait = 5\nevent = { event = 'plane', normal = [0, 0, 1], "
             "offset = 0.3 }",
             {"verb": "section", "n": 3, "max_wait": 5, "event": PLANE},
         ),

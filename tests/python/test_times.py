@@ -5,7 +5,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._request import ensemble_options, times
+from kreisel._options import ensemble_options, times
 
 TOP, THESIS = kr.scenes.asymmetric, kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
@@ -18,7 +18,7 @@ def test_steps_can_be_counted_up_to_an_edge():
         with pytest.raises(ValueError, match=r"takes more steps of 1\.0 than double precision"):
             times._steps(end, 1.0)
         with pytest.raises(ValueError, match="takes more steps"):
-            times.refuse_endless(TOP, end, 1.0)
+            times.check_horizon(TOP, end, 1.0)
     far = np.full((2, 3, 1), 0.01 * edge)
     with pytest.raises(ValueError, match=r"takes more steps of 0\.01"):
         ensemble_options.parse_times(
@@ -30,10 +30,10 @@ def test_steps_can_be_counted_up_to_an_edge():
 
 def test_a_top_turns_up_to_an_edge():
     end = 2.0**53 / TOP._fastest
-    times.refuse_endless(TOP, 0.999999 * end, None)
+    times.check_horizon(TOP, 0.999999 * end, None)
     for far in (1.000001 * end, -1.000001 * end):
         with pytest.raises(ValueError, match=r"this top turns by 9e\+15 rad"):
-            times.refuse_endless(TOP, far, None)
+            times.check_horizon(TOP, far, None)
 
 
 def test_a_grid_has_what_fits():
@@ -52,9 +52,9 @@ def test_a_grid_has_what_fits():
 def test_memory_on_the_edge(monkeypatch):
     for module in (times, ensemble_options):
         monkeypatch.setattr(module, "memory", lambda: 7200)
-    times.refuse_too_many(100, 72)
+    times.check_memory(100, 72)
     with pytest.raises(MemoryError, match=r"101 states need 7\.27e-06 GB"):
-        times.refuse_too_many(101, 72)
+        times.check_memory(101, 72)
     assert len(times.time_array(9.9, 0.1, 1)) == 100
     with pytest.raises(MemoryError, match="101 states"):
         times.time_array(10.0, 0.1, 1)

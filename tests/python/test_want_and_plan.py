@@ -8,7 +8,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from internals import CHUNK_SIZE, HEADING_DEPENDENT, RECORDABLE
-from kreisel._verbs import ensemble_plan
+from kreisel._solve import ensemble_plan
 from tops import FREE, WILD, scene_for, words_for
 
 THESIS = kr.scenes.thesis

@@ -12,8 +12,8 @@ import numpy as np
 
 from .._ground.arguments import Array, instance
 from .._model.scene import Scene
-from .._recording.path import Path
-from .._verbs.exact import exact
+from .._results.path import Path
+from .._solve.exact import exact
 
 _LEVEL = 1e-9  # solutions by a tolerance of 1e-10 differ in height by about as much
 _FEWEST = 4  # states in a nutation: of three the period can be a hundredth off, of two a half

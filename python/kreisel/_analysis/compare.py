@@ -16,11 +16,11 @@ from .._ground.arguments import Numbers, instance, positive, shown, whole
 from .._ground.files import write
 from .._ground.names import MethodName
 from .._model.scene import Scene
-from .._recording.path import Error, Path, Stats
-from .._request.methods import methods as known
-from .._request.methods import resolve_method
-from .._request.solve_options import Progress, parse_progress
-from .._verbs.solve import solve
+from .._options.methods import methods as known
+from .._options.methods import resolve_method
+from .._options.solve_options import Progress, parse_progress
+from .._results.path import Error, Path, Stats
+from .._solve.solve import solve
 from ..quaternion import attitude_error
 from ..scenes import name_of
 

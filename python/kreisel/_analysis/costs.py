@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 
 from .._model.scene import Scene
-from .._request.methods import Method, Methods
-from .._verbs.solve import solve
+from .._options.methods import Method, Methods
+from .._solve.solve import solve
 from ..scenes import asymmetric, dzhanibekov, thesis
 
 _STEPS, _STEP, _TOL = 4000, 0.02, 1e-10

@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._ground.arguments import Array, ReadOnlyArrays, freeze_arrays, instance, whole
-from .._recording.path import Path
-from .._request.methods import EXACT
-from .._verbs.exact import exact
+from .._options.methods import EXACT
+from .._results.path import Path
+from .._solve.exact import exact
 from .turns import Waves, count_turns, motion_of
 
 _SHARPNESS = 11.0  # of the window, whose side lobes are below exp(-pi times this)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from .._ground.arguments import instance
-from .._recording.path import Path
+from .._results.path import Path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ import numpy as np
 from .._core import KIND_RTOL
 from .._ground.arguments import Array, Vector, instance, number, positive
 from .._model.body import Body
-from .._recording.path import Path
+from .._results.path import Path
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

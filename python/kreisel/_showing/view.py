@@ -19,8 +19,8 @@ import numpy as np
 from .._ground.arguments import Quaternion, Vector, positive
 from .._ground.files import refuse_no_place, write
 from .._model.scene import Scene
-from .._recording.path import Path
-from .._request.methods import resolve_method
+from .._options.methods import resolve_method
+from .._results.path import Path
 from ..scenes import about, name_of
 
 _PAGE = File(__file__).parent.with_name("viewer.html")

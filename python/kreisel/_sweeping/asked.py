@@ -11,16 +11,16 @@ import numpy as np
 from .._ground.arguments import Array, Numbers, shown
 from .._ground.refusals import unknown
 from .._model.scene import Ensemble
-from .._recording.ensemble_paths import Paths
-from .._recording.indicators import Indicator
-from .._recording.reductions import Reductions
-from .._recording.section_result import Section
-from .._request.ensemble_options import EnsembleOptions, parse_ensemble_options, parse_times
-from .._request.methods import FALLBACK
-from .._request.solve_options import Progress
-from .._verbs.chaos import lyapunov, megno, oli, parse_growth
-from .._verbs.section import parse_event, parse_section, section
-from .._verbs.solve_ensemble import SolveArguments, parse_arguments, reduce, solve_ensemble
+from .._options.ensemble_options import EnsembleOptions, parse_ensemble_options, parse_times
+from .._options.methods import FALLBACK
+from .._options.solve_options import Progress
+from .._results.ensemble_paths import Paths
+from .._results.indicators import Indicator
+from .._results.reductions import Reductions
+from .._results.section_result import Section
+from .._solve.chaos import lyapunov, megno, oli, parse_growth
+from .._solve.section import parse_event, parse_section, section
+from .._solve.solve_ensemble import SolveArguments, parse_arguments, reduce, solve_ensemble
 from ..events import Event, parse_events, read, written
 
 Verb = Literal["solve", "lyapunov", "megno", "oli", "section"]

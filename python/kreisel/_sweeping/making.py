@@ -8,8 +8,8 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
-from .._recording.executor import is_local, run_jobs
-from .._request.solve_options import Progress
+from .._options.solve_options import Progress
+from .._results.executor import is_local, run_jobs
 from .folder import Folder
 from .rows import Rows, rows_of
 

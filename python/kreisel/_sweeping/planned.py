@@ -15,9 +15,9 @@ import numpy as np
 from .._core import Worker
 from .._ground.arguments import Array, whole
 from .._model.scene import Ensemble, Scene
-from .._request.ensemble_options import EnsembleOptions
-from .._request.solve_options import Progress
-from .._request.times import memory
+from .._options.ensemble_options import EnsembleOptions
+from .._options.solve_options import Progress
+from .._options.times import memory
 from .asked import Asked, Became, read_asked
 from .source import Drawn, Places, Source
 from .start_words import Given

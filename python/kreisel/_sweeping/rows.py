@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._recording.ensemble_buffers import STATUSES
-from .._recording.ensemble_events import EnsembleEvents
-from .._recording.ensemble_paths import Paths
-from .._recording.ensemble_result import EnsembleResult
-from .._recording.ensemble_tables import reduction_columns
-from .._recording.indicators import Indicator
-from .._recording.reductions import Reductions
-from .._recording.section_result import Section
-from .._recording.tables import quantity_rows
-from .._request.quantities import RECORDABLE, TIME
+from .._options.quantities import RECORDABLE, TIME
+from .._results.ensemble_buffers import STATUSES
+from .._results.ensemble_events import EnsembleEvents
+from .._results.ensemble_paths import Paths
+from .._results.ensemble_result import EnsembleResult
+from .._results.ensemble_tables import reduction_columns
+from .._results.indicators import Indicator
+from .._results.reductions import Reductions
+from .._results.section_result import Section
+from .._results.tables import quantity_rows
 from .asked import Became, Growth
 from .planned import SweepPlan
 from .start_words import Given, components, unit

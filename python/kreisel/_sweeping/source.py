@@ -22,7 +22,7 @@ from .._model.columns import compact
 from .._model.scene import Ensemble, Scene
 from .._model.typed import Varied
 from .._model.varied import scattered
-from .._request.ensemble_options import format_index, unravel_index
+from .._options.ensemble_options import format_index, unravel_index
 from .start_words import FLAGS, Given, Shape, given
 from .tables_of_starts import read_columns
 

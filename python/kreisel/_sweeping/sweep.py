@@ -12,9 +12,9 @@ from .._ground.arguments import Numbers, instance, shown
 from .._ground.names import MethodName, QuantityName
 from .._ground.refusals import warn
 from .._model.scene import Ensemble
-from .._request.ensemble_options import ReductionSpec, parse_threads
-from .._request.solve_options import Progress, parse_progress
-from .._verbs.run import EventSpec
+from .._options.ensemble_options import ReductionSpec, parse_threads
+from .._options.solve_options import Progress, parse_progress
+from .._solve.run import EventSpec
 from ..events import Event
 from .asked import WORDS, Verb, asked_of
 from .folder import DAMAGED, DONE, FOREIGN, OLD, Folder, prepared

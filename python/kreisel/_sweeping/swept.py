@@ -14,9 +14,9 @@ import numpy.typing as npt
 from .._ground.arguments import boolean, whole
 from .._ground.optional import installed
 from .._ground.refusals import unchangeable, unknown
-from .._recording.ensemble_buffers import RawEvents
-from .._recording.ensemble_events import EnsembleEvents, ensemble_events
-from .._recording.tables import TABLES
+from .._results.ensemble_buffers import RawEvents
+from .._results.ensemble_events import EnsembleEvents, ensemble_events
+from .._results.tables import TABLES
 from .folder import DAMAGED, DONE, FOREIGN, MISSING, OLD, REPAIR, Folder, opened
 from .rows import COUNT, MET, Rows
 from .tables_of_starts import PARQUET

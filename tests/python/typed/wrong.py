@@ -5,7 +5,6 @@ import kreisel as kr
 scene = kr.scenes.thesis
 path = kr.solve(scene, 1.0)
 kr.solve(scene, 1, "taylr")  # wrong
-kr.solve(scene, 1, "geometric", error=1.0, events=[])  # wrong
 kr.start(scene, "geometric")  # wrong
 kr.stream(scene, [1.0], "strnag", step=0.1)  # wrong
 kr.plan(scene, method="rk5")  # wrong

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 import click
 
 from ..._core import version
-from ..._recording.path import Error
+from ..._results.path import Error
 from . import compare, lists, pages, solve, sweep
 
 _CODES = """\b

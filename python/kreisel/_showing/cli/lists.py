@@ -11,9 +11,9 @@ from rich.table import Table as Grid
 
 from ..._analysis.costs import page
 from ..._ground.refusals import nearest
-from ..._request.methods import Method, unknown_method
-from ..._request.methods import methods as known
-from ..._request.quantities import RECORDABLE, TIME
+from ..._options.methods import Method, unknown_method
+from ..._options.methods import methods as known
+from ..._options.quantities import RECORDABLE, TIME
 from ...scenes import about, named
 from .words import Refused, one_of
 

@@ -23,11 +23,11 @@ from ..._core import values as values_of
 from ..._core import version
 from ..._ground.arguments import Array
 from ..._ground.files import growing, write
-from ..._recording.path import Events, Path
-from ..._recording.serialization import dump_path
-from ..._recording.state_quantities import NO_STATES
-from ..._recording.tables import columns, quantity_rows
-from ..._request.quantities import LOW
+from ..._options.quantities import LOW
+from ..._results.path import Events, Path
+from ..._results.serialization import dump_path
+from ..._results.state_quantities import NO_STATES
+from ..._results.tables import columns, quantity_rows
 from .table import AngleOptions, StateTable
 
 _MET = "which", "direction"

@@ -11,8 +11,8 @@ from types import FrameType
 from rich.console import Console
 from rich.progress import Progress
 
-from ..._recording.path import Error, Interrupted, Path
-from ..._verbs.run import Run
+from ..._results.path import Error, Interrupted, Path
+from ..._solve.run import Run
 from .outputs import Output
 
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from ..._ground.arguments import Array
 from ..._model.scene import Scene
-from ..._recording.path import Path
-from ..._request.solve_options import parse_every
-from ..._request.times import check_horizon, check_memory, time_array
-from ..._verbs.run import Run, start
-from ..._verbs.run import resume as resumed
-from ..._verbs.solve import solve as solved
+from ..._options.solve_options import parse_every
+from ..._options.times import check_horizon, check_memory, time_array
+from ..._results.path import Path
+from ..._solve.run import Run, start
+from ..._solve.run import resume as resumed
+from ..._solve.solve import solve as solved
 from ...events import MAKERS
 from . import times
 from .left import Left, To, to

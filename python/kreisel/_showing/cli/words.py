@@ -14,8 +14,8 @@ from click.shell_completion import CompletionItem
 from ..._ground.refusals import nearest
 from ..._model.scene import Scene, parse
 from ..._model.toml import bounded, worded
-from ..._request.methods import methods, unknown_method
-from ..._request.quantities import RECORDABLE
+from ..._options.methods import methods, unknown_method
+from ..._options.quantities import RECORDABLE
 from ...scenes import about, named
 
 Completion = list[CompletionItem[str]]

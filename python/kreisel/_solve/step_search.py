@@ -22,9 +22,14 @@ from .._core import Work, values
 from .._ground.arguments import Array, positive, whole
 from .._ground.names import MethodName
 from .._model.scene import Ensemble, Scene
-from .._recording.core_calls import record_states
-from .._recording.ensemble_buffers import STATUSES, EnsembleBuffers, SliceRunner
-from .._recording.error_estimate import (
+from .._options.ensemble_options import EnsembleOptions, member
+from .._options.methods import methods
+from .._options.plan import GEOMETRIC, StepChoice
+from .._options.solve_options import Progress, SolveOptions, parse_options, parse_want
+from .._options.times import check_horizon
+from .._results.core_calls import record_states
+from .._results.ensemble_buffers import STATUSES, EnsembleBuffers, SliceRunner
+from .._results.error_estimate import (
     CLOSED_FORM,
     LONGER_SERIES,
     ROUNDING,
@@ -33,7 +38,7 @@ from .._recording.error_estimate import (
     closed_form_holds,
     rounding_growth,
 )
-from .._recording.path import (
+from .._results.path import (
     Error,
     Interrupted,
     Path,
@@ -42,12 +47,7 @@ from .._recording.path import (
     path_or_raise,
     stop_exception,
 )
-from .._recording.recorder import report_end
-from .._request.ensemble_options import EnsembleOptions, member
-from .._request.methods import methods
-from .._request.plan import GEOMETRIC, StepChoice
-from .._request.solve_options import Progress, SolveOptions, parse_options, parse_want
-from .._request.times import check_horizon
+from .._results.recorder import report_end
 from ..quaternion import attitude_error
 
 Listener = Progress | Work | None  # receives progress, or may stop the work

@@ -21,11 +21,11 @@ from .._core import (
 from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, turning
-from .._recording.error_estimate import CLOSED_FORM
-from .._recording.path import Path, Stats
-from .._request.methods import EXACT, methods, resolve_method
-from .._request.solve_options import SolveOptions
-from .._request.times import check_horizon
+from .._options.methods import EXACT, methods, resolve_method
+from .._options.solve_options import SolveOptions
+from .._options.times import check_horizon
+from .._results.error_estimate import CLOSED_FORM
+from .._results.path import Path, Stats
 from .exact_ensemble import (
     ExactEnsemble,
     from_ensemble,

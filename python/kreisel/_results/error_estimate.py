@@ -22,8 +22,8 @@ from .._core import tangents as TANGENTS
 from .._ground.arguments import Array, Quaternion
 from .._ground.names import MethodName
 from .._model.scene import Scene
-from .._request.methods import EXACT, FALLBACK, methods
-from .._request.solve_options import Progress, SolveOptions
+from .._options.methods import EXACT, FALLBACK, methods
+from .._options.solve_options import Progress, SolveOptions
 from ..quaternion import conjugate, multiply, turn
 from .core_calls import CoreResult
 

@@ -18,9 +18,9 @@ from .._ground.arguments import Array, Numbers, ReadOnlyArrays
 from .._ground.files import write
 from .._ground.names import QuantityName
 from .._model.scene import Scene
-from .._request.methods import EXACT
-from .._request.plan import Plan, StepChoice, plan_of
-from .._request.solve_options import SolveOptions, parse_want
+from .._options.methods import EXACT
+from .._options.plan import Plan, StepChoice, plan_of
+from .._options.solve_options import SolveOptions, parse_want
 from .core_calls import CoreResult, creation_error, record_unordered
 from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
 from .indexing import StateIndex, check_path_times, resolve_index

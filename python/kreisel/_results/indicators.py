@@ -11,8 +11,8 @@ import numpy.typing as npt
 from .._core import Work, growth
 from .._ground.arguments import Array, ReadOnlyArrays, frozen
 from .._model.scene import Ensemble
-from .._request.methods import FALLBACK, methods
-from .._request.solve_options import Progress, SolveOptions
+from .._options.methods import FALLBACK, methods
+from .._options.solve_options import Progress, SolveOptions
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
 from .executor import Job, SliceTask, WorkerPool
 from .path import Error, Interrupted, make_path

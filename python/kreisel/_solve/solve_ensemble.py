@@ -10,12 +10,7 @@ from typing import NamedTuple
 from .._ground.arguments import Array, Numbers, instance
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
-from .._recording.ensemble_buffers import LANES, SCALAR, SliceRunner
-from .._recording.ensemble_paths import Paths
-from .._recording.executor import WorkerPool
-from .._recording.reductions import Reductions
-from .._recording.run_ensemble import run_ensemble
-from .._request.ensemble_options import (
+from .._options.ensemble_options import (
     EnsembleOptions,
     ReductionSpec,
     check_result_memory,
@@ -24,8 +19,13 @@ from .._request.ensemble_options import (
     parse_threads,
     parse_times,
 )
-from .._request.plan import GEOMETRIC
-from .._request.solve_options import Progress, parse_progress
+from .._options.plan import GEOMETRIC
+from .._options.solve_options import Progress, parse_progress
+from .._results.ensemble_buffers import LANES, SCALAR, SliceRunner
+from .._results.ensemble_paths import Paths
+from .._results.executor import WorkerPool
+from .._results.reductions import Reductions
+from .._results.run_ensemble import run_ensemble
 from ..events import looked_for, parse_events
 from .run import EventSpec
 from .step_search import STEP_SEARCH, error_not_allowed, geometric_options

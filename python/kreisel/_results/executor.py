@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from .._core import Work
-from .._request.solve_options import Progress
+from .._options.solve_options import Progress
 
 MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members of a slice; fewer where there are few
 LANES = 8  # tops that one thread runs at once, in the lanes of a vector

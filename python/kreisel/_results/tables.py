@@ -15,7 +15,7 @@ from .._ground.files import write
 from .._ground.names import QuantityName
 from .._ground.optional import installed
 from .._ground.refusals import unknown
-from .._request.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
+from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
 from .state_quantities import States
 
 if TYPE_CHECKING:

@@ -14,9 +14,9 @@ from .._ground.arguments import Array, ReadOnlyArrays, frozen, shown
 from .._ground.names import QuantityName
 from .._ground.refusals import unchangeable
 from .._model.scene import Ensemble
-from .._request.ensemble_options import EnsembleOptions, format_index, member, unravel_index
-from .._request.methods import methods
-from .._request.solve_options import SolveOptions
+from .._options.ensemble_options import EnsembleOptions, format_index, member, unravel_index
+from .._options.methods import methods
+from .._options.solve_options import SolveOptions
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
 from .indexing import flat_index, flat_indices
 from .path import Error, Interrupted, Path, make_path, progress_text, stop_exception

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, overload
 from .._core import reductions as KINDS
 from .._ground.arguments import Array
 from .._ground.refusals import unknown
-from .._request.quantities import QUANTITIES
+from .._options.quantities import QUANTITIES
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index
 

@@ -13,9 +13,9 @@ from .._ground.arguments import Array, frozen, number, shown
 from .._ground.names import MethodName, Quantities, QuantityName
 from .._ground.refusals import nearest
 from .._model.scene import Scene
-from .._request.plan import StepChoice
-from .._request.quantities import QUANTITIES, RECORDABLE, Quantity
-from .._request.solve_options import SolveOptions
+from .._options.plan import StepChoice
+from .._options.quantities import QUANTITIES, RECORDABLE, Quantity
+from .._options.solve_options import SolveOptions
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:

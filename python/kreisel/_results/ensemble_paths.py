@@ -11,7 +11,7 @@ import numpy as np
 from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities, QuantityName
 from .._ground.refusals import nearest
-from .._request.quantities import LOW, RECORDABLE
+from .._options.quantities import LOW, RECORDABLE
 from .ensemble_buffers import RawEvents, values
 from .ensemble_events import EnsembleEvents, ensemble_events, join_events
 from .ensemble_result import EnsembleResult

@@ -13,18 +13,18 @@ from .._core import Worker, unsuited
 from .._ground.arguments import Array, Numbers
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
-from .._recording.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
-from .._request.ensemble_options import (
+from .._options.ensemble_options import (
     EnsembleOptions,
     ReductionSpec,
     member,
     parse_threads,
     parse_times,
 )
-from .._request.methods import EXACT, FALLBACK
-from .._request.plan import GEOMETRIC, Plan, plan_of
-from .._request.solve_options import parse_options
-from .._request.times import time_array
+from .._options.methods import EXACT, FALLBACK
+from .._options.plan import GEOMETRIC, Plan, plan_of
+from .._options.solve_options import parse_options
+from .._options.times import time_array
+from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
 from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
 

@@ -22,19 +22,19 @@ from .._core import (
 from .._ground.arguments import Array, Numbers, array, frozen, instance
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, no_turning, turnings
-from .._recording.ensemble_buffers import LANES, Codes
-from .._recording.ensemble_paths import Paths
-from .._recording.executor import Job, SliceTask, WorkerPool
-from .._recording.run_ensemble import run_ensemble
-from .._request.ensemble_options import (
+from .._options.ensemble_options import (
     format_index,
     member,
     parse_ensemble_options,
     parse_threads,
     unravel_index,
 )
-from .._request.methods import EXACT, methods, why_no_closed_form
-from .._request.times import check_horizon
+from .._options.methods import EXACT, methods, why_no_closed_form
+from .._options.times import check_horizon
+from .._results.ensemble_buffers import LANES, Codes
+from .._results.ensemble_paths import Paths
+from .._results.executor import Job, SliceTask, WorkerPool
+from .._results.run_ensemble import run_ensemble
 
 
 @dataclass(frozen=True, eq=False)

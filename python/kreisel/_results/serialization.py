@@ -14,10 +14,10 @@ from .._core import version
 from .._ground.archive import Archive, Integers, packed
 from .._ground.arguments import Array, number, shown, whole
 from .._model.scene import Scene, parse
-from .._request.methods import methods, unknown_method
-from .._request.plan import StepChoice
-from .._request.quantities import LOW, QUANTITIES, RECORDABLE
-from .._request.solve_options import SolveOptions, options_for_method, parse_want
+from .._options.methods import methods, unknown_method
+from .._options.plan import StepChoice
+from .._options.quantities import LOW, QUANTITIES, RECORDABLE
+from .._options.solve_options import SolveOptions, options_for_method, parse_want
 from .state_quantities import NO_STATES, States, Stats
 from .tangent_data import TangentData
 

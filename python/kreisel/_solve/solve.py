@@ -9,12 +9,12 @@ from typing import Literal, Unpack, overload
 from .._ground.arguments import Array, Numbers, instance
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
-from .._recording.ensemble_paths import Paths
-from .._recording.path import Path
-from .._recording.recorder import record_path, record_path_fast
-from .._request.plan import GEOMETRIC
-from .._request.solve_options import Progress, SolveOptions, parse_options, parse_progress
-from .._request.times import check_horizon, time_array
+from .._options.plan import GEOMETRIC
+from .._options.solve_options import Progress, SolveOptions, parse_options, parse_progress
+from .._options.times import check_horizon, time_array
+from .._results.ensemble_paths import Paths
+from .._results.path import Path
+from .._results.recorder import record_path, record_path_fast
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, solve_ensemble

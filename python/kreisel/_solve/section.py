@@ -11,17 +11,17 @@ from numpy.typing import ArrayLike
 from .._core import horizons
 from .._ground.arguments import Array, array, instance, shown, whole
 from .._model.scene import Ensemble, Scene
-from .._recording.executor import WorkerPool
-from .._recording.run_ensemble import run_ensemble
-from .._recording.section_result import SECTION, Section, slowest_turns
-from .._request.ensemble_options import (
+from .._options.ensemble_options import (
     EnsembleOptions,
     check_result_memory,
     parse_ensemble_options,
     parse_threads,
 )
-from .._request.methods import FALLBACK
-from .._request.solve_options import Progress, parse_progress
+from .._options.methods import FALLBACK
+from .._options.solve_options import Progress, parse_progress
+from .._results.executor import WorkerPool
+from .._results.run_ensemble import run_ensemble
+from .._results.section_result import SECTION, Section, slowest_turns
 from ..events import Event, looked_for, nutation, parse_events
 
 _TURNS = 1024.0  # default longest wait, in slowest turns of a top

@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from typing import TypedDict
 
 from .._ground.names import QuantityName
-from .._request.solve_options import Progress
+from .._options.solve_options import Progress
 from .run import EventSpec
 
 

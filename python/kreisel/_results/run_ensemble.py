@@ -9,8 +9,8 @@ import numpy as np
 from .._core import Work
 from .._ground.arguments import Array
 from .._model.scene import Ensemble
-from .._request.ensemble_options import EnsembleOptions
-from .._request.solve_options import Progress
+from .._options.ensemble_options import EnsembleOptions
+from .._options.solve_options import Progress
 from .ensemble_buffers import INTERRUPTED, EnsembleBuffers, SliceRunner
 from .ensemble_result import EnsembleResult
 from .executor import Job, SliceTask, WorkerPool

@@ -8,8 +8,8 @@ from pathlib import Path as File
 from typing import BinaryIO
 
 from .._model.scene import Scene
-from .._recording.path import Events, Path
-from .._recording.serialization import load_path
+from .._results.path import Events, Path
+from .._results.serialization import load_path
 from .run import MAGIC, Run, resume
 
 _ZIP = b"PK"  # first bytes of an archive

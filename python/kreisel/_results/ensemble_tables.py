@@ -9,7 +9,7 @@ import numpy as np
 
 from .._ground.arguments import Array
 from .._ground.optional import installed
-from .._request.quantities import ANGLES, QUANTITIES, TIME, Quantity
+from .._options.quantities import ANGLES, QUANTITIES, TIME, Quantity
 from .ensemble_result import EnsembleResult
 from .tables import DIMENSIONS, TABLES, QuantityRows
 

@@ -9,10 +9,10 @@ from typing import Unpack, overload
 from .._ground.arguments import Numbers, whole
 from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
-from .._recording.ensemble_paths import Paths
-from .._recording.path import Path
-from .._request.solve_options import Progress, parse_progress
-from .._request.times import CHUNK_SIZE, direction, time_chunks
+from .._options.solve_options import Progress, parse_progress
+from .._options.times import CHUNK_SIZE, direction, time_chunks
+from .._results.ensemble_paths import Paths
+from .._results.path import Path
 from .keywords import PoolKeywords, StreamKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, stream_ensemble

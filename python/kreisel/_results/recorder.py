@@ -15,8 +15,8 @@ from .._core import record
 from .._ground.arguments import Array
 from .._ground.names import QuantityName
 from .._model.scene import Scene
-from .._request.solve_options import Progress, SolveOptions
-from .._request.times import CHUNK_SIZE
+from .._options.solve_options import Progress, SolveOptions
+from .._options.times import CHUNK_SIZE
 from .core_calls import record_states
 from .path import Events, Path, Stats, path_or_raise
 from .state_quantities import NO_STATES

@@ -14,8 +14,12 @@ from .._core import statuses
 from .._ground.arguments import Array, Numbers, array, number, whole
 from .._ground.refusals import refusal
 from .._model.scene import Ensemble, Scene
-from .._recording.executor import WorkerPool
-from .._recording.indicators import (
+from .._options.ensemble_options import parse_threads
+from .._options.methods import FALLBACK, methods
+from .._options.solve_options import Progress, parse_progress, parse_tol
+from .._options.times import check_horizon, time_array
+from .._results.executor import WorkerPool
+from .._results.indicators import (
     LOG,
     MEGNO,
     MOST,
@@ -24,10 +28,6 @@ from .._recording.indicators import (
     compute_indicator,
     raise_if_failed,
 )
-from .._request.ensemble_options import parse_threads
-from .._request.methods import FALLBACK, methods
-from .._request.solve_options import Progress, parse_progress, parse_tol
-from .._request.times import check_horizon, time_array
 
 POINTS = 32  # default number of times of a curve
 _DECADES = 3.0  # their range, even in the logarithm

@@ -13,7 +13,7 @@ from .._ground.arguments import Array, frozen, shown
 from .._ground.names import Quantities
 from .._ground.refusals import nearest
 from .._model.scene import Ensemble
-from .._request.ensemble_options import EnsembleOptions
+from .._options.ensemble_options import EnsembleOptions
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index

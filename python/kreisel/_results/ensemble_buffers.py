@@ -13,9 +13,9 @@ import numpy.typing as npt
 from .._core import Work, Worker, alone, statuses, values_of_tops
 from .._ground.arguments import Array
 from .._model.scene import Ensemble
-from .._request.ensemble_options import EnsembleOptions
-from .._request.plan import StepChoice
-from .._request.quantities import QUANTITIES, RECORDABLE
+from .._options.ensemble_options import EnsembleOptions
+from .._options.plan import StepChoice
+from .._options.quantities import QUANTITIES, RECORDABLE
 
 Codes = npt.NDArray[np.int8]
 Counts = npt.NDArray[np.int64]

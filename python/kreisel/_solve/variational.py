@@ -12,12 +12,12 @@ from .._core import tangents as TANGENTS
 from .._ground.arguments import Numbers, instance, shown
 from .._ground.refusals import unknown
 from .._model.scene import Scene
-from .._recording.path import Path, make_path, progress_text, stop_exception
-from .._recording.recorder import report_end
-from .._recording.tangent_data import TangentData
-from .._request.methods import FALLBACK
-from .._request.solve_options import Progress, SolveOptions, parse_every, parse_options
-from .._request.times import check_horizon, time_array
+from .._options.methods import FALLBACK
+from .._options.solve_options import Progress, SolveOptions, parse_every, parse_options
+from .._options.times import check_horizon, time_array
+from .._results.path import Path, make_path, progress_text, stop_exception
+from .._results.recorder import report_end
+from .._results.tangent_data import TangentData
 
 TangentName = Literal["start", "moments", "com", "gravity", "mass"]
 TangentSpec = TangentName | Iterable[TangentName]

@@ -20,7 +20,23 @@ from .._ground.files import write
 from .._ground.names import MethodName, QuantityName
 from .._ground.refusals import unchangeable
 from .._model.scene import Scene, parse
-from .._recording.path import (
+from .._options.methods import FALLBACK
+from .._options.plan import Plan, plan_of
+from .._options.solve_options import (
+    Progress,
+    SolveOptions,
+    parse_every,
+    parse_options,
+    parse_progress,
+)
+from .._options.times import (
+    CHUNK_SIZE,
+    check_horizon,
+    check_monotonic,
+    time_array,
+    time_chunks,
+)
+from .._results.path import (
     Path,
     Stats,
     keep_wanted,
@@ -28,23 +44,7 @@ from .._recording.path import (
     progress_text,
     stop_exception,
 )
-from .._recording.recorder import add_events, record_chunks, report_end
-from .._request.methods import FALLBACK
-from .._request.plan import Plan, plan_of
-from .._request.solve_options import (
-    Progress,
-    SolveOptions,
-    parse_every,
-    parse_options,
-    parse_progress,
-)
-from .._request.times import (
-    CHUNK_SIZE,
-    check_horizon,
-    check_monotonic,
-    time_array,
-    time_chunks,
-)
+from .._results.recorder import add_events, record_chunks, report_end
 from ..events import Event, looked_for, parse_events, read, written
 
 if TYPE_CHECKING:

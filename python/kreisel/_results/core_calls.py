@@ -8,7 +8,7 @@ from .._core import Work, record, start
 from .._ground.arguments import Array
 from .._ground.refusals import refusal
 from .._model.scene import Scene
-from .._request.solve_options import Progress, SolveOptions
+from .._options.solve_options import Progress, SolveOptions
 
 # The name of the status; (n, 8) t, q, m of the states reached, and their low words; steps, rejected
 # steps, evaluations, iterations; the last requested time.

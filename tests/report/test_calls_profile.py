@@ -1,0 +1,14 @@
+"""The number of Python calls of a verb, and of returns to a file already left."""
+
+import pytest
+
+from validation.bench.calls_profile import CASES, count_calls
+
+LIMITS = {"solve(scene, [1.0])": (12, 1), "reduce(ensemble)": (40, 8)}
+
+
+@pytest.mark.parametrize("case", LIMITS)
+def test_a_verb_takes_few_calls_and_returns(case):
+    calls, _, returns = count_calls(CASES[case]())
+    most_calls, most_returns = LIMITS[case]
+    assert calls <= most_calls and returns <= most_returns
