@@ -16,7 +16,7 @@ import pytest
 from cli_helpers import call, said
 from click.testing import CliRunner
 from internals import RECORDABLE, cli
-from kreisel._request.times import PIECE
+from kreisel._options.times import PIECE
 from tops import GENERAL, LAGRANGE
 
 SCENE = GENERAL.replace(gravity=1 / 3)

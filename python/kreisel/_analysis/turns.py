@@ -15,8 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._ground.arguments import Array
-from .._recording.path import Path
-from .._verbs.solve import solve
+from .._results.path import Path
+from .._solve.solve import solve
 
 Waves = npt.NDArray[np.complex128]
 Flags = npt.NDArray[np.bool_]

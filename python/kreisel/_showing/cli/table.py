@@ -12,9 +12,9 @@ from rich.console import Console
 from rich.table import Table as Grid
 
 from ..._ground.arguments import Array
-from ..._recording.path import Path
-from ..._recording.tables import columns, units
-from ..._request.quantities import ANGLES
+from ..._options.quantities import ANGLES
+from ..._results.path import Path
+from ..._results.tables import columns, units
 
 _ENDS = 20  # rows at either end of a table that is not printed whole
 _WIDTH = 14  # of a column with 8 digits, a sign and an exponent
