@@ -18,7 +18,7 @@ from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
 from ._core import version as __version__
-from ._ground.names import MethodName, QuantityName
+from ._ground.literals import MethodName, QuantityName
 from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene

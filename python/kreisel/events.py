@@ -34,8 +34,8 @@ from typing import TypedDict, Unpack
 from numpy.typing import ArrayLike
 
 from ._core import components, quantities, terms_value
-from ._ground.arguments import Array, instance, number, shown, vector, whole
-from ._ground.refusals import unknown
+from ._ground.errors import unknown_name_message
+from ._ground.validation import Array, as_float, as_int, as_vector, check_type, short_repr
 from ._model.scene import Scene
 from ._options.methods import FALLBACK
 from ._results.path import Events, Path
@@ -105,7 +105,7 @@ class Event:
 
     def value(self, path: Path) -> Array:
         """Return (n,) values of g at the states of a path."""
-        instance("path", path, Path)
+        check_type("path", path, Path)
         return terms_value(path.scene._block, path.states, list(self.terms))
 
 
@@ -123,7 +123,7 @@ def crossing(
     direction, max_count and terminal are as in Event; `where` is a function that must be positive
     at the event. Raises TypeError and ValueError for invalid functions and for a constant.
     """
-    level = number("value", value)
+    level = as_float("value", value)
     terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
     return _event(terms, _condition(where), False, direction, max_count, terminal)
 
@@ -148,8 +148,8 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
     offset has the units of v; the rest is as in crossing.
     """
     if of not in _VECTORS:
-        raise ValueError(unknown("vector", str(of), _VECTORS))
-    along = zip("xyz", vector("normal", normal), strict=True)
+        raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
+    along = zip("xyz", as_vector("normal", normal), strict=True)
     return crossing({f"{of}_{i}": n for i, n in along if n}, offset, **more)
 
 
@@ -175,9 +175,9 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     angular speed; `within` is at least 1e-7, below which rounding decides. The rest is as in
     extremum, without `where`.
     """
-    if number("within", within) < 1e-7:
+    if as_float("within", within) < 1e-7:
         raise ValueError(
-            f"within must be at least 1e-7, not {shown(within)}: nearer to rest rounding decides"
+            f"within must be at least 1e-7, not {short_repr(within)}: below, rounding decides"
         )
     left = {name: factor * (within * within - 1.0) for name, factor in _SPEED.items()}
     return extremum({"apex_z": 1.0}, where=left | {"spin*spin": 1.0}, **more)
@@ -198,7 +198,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     come. The rest is as in extremum, without `direction` under gravity. Raises ValueError for a
     body without torque and with two equal moments, which has no separatrix.
     """
-    instance("scene", scene, Scene)
+    check_type("scene", scene, Scene)
     if scene.gravity and any(scene.body.com):
         if "direction" in more:
             raise TypeError("under gravity a separatrix has its own direction: leave direction out")
@@ -221,12 +221,12 @@ def _terms(name: str, function: object) -> Terms:
     if callable(function):
         raise TypeError(
             f"{name} must be a sum of components, as {{'m_x': 1.0, 'apex_z*apex_z': -2.0}}: no "
-            f"polynomial can be taken through {shown(function)}"
+            f"polynomial can be taken through {short_repr(function)}"
         )
     if not isinstance(factors, Mapping):
         raise TypeError(
             f"{name} must be a component, as 'apex_z', or a dict like "
-            f"{{'m_x': 1.0, 'apex_z*apex_z': -2.0}}, not {shown(function)}"
+            f"{{'m_x': 1.0, 'apex_z*apex_z': -2.0}}, not {short_repr(function)}"
         )
     terms = []
     for key, factor in factors.items():
@@ -237,7 +237,7 @@ def _terms(name: str, function: object) -> Terms:
                 f"{key!r}"
             )
         of, times = sorted((_component(word) for word in [*words, "1"][:2]), reverse=True)
-        terms.append((number(f"the factor of {key!r}", factor), of, times))
+        terms.append((as_float(f"the factor of {key!r}", factor), of, times))
     return tuple(sorted((term for term in terms if term[0]), key=lambda term: term[1]))
 
 
@@ -256,7 +256,7 @@ def _component(word: str) -> int:
     rows = (row for row in quantities if word in (row["name"], *row["components"]))
     row = next(rows, None)
     if row is None:
-        raise ValueError(unknown("quantity", word, [*components, "nutation"]))
+        raise ValueError(unknown_name_message("quantity", word, [*components, "nutation"]))
     name = row["name"]
     if row["in_events"]:
         *most, last = map(repr, row["components"])
@@ -289,11 +289,11 @@ def _event(
             "than zero"
         )
     if direction not in (-1, 0, 1):
-        raise ValueError(f"direction must be 1, -1 or 0, not {shown(direction)}")
+        raise ValueError(f"direction must be 1, -1 or 0, not {short_repr(direction)}")
     for name, value in {"extremum": extremum, "terminal": terminal}.items():
         if not isinstance(value, bool):
-            raise TypeError(f"{name} must be True or False, not {shown(value)}")
-    limit = None if max_count is None else whole("max_count", max_count, 1)
+            raise TypeError(f"{name} must be True or False, not {short_repr(value)}")
+    limit = None if max_count is None else as_int("max_count", max_count, 1)
     return Event(terms, where, extremum, int(direction), limit, terminal)
 
 
@@ -312,17 +312,17 @@ def parse_events(method: str, events: object) -> tuple[Event, ...]:
     if not isinstance(listed, Sequence) or not all(isinstance(event, Event) for event in listed):
         raise TypeError(
             "events must be a list of what kreisel.events makes, as kr.events.loop(), "
-            f"not {shown(events)}"
+            f"not {short_repr(events)}"
         )
     return tuple(listed)
 
 
-LookedFor = list[
+CoreEvents = list[
     tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
 ]
 
 
-def looked_for(events: Iterable[Event]) -> LookedFor:
+def to_core_events(events: Iterable[Event]) -> CoreEvents:
     """Convert events to the tuples that the core takes."""
     return [
         (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
@@ -333,7 +333,7 @@ def looked_for(events: Iterable[Event]) -> LookedFor:
 _NAMES = {component: name for name, component in components.items()}
 
 
-class Written(TypedDict):
+class EventRecord(TypedDict):
     """An event in a checkpoint, with components by name: their indices depend on the build."""
 
     terms: list[tuple[float, str, str]]
@@ -344,11 +344,11 @@ class Written(TypedDict):
     terminal: bool
 
 
-def written(event: Event) -> Written:
+def to_record(event: Event) -> EventRecord:
     """Convert an event for a checkpoint."""
     return {
-        "terms": _named(event.terms),
-        "where": _named(event.where),
+        "terms": _terms_by_name(event.terms),
+        "where": _terms_by_name(event.where),
         "extremum": event.extremum,
         "direction": event.direction,
         "max_count": event.max_count,
@@ -356,17 +356,17 @@ def written(event: Event) -> Written:
     }
 
 
-def _named(terms: Terms) -> list[tuple[float, str, str]]:
+def _terms_by_name(terms: Terms) -> list[tuple[float, str, str]]:
     return [(float(factor), _NAMES[of], _NAMES[times]) for factor, of, times in terms]
 
 
-def read(row: Written) -> Event:
+def from_record(row: EventRecord) -> Event:
     """Restore an event of a checkpoint.
 
     Raises KeyError, TypeError or ValueError if it is invalid."""
     return _event(
-        _numbered(row["terms"]),
-        _numbered(row["where"]),
+        _terms_by_index(row["terms"]),
+        _terms_by_index(row["where"]),
         row["extremum"],
         row["direction"],
         row["max_count"],
@@ -374,5 +374,5 @@ def read(row: Written) -> Event:
     )
 
 
-def _numbered(terms: Iterable[tuple[float, str, str]]) -> Terms:
-    return tuple((number("a factor", f), components[a], components[b]) for f, a, b in terms)
+def _terms_by_index(terms: Iterable[tuple[float, str, str]]) -> Terms:
+    return tuple((as_float("a factor", f), components[a], components[b]) for f, a, b in terms)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ._core import INPUT_RTOL
 from ._core import attitude_error as error_of_rows
-from ._ground.arguments import Array, Quaternion, R, array, row, shown
+from ._ground.validation import Array, Quaternion, R, as_finite_array, as_floats, short_repr
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -61,7 +61,7 @@ def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
 
 def from_xyzw(name: str, value: object) -> Quaternion:
     """Parse four numbers with the scalar last."""
-    x, y, z, w = row(name, value, 4, "4 numbers (x, y, z, w)")
+    x, y, z, w = as_floats(name, value, 4, "4 numbers (x, y, z, w)")
     return w, x, y, z
 
 
@@ -89,7 +89,7 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
     if last:
         q = from_xyzw(name, given)
     else:
-        w, x, y, z = row(name, given, 4, "4 numbers (w, x, y, z)")
+        w, x, y, z = as_floats(name, given, 4, "4 numbers (w, x, y, z)")
         q = w, x, y, z
     norm = math.hypot(*q)
     if abs(sum(c * c for c in q) - 1.0) <= INPUT_RTOL:
@@ -99,7 +99,7 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
         return q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm
     hint = "divide by it" if norm else "upright is (1, 0, 0, 0)"
     raise ValueError(
-        f"the {name} must be a unit quaternion; the norm of {shown(given)} is {norm!r}: {hint}"
+        f"the {name} must be a unit quaternion; the norm of {short_repr(given)} is {norm!r}: {hint}"
     )
 
 
@@ -114,7 +114,10 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
         >>> round(float(kr.attitude_error((1, 0, 0, 0), (0.6, 0, 0.8, 0))), 12)
         1.854590436003
     """
-    p, q = array("a", a, "of shape (..., 4)"), array("b", b, "of shape (..., 4)")
+    p, q = (
+        as_finite_array("a", a, "of shape (..., 4)"),
+        as_finite_array("b", b, "of shape (..., 4)"),
+    )
     if p.shape[-1:] != (4,) or q.shape[-1:] != (4,):
         raise ValueError(f"attitudes must be of shape (..., 4), not {p.shape} and {q.shape}")
     shape = np.broadcast_shapes(p.shape, q.shape)

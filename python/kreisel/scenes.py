@@ -7,8 +7,8 @@ validation/references/problems.json to the last bit.
 
 from __future__ import annotations
 
-from ._ground.arguments import Quaternion, Vector, shown
-from ._ground.refusals import unknown
+from ._ground.errors import unknown_name_message
+from ._ground.validation import Quaternion, Vector, short_repr
 from ._model.body import Body
 from ._model.scene import Scene
 
@@ -83,9 +83,9 @@ dzhanibekov = Scene(
 def named(name: str) -> Scene:
     """Return the scene called `name`; raise KeyError if unknown, TypeError if not a text."""
     if not isinstance(name, str):
-        raise TypeError(f"name must be a text, not {shown(name)}")
+        raise TypeError(f"name must be a text, not {short_repr(name)}")
     if name not in about:
-        raise KeyError(unknown("scene", name, about))
+        raise KeyError(unknown_name_message("scene", name, about))
     scene: Scene = globals()[name]
     return scene
 

@@ -191,8 +191,8 @@ def test_the_core_takes_columns_of_its_own_shape_only():
 
 def test_a_row_of_bodies_is_spread_over_a_grid():
     bodies = kr.Ensemble.of([[TOP, FREE, THESIS]]).body
-    grid = bodies._over((2, 3))
-    assert bodies._over((1, 3)) is bodies
+    grid = bodies._broadcast_to((2, 3))
+    assert bodies._broadcast_to((1, 3)) is bodies
     assert grid.shape == (2, 3) and np.array_equal(grid.com[0], grid.com[1])
     assert np.array_equal(grid.com[:1], bodies.com)
 

@@ -10,7 +10,7 @@ import warnings
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._model import words
+from kreisel._model import scene_arguments
 
 GENERAL = kr.Body(
     2.0, [[3, -0.25, 0.5], [-0.25, 2.5, 0.125], [0.5, 0.125, 1.5]], (0.25, -0.5, 0.75), made_up=True
@@ -168,9 +168,11 @@ def test_compare_and_progress():
 
 
 def test_damping_on_the_edge():
-    assert words.damping_of(None) == (0.0, 0.0, 0.0) and words.damping_of(0) == (0.0, 0.0, 0.0)
-    assert words.damping_of(np.float64(0.5)) == (0.5, 0.5, 0.5)
-    assert tuple(words.damping_of((0.0, 0.1, 0.2))) == (0.0, 0.1, 0.2)
+    assert scene_arguments.check_damping(None) == (0.0, 0.0, 0.0) and scene_arguments.check_damping(
+        0
+    ) == (0.0, 0.0, 0.0)
+    assert scene_arguments.check_damping(np.float64(0.5)) == (0.5, 0.5, 0.5)
+    assert tuple(scene_arguments.check_damping((0.0, 0.1, 0.2))) == (0.0, 0.1, 0.2)
     for wrong in (-0.1, (0.1, -1e-300, 0.0)):
         with pytest.raises(ValueError, match="damping must not be negative"):
-            words.damping_of(wrong)
+            scene_arguments.check_damping(wrong)

@@ -215,7 +215,7 @@ def test_starts_of_a_grid_are_all_apart_and_on_the_surface(grid, body):
 
 def test_verticals_turn_by_the_shortest_way():
     ways = np.array([(0, 0, 1), (0, 0, -1), (1, 0, 0), (0, -1, 0), (0.6, 0, -0.8), (0, 0.6, 0.8)])
-    turns = starts._unturned(ways.astype(float))
+    turns = starts._shortest_rotations(ways.astype(float))
     expected = np.array(
         [
             (1, 0, 0, 0),
@@ -227,15 +227,15 @@ def test_verticals_turn_by_the_shortest_way():
         ]
     )
     np.testing.assert_allclose(turns, expected, atol=1e-15)
-    near = starts._unturned(np.array([[3e-9, 4e-9, -1.0]]))
+    near = starts._shortest_rotations(np.array([[3e-9, 4e-9, -1.0]]))
     np.testing.assert_allclose(near, [(2.5e-9, 0.8, -0.6, 0)], rtol=1e-7)
 
 
 def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
-    cover = starts._Cover(*(np.array([x]) for x in (-1.0, 0.0, 1.0, 0.5 * math.pi)))
+    cover = starts._SphereCells(*(np.array([x]) for x in (-1.0, 0.0, 1.0, 0.5 * math.pi)))
     whole = cover
     for _ in range(5):
-        whole = whole.halved()
+        whole = whole.split()
     assert len(whole.height) == 32
     assert (whole.tall * whole.wide).sum() == pytest.approx(0.5 * math.pi, rel=1e-14)
     middles, reach = whole.middles()
@@ -247,9 +247,9 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
     )
     away = np.arccos(np.clip((corners * middles).sum(axis=-1), -1.0, 1.0))
     assert (away <= reach + 1e-7).all() and reach.max() < 0.75
-    tall = starts._Cover(*(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))).halved()
+    tall = starts._SphereCells(*(np.array([x]) for x in (-0.5, 0.0, 1.0, 0.25))).split()
     assert tall.tall.tolist() == [0.5, 0.5] and tall.height.tolist() == [-0.5, 0.0]
-    wide = starts._Cover(*(np.array([x]) for x in (-0.1, 1.0, 0.2, 2.0))).halved()
+    wide = starts._SphereCells(*(np.array([x]) for x in (-0.1, 1.0, 0.2, 2.0))).split()
     assert wide.wide.tolist() == [1.0, 1.0] and wide.angle.tolist() == [1.0, 2.0]
 
 

@@ -26,12 +26,12 @@ FULL = kr.Ensemble(MANY, M, Q, G, damping=D)
 
 def block(tops, index):
     """Return the block of a member for the core."""
-    return tops._tops.block(int(np.ravel_multi_index(index, tops.shape)) if index else 0)
+    return tops._core_scenes.block(int(np.ravel_multi_index(index, tops.shape)) if index else 0)
 
 
 def assert_same(tops, scene_at):
     """Assert that each member has the bits of its scene, in Python and in the core."""
-    assert tops._tops.check() == ("OK", tops.size)
+    assert tops._core_scenes.check() == ("OK", tops.size)
     for index in np.ndindex(tops.shape):
         scene = scene_at(index)
         assert tops[index] == scene
@@ -151,12 +151,14 @@ def test_places_are_taken_as_of_arrays(key):
     order = np.arange(12).reshape(4, 3)
     expected, found = order[key], FULL[key]
     if not isinstance(expected, np.ndarray):
-        assert isinstance(found, kr.Scene) and found._block == FULL._tops.block(int(expected))
+        assert isinstance(found, kr.Scene) and found._block == FULL._core_scenes.block(
+            int(expected)
+        )
         return
     assert isinstance(found, kr.Ensemble) and found.shape == expected.shape
-    assert found._tops.check() == ("OK", expected.size)
+    assert found._core_scenes.check() == ("OK", expected.size)
     blocks = [block(found, index) for index in np.ndindex(found.shape)]
-    assert blocks == [FULL._tops.block(int(i)) for i in expected.ravel()]
+    assert blocks == [FULL._core_scenes.block(int(i)) for i in expected.ravel()]
     assert len(found.axes) == found.ndim and pickle.loads(pickle.dumps(found)) == found
 
 

@@ -6,7 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from internals import core
-from kreisel._model import varied
+from kreisel._model import variation
 from tops import CORNER, FREE, GENERAL, LAGRANGE
 
 BODY = kr.Body.cone(1, 2, (0, 0, 0), mass=1)
@@ -151,7 +151,7 @@ def test_random_starts_are_the_same_on_every_machine():
 
 def test_the_starts_of_tops_have_quantities():
     tops = TOP.vary(spin=SPIN, tilt=TILT)
-    energies = tops._tops.values("energy").reshape(tops.shape)
+    energies = tops._core_scenes.values("energy").reshape(tops.shape)
     assert energies[2, 1] == kr.solve(tops[2, 1], [0.0]).energy[0]
     angles = np.linspace(-10, 10, 7)
     assert core.cosine(angles).tolist() == [core.cosine(angle) for angle in angles]
@@ -239,7 +239,7 @@ def test_other_types_are_refused():
 def test_a_turn_by_nothing_is_none():
     q = tuple(np.array([x, x]) for x in (0.8, 0.0, 0.6, 0.0))
     with np.errstate(all="ignore"):
-        turned = varied._turned_first(q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0)))
+        turned = variation._rotate_first(q, tuple(np.array([0.0, r]) for r in (0.0, 0.25, 0.0)))
     assert [float(x[0]) for x in turned] == [0.8, 0.0, 0.6, 0.0]
     angle = 2.0 * math.atan2(0.6, 0.8) + 0.25
     assert float(turned[2][1]) == pytest.approx(math.sin(0.5 * angle))

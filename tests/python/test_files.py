@@ -8,7 +8,7 @@ import zlib
 import kreisel as kr
 import pytest
 from click.testing import CliRunner
-from kreisel._ground import files
+from kreisel._ground import atomic_io
 from kreisel._showing.cli import main
 
 TOP = kr.scenes.asymmetric
@@ -30,7 +30,7 @@ def test_a_disk_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkey
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as broken:
-        broken.setattr(files.os, "fsync", full)
+        broken.setattr(atomic_io.os, "fsync", full)
         with pytest.raises(OSError, match="No space"):
             write(file)
     assert file.read_bytes() == b"old" and os.listdir(tmp_path) == ["file"]
@@ -132,8 +132,8 @@ def test_a_trial_file_that_another_took_away_is_no_failure(monkeypatch, tmp_path
         close(handle)
         os.unlink(name)
 
-    monkeypatch.setattr(files.os, "close", closed)
-    files.refuse_no_place(tmp_path / "path.csv")
+    monkeypatch.setattr(atomic_io.os, "close", closed)
+    atomic_io.check_writable(tmp_path / "path.csv")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -164,7 +164,7 @@ def test_progress_and_interruption():
         ({"n": 2**50}, "GB"),
         ({"max_wait": 0}, "max_wait must not be zero"),
         ({"max_wait": np.inf}, "max_wait must be finite"),
-        ({"max_wait": [1, 2]}, r"max_wait must be a number, or an array of shape \(3,\)"),
+        ({"max_wait": [1, 2]}, r"max_wait must be a number or an array of shape \(3,\)"),
         ({"tol": -1}, "tol"),
         ({"tol": 1e-9, "digits": 20}, "digits"),
         ({"threads": 0}, "threads must be at least 1"),

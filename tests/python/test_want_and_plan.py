@@ -89,7 +89,7 @@ def test_want_runs_in_little_memory():
 @pytest.mark.parametrize(
     "want, kind, message",
     [
-        ("energy", TypeError, r"want must be names of quantities, as in want=\('apex', 'energy'\)"),
+        ("energy", TypeError, r"want must be names of quantities, as want=\('apex', 'energy'\)"),
         (7, TypeError, "want must be names"),
         ((), ValueError, "want names no quantity"),
         (("enrgy",), ValueError, "'enrgy'; did you mean 'energy'"),

@@ -141,9 +141,9 @@ class Lagrange:
 
     def __init__(self, i1, i3, lever, q, m):
         with mp.workdps(DIGITS):
-            self.i1, self.i3, self.below = mp.mpf(i1), mp.mpf(i3), lever < 0
+            self.i1, self.i3, self.lower_bound = mp.mpf(i1), mp.mpf(i3), lever < 0
             q, m = normalize(q), [mp.mpf(x) for x in m]
-            if self.below:
+            if self.lower_bound:
                 q, m = product([0, 1, 0, 0], q), [m[0], -m[1], -m[2]]
             self.q, self.m = q, m
             self.g = 2 * abs(mp.mpf(lever)) / self.i1
@@ -212,7 +212,7 @@ class Lagrange:
             beta = mp.sqrt(minus / 2) * mp.expj(self.phases[1] + second - spin)
             m = self._momentum(alpha, beta, 2 * self.d * sn * cn * dn * self.rate)
             q = [alpha.real, beta.real, beta.imag, alpha.imag]
-            return (product([0, -1, 0, 0], q), [m[0], -m[1], -m[2]]) if self.below else (q, m)
+            return (product([0, -1, 0, 0], q), [m[0], -m[1], -m[2]]) if self.lower_bound else (q, m)
 
     def _momentum(self, alpha, beta, climb):
         u, across = abs(alpha) ** 2 - abs(beta) ** 2, mp.mpc(0, -2) * alpha * beta

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._ground.arguments import Array, instance
+from .._ground.validation import Array, check_type
 from .._model.scene import Scene
 from .._results.path import Path
 from .._solve.exact import exact
@@ -138,7 +138,7 @@ class Apex:
 def apex(path: Path) -> Apex:
     """The trace of the centre of mass, of T where it is the fixed point, with what can be read from
     it."""
-    instance("path", path, Path)
+    check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 

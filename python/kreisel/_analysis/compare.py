@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from .._ground.arguments import Numbers, instance, positive, shown, whole
-from .._ground.files import write
-from .._ground.names import MethodName
+from .._ground.atomic_io import atomic_write
+from .._ground.literals import MethodName
+from .._ground.validation import Numbers, as_int, as_positive, check_type, short_repr
 from .._model.scene import Scene
 from .._options.methods import methods as known
 from .._options.methods import resolve_method
@@ -78,7 +78,7 @@ class Table:
         writer.writerow(_COLUMNS)
         writer.writerows(map(_values, self.rows))
         if path is not None:
-            write(path, text.getvalue().encode())
+            atomic_write(path, text.getvalue().encode())
         return text.getvalue()
 
 
@@ -97,8 +97,10 @@ def _settings(name: str, given: Iterable[float]) -> list[float]:
     try:
         each = list(given)
     except TypeError:
-        raise TypeError(f"{name} must be a list, as in {name}=[1e-3], not {shown(given)}") from None
-    return [positive(name, x) for x in each]
+        raise TypeError(
+            f"{name} must be a list, as in {name}=[1e-3], not {short_repr(given)}"
+        ) from None
+    return [as_positive(name, x) for x in each]
 
 
 @dataclass
@@ -175,10 +177,10 @@ def compare(
     Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
     Ctrl-C raises kreisel.CompareInterrupted, whose table has the rows so far.
     """
-    instance("scene", scene, Scene)
+    check_type("scene", scene, Scene)
     by_step, by_tol = _settings("steps", steps), _settings("tols", tols)
     runs = _runs(scene, t, methods, by_step, by_tol)
-    rounds = whole("repeats", repeats, 1)
+    rounds = as_int("repeats", repeats, 1)
     tell = parse_progress(progress)
     reference: Path | None = None
     try:
@@ -224,7 +226,7 @@ def _runs(
 ) -> list[_Run]:
     """Each method at each setting."""
     if isinstance(methods, str):
-        raise TypeError(f"methods must be a list of names, not {shown(methods)}")
+        raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
     if methods is None:
         methods = [method.name for method in known.values() if method.suits(scene)]
     runs = []

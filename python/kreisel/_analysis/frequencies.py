@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._ground.arguments import Array, ReadOnlyArrays, freeze_arrays, instance, whole
+from .._ground.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
 from .._options.methods import EXACT
 from .._results.path import Path
 from .._solve.exact import exact
@@ -86,8 +86,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     Raises TypeError for what is no path; ValueError for fewer than 64 states, for times that are
     not even, and for a damped top.
     """
-    instance("path", path, Path)
-    count, t = whole("n", n, 1), path.t
+    check_type("path", path, Path)
+    count, t = as_int("n", n, 1), path.t
     if count > len(t) >= _FEWEST:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._is_damped:

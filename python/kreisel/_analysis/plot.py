@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from .._ground.arguments import instance
+from .._ground.validation import check_type
 from .._results.path import Path
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def plot(
     """
     paths, axes = _arguments(path, more, axes)
     for i, one in enumerate(paths):
-        instance(f"path[{i}]", one, Path)
+        check_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
         raise ValueError(f"path must be a list of 1 to {MOST} paths, not of {len(paths)}")
     from .._drawing.charts import plotted

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._core import KIND_RTOL
-from .._ground.arguments import Array, Vector, instance, number, positive
+from .._ground.validation import Array, Vector, as_float, as_positive, check_type
 from .._model.body import Body
 from .._results.path import Path
 
@@ -100,8 +100,8 @@ class Rod:
         from .._drawing.solids import ORANGE, bar, drawable, tube
 
         drawn = new_axes() if axes is None else drawable(axes)
-        side = None if thickness is None else positive("thickness", thickness)
-        turned = number("elevation", elevation), number("azimuth", azimuth)
+        side = None if thickness is None else as_positive("thickness", thickness)
+        turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
         if self.isotropic:
             tube(self.centre, self.frame[:, 2], drawn, side, colour or ORANGE, *turned)
         else:
@@ -122,7 +122,7 @@ def rod(path: Path) -> Rod:
         >>> rod.centre.shape, bool(rod.stiffness[0] == rod.stiffness[1])
         ((101, 3), True)
     """
-    instance("path", path, Path)
+    check_type("path", path, Path)
     if path.scene._is_damped:
         raise ValueError("no rod belongs to a damped top: nothing along a rod answers to damping")
     body = path.scene.body

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array
+from .._ground.validation import Array
 from .._results.path import Path
 from .._solve.solve import solve
 

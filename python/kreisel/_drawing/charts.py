@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, NoReturn, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array, shown
-from .._ground.optional import installed
+from .._ground.optional import optional_dependency
+from .._ground.validation import Array, short_repr
 from .._model.scene import Scene
-from .._model.turning import Turnings, turning
+from .._model.turning_points import TurningPoints, compute_turning_points
 from .solids import BLUE, FAINT, ORANGE, bare, drawable, view
 
-with installed("'kreisel[plot]'"):
+with optional_dependency("'kreisel[plot]'"):
     import matplotlib
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -57,7 +57,7 @@ class Picture(tuple[Axes, ...]):
         def __getattr__(self, name: str) -> NoReturn:
             """Raise AttributeError, and name what makes a file."""
             hint = ": picture.figure.savefig(file) makes a file" if "save" in name else ""
-            raise AttributeError(f"a picture has no {shown(name)}{hint}")
+            raise AttributeError(f"a picture has no {short_repr(name)}{hint}")
 
     def _repr_png_(self) -> bytes:
         file = BytesIO()
@@ -106,7 +106,7 @@ def _picture_of(axes: Iterable[Axes], n: int) -> Picture:
     try:
         picture = Picture(axes)
     except TypeError:
-        raise TypeError(f"axes must be a list of {n}, not {shown(axes)}") from None
+        raise TypeError(f"axes must be a list of {n}, not {short_repr(axes)}") from None
     if len(picture) != n:
         raise ValueError(
             f"axes must be {n}, for trace, nutation and precession of each path, not {len(picture)}"
@@ -167,9 +167,9 @@ def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Shown, unit: fl
     dots(below, events.t, unit * np.interp(events.t, t[order], around[order]))
 
 
-def _limits(scene: Scene) -> Turnings | None:
+def _limits(scene: Scene) -> TurningPoints | None:
     try:
-        return turning(scene)
+        return compute_turning_points(scene)
     except ValueError:
         return None
 

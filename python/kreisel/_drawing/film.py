@@ -13,16 +13,16 @@ from typing import Protocol
 
 import numpy as np
 
-from .._ground.arguments import Array, positive, whole
-from .._ground.files import refuse_no_place, write
-from .._ground.optional import installed
-from .._ground.refusals import unchangeable
+from .._ground.atomic_io import atomic_write, check_writable
+from .._ground.errors import frozen_message
+from .._ground.optional import optional_dependency
+from .._ground.validation import Array, as_int, as_positive
 from .._model.body import Body
 from .._model.scene import Scene
 from .charts import ball
 from .solids import BLUE, FAINT, ORANGE, bare, faces, solid_of, view
 
-with installed("'kreisel[plot]'"):
+with optional_dependency("'kreisel[plot]'"):
     import matplotlib
     from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, HTMLWriter
     from matplotlib.figure import Figure
@@ -50,7 +50,7 @@ class Moving(Protocol):
     def __call__(self, t: Array, /) -> Moving: ...
 
 
-@unchangeable("path.animate({}=...) makes another film")
+@frozen_message("path.animate({}=...) makes another film")
 class Film:
     """A film of a path: save it, or let a notebook show it.
 
@@ -80,7 +80,7 @@ class Film:
         """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
         all. ValueError for other names, OSError where it cannot be written."""
         make = maker_of(file)
-        write(file, make(self))
+        atomic_write(file, make(self))
 
     def _repr_html_(self) -> str:
         return self._page
@@ -135,9 +135,9 @@ def film_of(
     """A film of a path, saved where a file is named; what cannot be is refused before anything
     runs."""
     make = None if file is None else maker_of(file)
-    rate, wide = whole("fps", fps, 1), whole("size", size, 16)
+    rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     begin, end = _ends(path.t)
-    pace = abs(end - begin) / SECONDS if speed is None else positive("speed", speed)
+    pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
     frames = abs(end - begin) / pace * rate + 1.0
     if frames * wide * wide > MOST_POINTS:
         most = max(MOST_POINTS // wide**2 - 1, 1)
@@ -151,7 +151,7 @@ def film_of(
     q, apex = _from_aside(states.q, states.apex)
     film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide)
     if file is not None and make is not None:
-        write(file, make(film))
+        atomic_write(file, make(film))
     return film
 
 
@@ -209,7 +209,7 @@ def maker_of(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
         raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise OSError("a film as .mp4 needs ffmpeg, which is not here: take .gif or .html")
-    refuse_no_place(file)
+    check_writable(file)
     return _MAKERS[suffix]
 
 

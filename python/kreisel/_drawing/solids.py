@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._ground.arguments import Array, shown
-from .._ground.optional import installed
+from .._ground.optional import optional_dependency
+from .._ground.validation import Array, short_repr
 
-with installed("'kreisel[plot]'"):
+with optional_dependency("'kreisel[plot]'"):
     from matplotlib.axes import Axes
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
@@ -33,7 +33,9 @@ def view(
 def drawable(axes: object) -> Axes:
     """What can be drawn in; TypeError for anything else."""
     if not isinstance(axes, Axes):
-        raise TypeError(f"axes must be matplotlib's, as of figure.add_subplot(), not {shown(axes)}")
+        raise TypeError(
+            f"axes must be matplotlib's, as of figure.add_subplot(), not {short_repr(axes)}"
+        )
     return axes
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from .arguments import Array
+from .validation import Array
 
 if TYPE_CHECKING:
     from zipfile import ZipFile
@@ -30,7 +30,7 @@ _HEADER = re.compile(
 _TOLD = 100  # largest length of zipfile's error text, which may quote the file
 
 
-def packed(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
+def pack(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
     """Return the bytes of an archive of `texts` and `arrays`."""
     from zipfile import ZipFile  # imported here to keep `import kreisel` fast
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def installed(by: str) -> Iterator[None]:
+def optional_dependency(by: str) -> Iterator[None]:
     """Turn a missing optional module into an ImportError that names the `pip install` command."""
     try:
         yield

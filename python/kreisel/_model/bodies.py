@@ -10,33 +10,33 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
-from .._ground.arguments import Array, doubles, frozen, shown
-from .._ground.refusals import unchangeable, warn
+from .._ground.errors import frozen_message, warn
+from .._ground.validation import Array, as_array, read_only, short_repr
+from .batch import Batch
+from .bodies_constructors import BodiesConstructors
 from .body import Body
-from .columns import (
+from .broadcasting import (
     Column,
     Index,
+    Parameter,
     Shape,
-    Word,
-    column,
-    common,
-    names_of,
-    parts,
-    plain,
-    spread,
-    together,
-    vectors,
-    word,
+    axis_names,
+    broadcast_view,
+    common_shape,
+    make_column,
+    parse_parameter,
+    shape_of,
+    split_components,
+    stack_components,
+    to_python,
 )
-from .inertia import no_such_body, slack, tensor_of
-from .many import Many
-from .shaped_bodies import ShapedBodies
+from .inertia import check_tolerance, parse_tensor, unphysical_message
 
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@unchangeable("make other bodies with another {}")
-class Bodies(ShapedBodies, Many[Body]):
+@frozen_message("make other bodies with another {}")
+class Bodies(BodiesConstructors, Batch[Body]):
     """Many bodies: the parameters of kr.Body, as values or arrays that broadcast to one shape.
 
     mass     [M], a number or an array
@@ -71,50 +71,58 @@ class Bodies(ShapedBodies, Many[Body]):
         if (inertia is None) == (inertia_about_com is None):
             both = "not none" if inertia is None else "not both"
             raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
-        words = [word("mass", mass), word("com", com, (3,))]
+        words = [parse_parameter("mass", mass), parse_parameter("com", com, (3,))]
         heavy, lever = words[0].values, words[1].values
         if inertia_about_com is None:
-            words.append(tensors("inertia", inertia))
-            together(*words)
+            words.append(parse_tensors("inertia", inertia))
+            shape_of(*words)
             tensor = words[-1]
         else:
-            words.append(tensors("inertia_about_com", inertia_about_com))
-            together(*words)
-            tensor = with_points(words[-1], heavy, lever)
-        self._made(Body, words, heavy, tensor, lever, rounded, made_up)
+            words.append(parse_tensors("inertia_about_com", inertia_about_com))
+            shape_of(*words)
+            tensor = add_point_masses(words[-1], heavy, lever)
+        self._store_parameters(Body, words, heavy, tensor, lever, rounded, made_up)
 
-    def _made(
+    def _store_parameters(
         self,
         make: Callable[..., Body],
-        words: Sequence[Word],
+        words: Sequence[Parameter],
         mass: Array,
-        tensor: Word,
+        tensor: Parameter,
         com: Array,
         rounded: ArrayLike = 0.0,
         made_up: ArrayLike = False,
     ) -> Self:
         """Store the columns of the parameters; `make` constructs one member for error messages."""
-        slacks, made = word("rounded", rounded), _flags("made_up", made_up)
-        slacks.refused(~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: slack(x))
+        slacks, made = parse_parameter("rounded", rounded), _parse_flags("made_up", made_up)
+        slacks.raise_at_first(
+            ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
+        )
         given = [*words, *([slacks] if np.any(slacks.values) else [])]
-        shape = common([*((each.name, each.shape) for each in given), ("made_up", made.shape)])
+        shape = common_shape(
+            [*((each.name, each.shape) for each in given), ("made_up", made.shape)]
+        )
         columns: dict[str, Column] = {
-            "mass": column(mass, shape, 0),
-            "inertia": column(tensor.values, shape, len(tensor.value)),
-            "com": column(com, shape, 1),
-            "rounded": column(slacks.values, shape, 0),
+            "mass": make_column(mass, shape, 0),
+            "inertia": make_column(tensor.values, shape, len(tensor.value)),
+            "com": make_column(com, shape, 1),
+            "rounded": make_column(slacks.values, shape, 0),
         }
-        self._keep(shape, names_of(shape, given), columns, {})
+        self._set_columns(shape, axis_names(shape, given), columns, {})
         self.__dict__["_varied"] = {
-            each.name: column(each.values, shape, len(each.value)) for each in given if each.shape
+            each.name: make_column(each.values, shape, len(each.value))
+            for each in given
+            if each.shape
         }
-        can_be = self._checked(make, given, tensor.value == (3, 3))
+        can_be = self._check(make, given, tensor.value == (3, 3))
         if not (can_be | made).all():
             self._warn(~(can_be | made))
-        columns["made_up"] = column(made | ~can_be, shape, 0)
+        columns["made_up"] = make_column(made | ~can_be, shape, 0)
         return self
 
-    def _checked(self, make: Callable[..., Body], given: Sequence[Word], matrices: bool) -> Column:
+    def _check(
+        self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
+    ) -> Column:
         """Raise if a member is not a body; store the principal columns of matrices."""
         columns = dict(self._columns)
         if matrices:
@@ -122,17 +130,21 @@ class Bodies(ShapedBodies, Many[Body]):
             columns["inertia"] = flat.reshape(*self.shape, 9)
         status, index, can_be, blocks = bodies_of(self.shape, list(columns.values()), matrices)
         if status != "OK":
-            raise self._refusal(make, given, tuple(map(int, np.unravel_index(index, self.shape))))
+            raise self._member_error(
+                make, given, tuple(map(int, np.unravel_index(index, self.shape)))
+            )
         kept: dict[str, Column] = self._columns  # type: ignore[assignment]
         if matrices:
-            blocks = frozen(blocks).reshape(*self.shape, 12)
+            blocks = read_only(blocks).reshape(*self.shape, 12)
             kept["moments"], kept["principal_com"] = blocks[..., 1:4], blocks[..., 4:7]
             kept["axes"] = blocks[..., 7:11]
         return can_be.reshape(self.shape)
 
-    def _refusal(self, make: Callable[..., Body], given: Sequence[Word], at: Index) -> Exception:
+    def _member_error(
+        self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
+    ) -> Exception:
         """Return the error that constructing the member at an index alone would raise."""
-        own = {each.name: plain(each.over(self.shape)[at]) for each in given}
+        own = {each.name: to_python(each.broadcast_to(self.shape)[at]) for each in given}
         try:
             make(**own)._block  # noqa: B018  raises the error of an invalid body
         except (TypeError, ValueError) as error:
@@ -141,15 +153,17 @@ class Bodies(ShapedBodies, Many[Body]):
 
     def _warn(self, odd: Column) -> None:
         at = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
-        mass, tensor, com, _ = (plain(held[at]) for held in list(self._columns.values())[:4])
-        said = no_such_body(mass, tensor_of("inertia", tensor), com)
+        mass, tensor, com, _ = (to_python(held[at]) for held in list(self._columns.values())[:4])
+        said = unphysical_message(mass, parse_tensor("inertia", tensor), com)
         count = int(odd.sum())
         more = f" (and {count - 1} more)" if count > 1 else ""
         warn(f"body{list(at)}{more}: {said}" if at else said)
 
     def _member(self, index: Index) -> Body:
         names = "mass", "inertia", "com", "rounded", "made_up"
-        mass, tensor, com, rounded, made_up = (plain(self._columns[name][index]) for name in names)
+        mass, tensor, com, rounded, made_up = (
+            to_python(self._columns[name][index]) for name in names
+        )
         return Body(mass, tensor, com, rounded=rounded, made_up=made_up)
 
     @classmethod
@@ -172,13 +186,18 @@ class Bodies(ShapedBodies, Many[Body]):
         >>> kr.Bodies.symmetric(1, i1=2, i3=[1, 2, 3], height=0.5)[0].kind
         'lagrange'
         """
-        words = [word("mass", mass), word("i1", i1), word("i3", i3), word("height", height)]
-        together(*words)
+        words = [
+            parse_parameter("mass", mass),
+            parse_parameter("i1", i1),
+            parse_parameter("i3", i3),
+            parse_parameter("height", height),
+        ]
+        shape_of(*words)
         heavy, one, three, up = (each.values for each in words)
-        com = vectors(np.zeros_like(up), np.zeros_like(up), up)
-        tensor = Word("inertia", vectors(one, one, three), (3,))
+        com = stack_components(np.zeros_like(up), np.zeros_like(up), up)
+        tensor = Parameter("inertia", stack_components(one, one, three), (3,))
         kept = cls.__new__(cls)
-        return kept._made(Body.symmetric, words, heavy, tensor, com, rounded, made_up)
+        return kept._store_parameters(Body.symmetric, words, heavy, tensor, com, rounded, made_up)
 
     @classmethod
     def from_com(
@@ -195,32 +214,39 @@ class Bodies(ShapedBodies, Many[Body]):
 
         The inertia [M L^2] is as in Bodies; com and pivot are (..., 3) [L].
         """
-        heavy, tensor = word("mass", mass), tensors("inertia_about_com", inertia_about_com)
-        centre, at = word("com", com, (3,)), word("pivot", pivot, (3,))
-        together(heavy, tensor, centre, at)
+        heavy, tensor = (
+            parse_parameter("mass", mass),
+            parse_tensors("inertia_about_com", inertia_about_com),
+        )
+        centre, at = parse_parameter("com", com, (3,)), parse_parameter("pivot", pivot, (3,))
+        shape_of(heavy, tensor, centre, at)
         with np.errstate(all="ignore"):
             lever = centre.values - at.values
-        moved = with_points(tensor, heavy.values, lever)
+        moved = add_point_masses(tensor, heavy.values, lever)
         words = [heavy, tensor, centre, at]
         kept = cls.__new__(cls)
-        return kept._made(Body.from_com, words, heavy.values, moved, lever, rounded, made_up)
+        return kept._store_parameters(
+            Body.from_com, words, heavy.values, moved, lever, rounded, made_up
+        )
 
     @classmethod
-    def _about(
+    def _about_com(
         cls,
         make: Callable[..., Body],
-        words: Sequence[Word],
+        words: Sequence[Parameter],
         mass: Array,
         moments: tuple[Array, Array, Array],
         height: Array,
-        pivot: Word,
+        pivot: Parameter,
     ) -> Self:
         """Build bodies from moments about a centre of mass on the third axis."""
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
-            com = vectors(nothing, nothing, height) - pivot.values
-            tensor = with_points(Word("inertia", vectors(*moments), (3,)), mass, com)
-        return cls.__new__(cls)._made(make, words, mass, tensor, com)
+            com = stack_components(nothing, nothing, height) - pivot.values
+            tensor = add_point_masses(
+                Parameter("inertia", stack_components(*moments), (3,)), mass, com
+            )
+        return cls.__new__(cls)._store_parameters(make, words, mass, tensor, com)
 
     @property
     def mass(self) -> Array:
@@ -260,15 +286,15 @@ class Bodies(ShapedBodies, Many[Body]):
     @property
     def axes(self) -> Array:
         """(..., 4) rotations from the principal axes to the frames of description."""
-        return self._columns.get("axes", spread(_UPRIGHT, (*self.shape, 4)))
+        return self._columns.get("axes", broadcast_view(_UPRIGHT, (*self.shape, 4)))
 
     @classmethod
-    def _of_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
+    def _from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
         """Build the bodies of a list, or return the one body if all are equal."""
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
             return first
-        tensors = [tensor_of("inertia", body.inertia) for body in bodies]
+        tensors = [parse_tensor("inertia", body.inertia) for body in bodies]
         made = cls(
             np.reshape([body.mass for body in bodies], shape),
             np.reshape(tensors, (*shape, 3, 3)),
@@ -276,59 +302,65 @@ class Bodies(ShapedBodies, Many[Body]):
             rounded=np.reshape([body.rounded for body in bodies], shape),
             made_up=np.reshape([body.made_up for body in bodies], shape),
         )
-        return made._renamed()
+        return made._forget_variation()
 
-    def _over(self, shape: Shape) -> Bodies:
+    def _broadcast_to(self, shape: Shape) -> Bodies:
         """Broadcast the bodies to `shape`."""
         front = len(shape) - len(self.shape)
         if not front and shape == self.shape:
             return self
         dims = len(self.shape)
         names = (None,) * front + self._names
-        return self._changed(lambda held: spread(held, shape + held.shape[dims:]), shape, names)
+        return self._map_columns(
+            lambda held: broadcast_view(held, shape + held.shape[dims:]), shape, names
+        )
 
 
-def tensors(name: str, given: object) -> Word:
+def parse_tensors(name: str, given: object) -> Parameter:
     """Parse moments, or matrices if the last two dimensions are both 3."""
     what = "3 moments or a symmetric 3x3 matrix, or an array of them"
-    values = given if isinstance(given, np.ndarray) else doubles(name, given, what)
+    values = given if isinstance(given, np.ndarray) else as_array(name, given, what)
     if values.shape[-2:] != (3, 3):
-        return word(name, values, (3,), what)
-    made = word(name, values, (3, 3), what)
+        return parse_parameter(name, values, (3,), what)
+    made = parse_parameter(name, values, (3, 3), what)
     with np.errstate(over="ignore"):
         skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
-    made.refused(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _symmetric)
+    made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _symmetric)
     return made
 
 
 def _symmetric(name: str, matrix: object) -> None:
     try:
-        tensor_of(name, matrix)
+        parse_tensor(name, matrix)
     except ValueError as error:
         hint = "; for three bodies by their moments give three matrices, as np.diag makes them"
         raise ValueError(f"{error}{hint}") from None
 
 
-def with_points(tensor: Word, mass: Array, at: Array) -> Word:
+def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
     """Return tensors plus those of point masses, as moments if no tensor has products."""
-    x, y, z = parts(at)
+    x, y, z = split_components(at)
     with np.errstate(all="ignore"):
         xx, yy, zz = mass * (x * x), mass * (y * y), mass * (z * z)
         xy, yz, zx = (0.0 - mass * both for both in (x * y, y * z, z * x))
         added = (yy + zz, xy, zx), (xy, zz + xx, yz), (zx, yz, xx + yy)
         if tensor.value == (3,):
-            i1, i2, i3 = (own + added[k][k] for k, own in enumerate(parts(tensor.values)))
+            i1, i2, i3 = (
+                own + added[k][k] for k, own in enumerate(split_components(tensor.values))
+            )
             if not (xy.any() or yz.any() or zx.any()):
-                return Word(tensor.name, vectors(i1, i2, i3), (3,))
-            flat = vectors(i1, xy, zx, xy, i2, yz, zx, yz, i3)
+                return Parameter(tensor.name, stack_components(i1, i2, i3), (3,))
+            flat = stack_components(i1, xy, zx, xy, i2, yz, zx, yz, i3)
         else:
             places = [(i, j) for i in range(3) for j in range(3)]
-            flat = vectors(*(tensor.values[..., i, j] + added[i][j] for i, j in places))
-    return Word(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
+            flat = stack_components(*(tensor.values[..., i, j] + added[i][j] for i, j in places))
+    return Parameter(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
 
 
-def _flags(name: str, given: object) -> Column:
+def _parse_flags(name: str, given: object) -> Column:
     flags = np.asarray(given)
     if flags.dtype != np.bool_:
-        raise TypeError(f"{name} must be True or False, or an array of them, not {shown(given)}")
+        raise TypeError(
+            f"{name} must be True or False, or an array of them, not {short_repr(given)}"
+        )
     return flags

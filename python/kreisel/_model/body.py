@@ -11,31 +11,39 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
-from .._ground.arguments import Array, Quaternion, Vector, boolean, number, positive, vector
-from .._ground.refusals import refusal, unchangeable, warn
-from ..quaternion import turn, unit
-from .inertia import (
-    about_fixed_point,
-    described,
-    lost,
-    moments_of,
-    no_such_body,
-    of_a_shift,
-    slack,
-    tensor_of,
-    violation,
-    with_a_point,
+from .._ground.errors import frozen_message, status_to_exception, warn
+from .._ground.validation import (
+    Array,
+    Quaternion,
+    Vector,
+    as_bool,
+    as_float,
+    as_positive,
+    as_vector,
 )
-from .shaped import Shaped
+from ..quaternion import turn, unit
+from .body_constructors import BodyConstructors
+from .inertia import (
+    add_point_mass,
+    check_tolerance,
+    compact_tensor,
+    ill_conditioned_error,
+    inertia_at_fixed_point,
+    parallel_axis_term,
+    parse_tensor,
+    principal_moments,
+    triangle_violation,
+    unphysical_message,
+)
 from .shapes import inertia_of, mass_of, rod
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-@unchangeable("dataclasses.replace(body, {}=...) makes another body")
+@frozen_message("dataclasses.replace(body, {}=...) makes another body")
 @dataclass(frozen=True, init=False)
-class Body(Shaped):
+class Body(BodyConstructors):
     """A rigid body that turns about the origin of the frame in which it is described.
 
     mass     [M], positive
@@ -83,21 +91,26 @@ class Body(Shaped):
         if com is None:
             raise TypeError("com is missing: the centre of mass, seen from the fixed point")
         if inertia is None or inertia_about_com is not None:
-            tensor = about_fixed_point(mass, inertia, inertia_about_com, com)
+            tensor = inertia_at_fixed_point(mass, inertia, inertia_about_com, com)
         else:
-            tensor = tensor_of("inertia", inertia)
+            tensor = parse_tensor("inertia", inertia)
         kept = self.__dict__
-        kept["mass"], kept["inertia"] = positive("mass", mass), described(tensor)
-        kept["com"], kept["rounded"] = vector("com", com), slack(rounded) if rounded else 0.0
+        kept["mass"], kept["inertia"] = as_positive("mass", mass), compact_tensor(tensor)
+        kept["com"], kept["rounded"] = (
+            as_vector("com", com),
+            check_tolerance(rounded) if rounded else 0.0,
+        )
         status, kept["_block"], can_be = body_from_tensor(
             kept["mass"], tensor, kept["com"], kept["rounded"]
         )
         if status != "OK":
-            raise lost(tensor) or refusal(status, violation(tensor, kept["rounded"]))
+            raise ill_conditioned_error(tensor) or status_to_exception(
+                status, triangle_violation(tensor, kept["rounded"])
+            )
         if made_up is not False:
-            boolean("made_up", made_up)
+            as_bool("made_up", made_up)
         elif not can_be:
-            warn(no_such_body(self.mass, tensor, self.com))
+            warn(unphysical_message(self.mass, tensor, self.com))
         kept["made_up"] = made_up or not can_be
 
     @classmethod
@@ -115,14 +128,14 @@ class Body(Shaped):
         pivot    the fixed point, seen from the centre [L]; it may lie outside
         density  [M L^-3], 1 by default; or mass [M]
         """
-        a, b, c = (positive("half", x) for x in vector("half", half))
+        a, b, c = (as_positive("half", x) for x in as_vector("half", half))
         if mass is not None and density is not None:
             raise ValueError("give mass or density of the cuboid, not both")
         if mass is None:
-            heavy = 8.0 * positive("density", 1.0 if density is None else density) * a * b * c
-            whole = positive("mass of the cuboid", heavy)
+            heavy = 8.0 * as_positive("density", 1.0 if density is None else density) * a * b * c
+            whole = as_positive("mass of the cuboid", heavy)
         else:
-            whole = positive("mass", mass)
+            whole = as_positive("mass", mass)
         third = whole / 3.0
         xx, yy, zz = third * a * a, third * b * b, third * c * c
         return cls.from_com(whole, (yy + zz, zz + xx, xx + yy), (0.0, 0.0, 0.0), pivot)
@@ -138,9 +151,9 @@ class Body(Shaped):
         >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
         (3.0, 4.0, 1.0)
         """
-        shape = rod(positive("length", length))
-        heavy, at = mass_of(shape, mass, None), np.subtract(0.0, vector("pivot", pivot))
-        return _body_or_line(heavy, with_a_point(inertia_of(shape, heavy), heavy, at), at)
+        shape = rod(as_positive("length", length))
+        heavy, at = mass_of(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
+        return _join_parts(heavy, add_point_mass(inertia_of(shape, heavy), heavy, at), at)
 
     @classmethod
     def symmetric(
@@ -157,8 +170,8 @@ class Body(Shaped):
 
         The centre of mass is at (0, 0, height) [L]; rounded and made_up are as in Body.
         """
-        one, three = number("i1", i1), number("i3", i3)
-        com = (0.0, 0.0, number("height", height))
+        one, three = as_float("i1", i1), as_float("i3", i3)
+        com = (0.0, 0.0, as_float("height", height))
         return cls(mass, (one, one, three), com, rounded=rounded, made_up=made_up)
 
     @classmethod
@@ -178,9 +191,9 @@ class Body(Shaped):
         as in Body. Steiner's theorem (Bodack 2008, 2.14): J = J_com + mass (|a|^2 1 - a a^t), a =
         com - pivot.
         """
-        tensor = tensor_of("inertia_about_com", inertia_about_com)
-        a = np.subtract(vector("com", com), vector("pivot", pivot))
-        moved = with_a_point(tensor, positive("mass", mass), a)
+        tensor = parse_tensor("inertia_about_com", inertia_about_com)
+        a = np.subtract(as_vector("com", com), as_vector("pivot", pivot))
+        moved = add_point_mass(tensor, as_positive("mass", mass), a)
         return cls(mass, moved, a, rounded=rounded, made_up=made_up)
 
     def __add__(self, other: Body) -> Body:
@@ -189,8 +202,8 @@ class Body(Shaped):
             return NotImplemented
         mass = self.mass + other.mass
         com = self.mass * np.array(self.com) + other.mass * np.array(other.com)
-        tensor = tensor_of("inertia", self.inertia) + tensor_of("inertia", other.inertia)
-        return _body_or_line(mass, tensor, com / mass, self, other)
+        tensor = parse_tensor("inertia", self.inertia) + parse_tensor("inertia", other.inertia)
+        return _join_parts(mass, tensor, com / mass, self, other)
 
     def shifted(self, by: ArrayLike) -> Body:
         """Return the body moved along the axes of its frame [L], while the fixed point stays.
@@ -199,9 +212,9 @@ class Body(Shaped):
         >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shifted((0, 0, 3)).moments
         (19.0, 19.0, 10.0)
         """
-        way, com = np.array(vector("by", by)), np.array(self.com)
-        tensor = tensor_of("inertia", self.inertia) + of_a_shift(self.mass, com, way)
-        return _body_or_line(self.mass, tensor, com + way, self)
+        way, com = np.array(as_vector("by", by)), np.array(self.com)
+        tensor = parse_tensor("inertia", self.inertia) + parallel_axis_term(self.mass, com, way)
+        return _join_parts(self.mass, tensor, com + way, self)
 
     def turned(self, by: ArrayLike | Rotation) -> Body:
         """Return the body turned about the fixed point in its frame of description.
@@ -215,8 +228,8 @@ class Body(Shaped):
         """
         q = unit("turn", by)
         axes = np.array([turn(q, (x, y, z)) for x, y, z in np.eye(3).tolist()])
-        tensor = axes.T @ tensor_of("inertia", self.inertia) @ axes
-        return _body_or_line(self.mass, 0.5 * (tensor + tensor.T), np.array(self.com) @ axes, self)
+        tensor = axes.T @ parse_tensor("inertia", self.inertia) @ axes
+        return _join_parts(self.mass, 0.5 * (tensor + tensor.T), np.array(self.com) @ axes, self)
 
     def __repr__(self) -> str:
         words = f"mass={self.mass!r}, inertia={self.inertia!r}, com={self.com!r}"
@@ -254,7 +267,7 @@ class Body(Shaped):
         return body_kind(self._block, KIND_RTOL)
 
     @property
-    def _nearly(self) -> str:
+    def _near_kind(self) -> str:
         """The kind that the body has only up to 1e-8 relative, with that tolerance; else empty."""
         near = KIND_RTOL
         while near < 1e-8:
@@ -270,7 +283,7 @@ class Body(Shaped):
         return any(abs(a - b) <= KIND_RTOL * max(a, b) for a, b in combinations(self.moments, 2))
 
 
-class Line(Body):
+class ThinRods(Body):
     """Thin rods on one line through the fixed point, usable only as parts of other bodies.
 
     Such rods have no moment about their line.
@@ -286,8 +299,8 @@ class Line(Body):
         made_up: bool = False,
     ) -> None:
         kept = self.__dict__
-        kept["mass"], kept["inertia"] = mass, described(tensor_of("inertia", inertia))
-        kept["com"], kept["rounded"], kept["made_up"] = vector("com", com), rounded, made_up
+        kept["mass"], kept["inertia"] = mass, compact_tensor(parse_tensor("inertia", inertia))
+        kept["com"], kept["rounded"], kept["made_up"] = as_vector("com", com), rounded, made_up
 
     def __getattr__(self, name: str) -> bytes:
         if name != "_block":
@@ -298,12 +311,12 @@ class Line(Body):
         )
 
 
-def _body_or_line(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
+def _join_parts(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
     """Build the body of joined parts, or a Line if all parts are rods on one line."""
     made_up = any(part.made_up for part in parts)
-    if np.isfinite(tensor).all() and all(isinstance(part, Line) for part in parts):
-        least, _, largest = sorted(moments_of(tensor))
+    if np.isfinite(tensor).all() and all(isinstance(part, ThinRods) for part in parts):
+        least, _, largest = sorted(principal_moments(tensor))
         if least <= INPUT_RTOL * largest:
-            return Line(mass, tensor, com, made_up=made_up)
+            return ThinRods(mass, tensor, com, made_up=made_up)
     rounded = max((part.rounded for part in parts), default=0.0)
     return Body(mass, tensor, com, rounded=rounded, made_up=made_up)

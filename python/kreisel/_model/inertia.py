@@ -8,26 +8,34 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, TENSOR_LEAST
-from .._ground.arguments import Array, Vector, array, number, positive, shown, vector
+from .._ground.validation import (
+    Array,
+    Vector,
+    as_finite_array,
+    as_float,
+    as_positive,
+    as_vector,
+    short_repr,
+)
 
 _WHAT = "3 moments or a symmetric 3x3 matrix"
 
 
-def tensor_of(name: str, value: object) -> Array:
+def parse_tensor(name: str, value: object) -> Array:
     """Return the 3x3 tensor of three moments or of a matrix."""
-    given = array(name, value, _WHAT)
+    given = as_finite_array(name, value, _WHAT)
     if given.shape not in ((3,), (3, 3)):
-        raise ValueError(f"{name} must be {_WHAT}, not {shown(value)}")
+        raise ValueError(f"{name} must be {_WHAT}, not {short_repr(value)}")
     if given.ndim == 1:
         return np.diag(given)
     with np.errstate(over="ignore"):
         skew = np.abs(given - given.T).max()
     if skew > INPUT_RTOL * np.abs(given).max():
-        raise ValueError(f"{name} must be {_WHAT}, not {shown(value)}")
+        raise ValueError(f"{name} must be {_WHAT}, not {short_repr(value)}")
     return given
 
 
-def described(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
+def compact_tensor(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
     """Return three moments if the tensor is diagonal, else its three rows."""
     diagonal = tensor.diagonal()
     if (tensor == np.diag(diagonal)).all():
@@ -37,16 +45,16 @@ def described(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
     return (a, b, c), (d, e, f), (g, h, i)
 
 
-def moments_of(tensor: Array) -> list[float]:
+def principal_moments(tensor: Array) -> list[float]:
     """Return the principal moments."""
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     moments: list[float] = (tensor.diagonal() if diagonal else np.linalg.eigvalsh(tensor)).tolist()
     return moments
 
 
-def lost(tensor: Array) -> ValueError | None:
+def ill_conditioned_error(tensor: Array) -> ValueError | None:
     """Return the error for a matrix whose rounding errors reach its least moment, or None."""
-    least, _, largest = sorted(moments_of(tensor))
+    least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
         return None
@@ -57,9 +65,9 @@ def lost(tensor: Array) -> ValueError | None:
     )
 
 
-def violation(tensor: Array, rounded: float) -> str:
+def triangle_violation(tensor: Array, rounded: float) -> str:
     """Describe which condition the principal moments violate."""
-    moments = moments_of(tensor)
+    moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:
         return f"{least!r} is not positive in {moments}"
@@ -69,10 +77,10 @@ def violation(tensor: Array, rounded: float) -> str:
     return f"{largest!r} > {least!r} + {middle!r} in {moments}{said}{hint}"
 
 
-def no_such_body(mass: float, tensor: Array, com: Vector) -> str:
+def unphysical_message(mass: float, tensor: Array, com: Vector) -> str:
     """Return the message that no distribution of mass has this inertia, with likely causes."""
-    rest = with_a_point(tensor, -mass, np.array(com))
-    left = moments_of(rest) if np.isfinite(rest).all() else [-math.inf]
+    rest = add_point_mass(tensor, -mass, np.array(com))
+    left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (
         f"no body has this inertia about the fixed point: about its centre of mass the moments "
         f"would be {', '.join(f'{moment:.4g}' for moment in left)}. Is it about the centre of "
@@ -80,7 +88,7 @@ def no_such_body(mass: float, tensor: Array, com: Vector) -> str:
     )
 
 
-def with_a_point(tensor: Array, mass: float, at: Array) -> Array:
+def add_point_mass(tensor: Array, mass: float, at: Array) -> Array:
     """Return the tensor plus that of a point mass at `at`: mass (|a|^2 1 - a a^t)."""
     with np.errstate(over="ignore", invalid="ignore"):
         products = mass * np.outer(at, at)
@@ -90,7 +98,7 @@ def with_a_point(tensor: Array, mass: float, at: Array) -> Array:
     return together
 
 
-def of_a_shift(mass: float, com: Array, by: Array) -> Array:
+def parallel_axis_term(mass: float, com: Array, by: Array) -> Array:
     """Return the change of the inertia about the origin when the body is shifted by `by`."""
     with np.errstate(over="ignore", invalid="ignore"):
         mixed = np.outer(com, by)
@@ -99,7 +107,7 @@ def of_a_shift(mass: float, com: Array, by: Array) -> Array:
     return added
 
 
-def about_fixed_point(
+def inertia_at_fixed_point(
     mass: float, inertia: ArrayLike | None, about_com: ArrayLike | None, com: ArrayLike
 ) -> Array:
     """Return the tensor at the fixed point from either `inertia` or `about_com`."""
@@ -107,14 +115,14 @@ def about_fixed_point(
         both = "not none" if about_com is None else "not both"
         raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
     if about_com is None:
-        return tensor_of("inertia", inertia)
-    tensor = tensor_of("inertia_about_com", about_com)
-    return with_a_point(tensor, positive("mass", mass), np.array(vector("com", com)))
+        return parse_tensor("inertia", inertia)
+    tensor = parse_tensor("inertia_about_com", about_com)
+    return add_point_mass(tensor, as_positive("mass", mass), np.array(as_vector("com", com)))
 
 
-def slack(rounded: object) -> float:
+def check_tolerance(rounded: object) -> float:
     """Validate the relative tolerance of the triangle inequality."""
-    given = number("rounded", rounded)
+    given = as_float("rounded", rounded)
     if not 0.0 <= given < 1.0:
-        raise ValueError(f"rounded must be at least 0 and less than 1, not {shown(rounded)}")
+        raise ValueError(f"rounded must be at least 0 and less than 1, not {short_repr(rounded)}")
     return given

@@ -5,11 +5,11 @@ One top passes floats. An ensemble passes arrays of components.
 
 from __future__ import annotations
 
-from .._ground.arguments import R
+from .._ground.validation import R
 from ..quaternion import multiply, turn, turn_back
 
 
-def momentum_of(
+def angular_momentum(
     name: str,
     moments: tuple[R, R, R],
     axes: tuple[R, R, R, R],

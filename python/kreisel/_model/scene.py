@@ -13,25 +13,25 @@ from typing import TYPE_CHECKING, Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._ground.arguments import Array, Quaternion, Vector, boolean, instance, number
-from .._ground.files import write
-from .._ground.refusals import unchangeable
+from .._ground.atomic_io import atomic_write
+from .._ground.errors import frozen_message
+from .._ground.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
-from .textbook import (
-    attitude_of,
-    half_turn,
+from .ensemble_constructors import EnsembleConstructors
+from .euler_angles import (
+    attitude_from_euler,
+    check_steady,
+    check_tilt,
     moments_about_axis,
-    radians,
     steady_rate,
-    steady_words,
-    velocity_of,
+    to_radians,
+    velocity_from_euler,
 )
-from .textbook_tops import TextbookTops
-from .toml import a_table, lines, made, read, tables
-from .toml_body import MAKERS, body_of
-from .typed import Changes, Varied
-from .varied import scattered, varied
-from .words import gravity_of, looked_at, made_plainly
+from .kwargs_types import SceneKwargs, VaryKwargs
+from .scene_arguments import check_gravity, parse_checked, parse_fast
+from .toml import call_constructor, check_table, dump, parse_tables, read
+from .toml_body import MAKERS, body_from_table
+from .variation import scatter, vary
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _COUNTABLE = 2.0**53  # radians up to which doubles resolve whole radians
 
 
-@unchangeable("scene.replace({}=...) makes another scene")
+@frozen_message("scene.replace({}=...) makes another scene")
 @dataclass(frozen=True, init=False)
 class Scene:
     """A body, gravity, damping, and the state at t = 0.
@@ -81,7 +81,7 @@ class Scene:
         attitude_xyzw: ArrayLike | None = None,
         damping: ArrayLike | None = None,
     ) -> None:
-        instance("body", body, Body)
+        check_type("body", body, Body)
         given = {} if momentum is None else {"momentum": momentum}
         if velocity is not None:
             given["velocity"] = velocity
@@ -92,10 +92,10 @@ class Scene:
         made = (
             None
             if attitude_xyzw is not None
-            else made_plainly(body, given, attitude, gravity, damping)
+            else parse_fast(body, given, attitude, gravity, damping)
         )
         if made is None:
-            made = looked_at(body, given, attitude, attitude_xyzw, gravity, damping)
+            made = parse_checked(body, given, attitude, attitude_xyzw, gravity, damping)
         kept = self.__dict__
         kept["body"] = body
         kept["momentum"], kept["attitude"], kept["gravity"], kept["damping"], kept["_block"] = made
@@ -127,7 +127,7 @@ class Scene:
         w, x, y, z = self.attitude
         return x, y, z, w
 
-    def replace(self, **changes: Unpack[Changes]) -> Self:
+    def replace(self, **changes: Unpack[SceneKwargs]) -> Self:
         """Return a copy of the scene with the given parameters of the constructor changed."""
         words: dict[str, object] = {
             "body": self.body,
@@ -143,7 +143,7 @@ class Scene:
         make: Callable[..., Self] = type(self)  # which validates the parameters
         return make(**{**words, **changes})
 
-    def vary(self, **words: Unpack[Varied]) -> Ensemble:
+    def vary(self, **words: Unpack[VaryKwargs]) -> Ensemble:
         """Return an ensemble of this scene in which some parameters vary.
 
         Parameters are broadcast as in kr.Ensemble and are those of
@@ -164,7 +164,7 @@ class Scene:
         >>> tops.shape, tops.axes
         ((5, 3), ('spin', 'tilt'))
         """
-        return varied(Ensemble, self, words)
+        return vary(Ensemble, self, words)
 
     def scatter(
         self,
@@ -190,7 +190,7 @@ class Scene:
         >>> tops[3] == kr.scenes.thesis.scatter(10, seed=7, attitude=0.01)[3]
         True
         """
-        return scattered(Ensemble, self, n, seed, momentum, attitude, gravity)
+        return scatter(Ensemble, self, n, seed, momentum, attitude, gravity)
 
     @classmethod
     def from_euler(
@@ -219,12 +219,12 @@ class Scene:
         >>> round(float(kr.solve(scene, [0.0]).nutation[0]), 12)
         1.047197551197
         """
-        instance("body", body, Body)
-        in_degrees = boolean("degrees", degrees)
-        at, by = radians("angles", angles, in_degrees), radians("rates", rates, in_degrees)
+        check_type("body", body, Body)
+        in_degrees = as_bool("degrees", degrees)
+        at, by = to_radians("angles", angles, in_degrees), to_radians("rates", rates, in_degrees)
         unturned = cls(body, momentum=(0.0, 0.0, 0.0), gravity=gravity)
-        attitude = attitude_of(unturned._block, unturned._start, at)
-        velocity = velocity_of(at, by)
+        attitude = attitude_from_euler(unturned._block, unturned._start, at)
+        velocity = velocity_from_euler(at, by)
         return cls(body, attitude=attitude, gravity=gravity, velocity=velocity, damping=damping)
 
     @classmethod
@@ -263,15 +263,15 @@ class Scene:
         >>> bool(abs(path.nutation - 1.0).max() < 1e-12)
         True
         """
-        across, along = moments_about_axis(instance("body", body, Body))
-        rate, in_degrees = number("spin", spin), boolean("degrees", degrees)
+        across, along = moments_about_axis(check_type("body", body, Body))
+        rate, in_degrees = as_float("spin", spin), as_bool("degrees", degrees)
         rate = math.radians(rate) if in_degrees else rate
-        angle = half_turn(tilt, in_degrees)
-        if steady_words(steady, fast, precession, damping):
-            torque = body.mass * gravity_of(gravity) * math.hypot(*body.com)
+        angle = check_tilt(tilt, in_degrees)
+        if check_steady(steady, fast, precession, damping):
+            torque = body.mass * check_gravity(gravity) * math.hypot(*body.com)
             turning = steady_rate(across, along, torque, rate, angle, fast, degrees)
         else:
-            turning = 0.0 if precession is None else number("precession", precession)
+            turning = 0.0 if precession is None else as_float("precession", precession)
             turning = math.radians(turning) if in_degrees else turning
         rates = turning, 0.0, rate - turning * math.cos(angle)
         return cls.from_euler(body, (0.0, angle, 0.0), rates, gravity=gravity, damping=damping)
@@ -290,7 +290,7 @@ class Scene:
         >>> kr.Scene.from_toml(text + "pivot = [0, 0, 0]\nmass = 1").body.com
         (0.0, 0.0, 1.5)
         """
-        return read(source, parse)
+        return read(source, parse_toml)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML, and write it to a file if one is named.
@@ -304,17 +304,17 @@ class Scene:
         }
         if self._is_damped:
             start["damping"] = self.damping
-        text = lines(start) + "\n[body]\n"
+        text = dump(start) + "\n[body]\n"
         words: dict[str, object] = {"mass": body.mass, "inertia": body.inertia, "com": body.com}
         words |= {"rounded": body.rounded} if body.rounded else {}
-        text += lines(words | ({"made_up": True} if body.made_up else {}))
+        text += dump(words | ({"made_up": True} if body.made_up else {}))
         if path is not None:
-            write(path, text.encode())
+            atomic_write(path, text.encode())
         return text
 
 
-@unchangeable("kreisel.Ensemble(..., {}=...) makes another ensemble")
-class Ensemble(TextbookTops[Scene]):
+@frozen_message("kreisel.Ensemble(..., {}=...) makes another ensemble")
+class Ensemble(EnsembleConstructors[Scene]):
     """Many tops: a body or bodies, gravity, damping, and the states at t = 0.
 
     Each parameter of kr.Scene is one value or an array of values, and all broadcast to one shape,
@@ -354,23 +354,23 @@ _ABOVE = {word: "above [body]" for word in [*_WORDS, *_SCENE_MAKERS]}
 _BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS]}
 
 
-def parse(text: str) -> Scene:
+def parse_toml(text: str) -> Scene:
     """Return the scene in a TOML text."""
-    return parsed(tables(text))
+    return build_from_table(parse_tables(text))
 
 
-def parsed(table: dict[str, object]) -> Scene:
+def build_from_table(table: dict[str, object]) -> Scene:
     """Return the scene in a TOML table; the table's keys are consumed."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
-    body = body_of(table.pop("body"), _ABOVE)
+    body = body_from_table(table.pop("body"), _ABOVE)
     chosen = [name for name in _SCENE_MAKERS if name in table]
     if not chosen:
-        return made(partial(Scene, body), "a scene", table, _BELOW, _SCENE_MAKERS)
+        return call_constructor(partial(Scene, body), "a scene", table, _BELOW, _SCENE_MAKERS)
     name, *others = [*chosen, *(word for word in table if word not in chosen)]
     make = partial(_SCENE_MAKERS[name], body)
     if others and others[0] in signature(make).parameters:
         raise ValueError(f"{others[0]} belongs in [{name}]")
     if others:
         raise ValueError(f"a scene must be described in one way, not by {', '.join(table)}")
-    return made(make, f"[{name}]", a_table(name, table[name]), _BELOW)
+    return call_constructor(make, f"[{name}]", check_table(name, table[name]), _BELOW)

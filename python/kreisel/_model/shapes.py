@@ -11,7 +11,7 @@ from typing import Generic, NamedTuple
 
 import numpy as np
 
-from .._ground.arguments import Array, R, positive
+from .._ground.validation import Array, R, as_positive
 
 
 class Shape(NamedTuple, Generic[R]):
@@ -32,22 +32,22 @@ def moments_of(shape: Shape[R], mass: R) -> tuple[R, R, R]:
 
 def mass_of(shape: Shape[float], mass: float | None, density: float | None) -> float:
     """Return the mass of a shape from exactly one of `mass` and `density`."""
-    one_of(shape.name, mass, density)
+    check_exactly_one(shape.name, mass, density)
     if density is None:
-        return positive("mass", mass)
+        return as_positive("mass", mass)
     if not shape.volume:
-        raise ValueError(thin(shape.name))
-    return positive(f"mass of the {shape.name}", positive("density", density) * shape.volume)
+        raise ValueError(thin_body_message(shape.name))
+    return as_positive(f"mass of the {shape.name}", as_positive("density", density) * shape.volume)
 
 
-def one_of(name: str, mass: object, density: object) -> None:
+def check_exactly_one(name: str, mass: object, density: object) -> None:
     """Raise ValueError unless exactly one of `mass` and `density` is given."""
     if (mass is None) == (density is None):
         both = "not both" if mass is not None else "not none"
         raise ValueError(f"give exactly one of mass and density of the {name}, {both}")
 
 
-def thin(name: str) -> str:
+def thin_body_message(name: str) -> str:
     """Return the message that a thin shape has no volume."""
     return f"the {name} is thin and has no volume: give its mass"
 
@@ -72,7 +72,7 @@ def tube(inner: R, outer: R, height: R) -> Shape[R]:
     return Shape("tube", volume, (side, side, h * h / 12.0), 0.0 * h)
 
 
-def tube_refusal(inner: float, outer: float) -> str:
+def tube_error_message(inner: float, outer: float) -> str:
     """Why there is no tube with such radii."""
     return f"inner must lie between 0 and outer = {outer!r}, not {inner!r}"
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import cosine, sine
-from .._ground.arguments import Array, instance, number, shown, whole
-from .._ground.arguments import array as array_of
+from .._ground.validation import Array, as_float, as_int, check_type, short_repr
+from .._ground.validation import as_finite_array as array_of
 from ..quaternion import turn_back
 from .body import Body
 from .scene import Ensemble
@@ -32,7 +32,7 @@ _CELLS, _HALVINGS = 1024, 120  # so many cells cover the verticals that can be, 
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-class _Surface(NamedTuple):
+class _EnergySurface(NamedTuple):
     """The energy surface of a body in principal axes, with lever = mass gravity com."""
 
     moments: Array
@@ -48,26 +48,26 @@ class _Surface(NamedTuple):
     def momentum(self, P: Array, alpha: Array) -> Array:
         """Return M at the angles alpha (n,) and the verticals P (n, 3)."""
         across, root = self.moments * P, np.sqrt(self.moments)
-        first, second = self._sides(P)
+        first, second = self._momentum_basis(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
         y = cosine(alpha)[:, None] * first + sine(alpha)[:, None] * second
         about = self.vertical / (P * across).sum(axis=1)
         made: Array = about[:, None] * across + np.sqrt(2.0 * left)[:, None] * root * y
         return made
 
-    def _sides(self, P: Array) -> tuple[Array, Array]:
+    def _momentum_basis(self, P: Array) -> tuple[Array, Array]:
         """Return a basis of y = J^-1/2 w, which is across J^1/2 P; the energy of w is y^2 / 2."""
         normal = np.sqrt(self.moments) * P
-        return _across(normal / np.linalg.norm(normal, axis=1)[:, None])
+        return _tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
-    def at_rest(self, P: Array, apex: Array) -> Array:
+    def angle_at_rest(self, P: Array, apex: Array) -> Array:
         """Return one of the angles alpha at which the apex neither rises nor falls."""
-        first, second = self._sides(P)
+        first, second = self._momentum_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
         return made
 
-    def below(self, P: Array, reach: Array) -> Array:
+    def lower_bound(self, P: Array, reach: Array) -> Array:
         """Return a lower bound of U within these angles of P, from its slope and curvature."""
         about = P * P @ self.moments
         k = (self.vertical / about) ** 2
@@ -82,11 +82,11 @@ class _Surface(NamedTuple):
 
     def least(self) -> float:
         """Return the least value of U: the best points of a grid, refined by Newton's method."""
-        P = _verticals(*_middles((_GRID, 2 * _GRID)))
+        P = _verticals(*_cell_middles((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
-        return min(self._downhill(at) for at in best)
+        return min(self._newton_minimum(at) for at in best)
 
-    def _downhill(self, P: Array) -> float:
+    def _newton_minimum(self, P: Array) -> float:
         """Return the least U near P by Newton's method on the sphere.
 
         Where U is not convex the step is reversed, and shortened until U falls.
@@ -95,7 +95,7 @@ class _Surface(NamedTuple):
         for _ in range(100):
             JP = self.moments * P
             k = (self.vertical / (P @ JP)) ** 2
-            slope, sides = self.lever - k * JP, np.concatenate(_across(P[None]))
+            slope, sides = self.lever - k * JP, np.concatenate(_tangent_basis(P[None]))
             bend = 4.0 * k / (P @ JP) * np.outer(JP, JP) - k * np.diag(self.moments)
             values, vectors = np.linalg.eigh(sides @ (bend - P @ slope * np.eye(3)) @ sides.T)
             steepest = np.abs(values).max()
@@ -144,13 +144,13 @@ def starts(
     >>> [round(float(kr.solve(top, [0.0]).energy[0]), 12) for top in tops]
     [2.0, 2.0, 2.0]
     """
-    instance("body", body, Body)
-    g = number("gravity", gravity)
-    surface = _Surface(
+    check_type("body", body, Body)
+    g = as_float("gravity", gravity)
+    surface = _EnergySurface(
         np.array(body.moments),
         body.mass * g * np.array(body.principal_com),
-        number("energy", energy),
-        number("vertical", vertical),
+        as_float("energy", energy),
+        as_float("vertical", vertical),
     )
     _refuse_overflow(surface)
     if (n is None) == (grid is None):
@@ -163,15 +163,15 @@ def starts(
         )
     to_principal = np.array([turn_back(body.axes, e) for e in _AXES])
     if n is None:
-        P, alpha = _on_grid(surface, grid, to_principal, body)
+        P, alpha = _grid_starts(surface, grid, to_principal, body)
     else:
-        P, alpha = _at_random(surface, whole("n", n, 0), whole("seed", seed, 0), least)
+        P, alpha = _random_starts(surface, as_int("n", n, 0), as_int("seed", seed, 0), least)
     M = surface.momentum(P, alpha) @ to_principal.T
-    q = _unturned(P @ to_principal.T)
-    return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._renamed()
+    q = _shortest_rotations(P @ to_principal.T)
+    return Ensemble(body, body_momentum=M, attitude=q, gravity=g)._forget_variation()
 
 
-def _refuse_overflow(surface: _Surface) -> None:
+def _refuse_overflow(surface: _EnergySurface) -> None:
     """Raise ValueError if the squares of a start's numbers are beyond the range of doubles."""
     vertical, energy, lever = surface.vertical, surface.energy, np.abs(surface.lever).max()
     about = vertical * vertical / float(surface.moments.min())
@@ -183,42 +183,42 @@ def _refuse_overflow(surface: _Surface) -> None:
         raise ValueError(f"energy = {energy!r} is too large for the moments of this body")
 
 
-def _on_grid(
-    surface: _Surface, grid: object, to_principal: Array, body: Body
+def _grid_starts(
+    surface: _EnergySurface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
     """Return verticals in principal axes and angles of the momentum on a grid."""
     sizes = array_of("grid", grid, "2 or 3 whole numbers")
     if sizes.shape not in {(2,), (3,)}:
-        raise ValueError(f"grid must be 2 or 3 whole numbers, not {shown(grid)}")
-    counts = [whole("grid", int(k) if k.is_integer() else k, 1) for k in sizes.tolist()]
+        raise ValueError(f"grid must be 2 or 3 whole numbers, not {short_repr(grid)}")
+    counts = [as_int("grid", int(k) if k.is_integer() else k, 1) for k in sizes.tolist()]
     apex = np.array(body.principal_com)
     apex = apex / np.linalg.norm(apex) if apex.any() else np.array(_AXES[2])
-    frame = np.stack([*np.concatenate(_across(apex[None])), apex])
+    frame = np.stack([*np.concatenate(_tangent_basis(apex[None])), apex])
     if len(counts) == 3:
         frame = to_principal
-    P = _verticals(*_middles((counts[0], counts[1]))) @ frame
+    P = _verticals(*_cell_middles((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
-            f"no middle of a cell of grid = {shown(grid)} has so little energy: make it finer, or "
-            "take n starts at random"
+            f"no middle of a cell of grid = {short_repr(grid)} has so little energy: make it "
+            "finer, or take n starts at random"
         )
     directions = counts[2] if len(counts) == 3 else 2
     begin = np.full(len(P), math.pi / directions)
     if len(counts) == 2:
-        begin = surface.at_rest(P, apex)
+        begin = surface.angle_at_rest(P, apex)
     alpha = begin[:, None] + math.tau * np.arange(directions) / directions
     return np.repeat(P, directions, axis=0), alpha.reshape(-1)
 
 
-def _at_random(surface: _Surface, n: int, seed: int, least: float) -> tuple[Array, Array]:
+def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> tuple[Array, Array]:
     """Return random verticals in principal axes and random angles of the momentum."""
-    cover = _cover(surface)
+    cover = _cover_verticals(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
         left = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
-            drawn = _random(seed, trial, begin, int(left[-1]) + 1)[left - begin]
+            drawn = _uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
             at, chance = cover.verticals(drawn), drawn[:, 3] ** 2
             even = chance * (at * at @ surface.moments) <= surface.moments.min()
             taken = even & (surface.potential(at) <= surface.energy)
@@ -234,7 +234,7 @@ def _at_random(surface: _Surface, n: int, seed: int, least: float) -> tuple[Arra
     return P, alpha
 
 
-def _random(seed: int, trial: int, begin: int, end: int) -> Array:
+def _uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
     """Return uniform numbers in [0, 1); row i belongs to start begin + i alone.
 
     The counter-based generator Philox has no other state.
@@ -245,7 +245,7 @@ def _random(seed: int, trial: int, begin: int, end: int) -> Array:
     return numbers
 
 
-class _Cover(NamedTuple):
+class _SphereCells(NamedTuple):
     """Cells on the sphere, each with its lowest height and angle, and their cumulative areas."""
 
     height: Array
@@ -268,13 +268,13 @@ class _Cover(NamedTuple):
         aside = 0.5 * self.wide * np.sin(polar[1])
         return _verticals(middle, self.angle + 0.5 * self.wide), up + aside
 
-    def halved(self) -> _Cover:
+    def split(self) -> _SphereCells:
         """Split each cell across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
         lower = self.tall / level > self.wide * level
         tall, wide = np.where(lower, 0.5, 1.0) * self.tall, np.where(lower, 1.0, 0.5) * self.wide
-        return _Cover(
+        return _SphereCells(
             np.concatenate((self.height, self.height + self.tall - tall)),
             np.concatenate((self.angle, self.angle + self.wide - wide)),
             np.tile(tall, 2),
@@ -282,21 +282,21 @@ class _Cover(NamedTuple):
         )
 
 
-def _cover(surface: _Surface) -> _Cover:
+def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
     """Return few cells that cover all possible verticals tightly."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
-    cover = _Cover(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
+    cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
         P, reach = cover.middles()
-        kept = surface.below(P, reach) <= surface.energy
-        cover = _Cover(*(column[kept] for column in cover)) if kept.any() else cover
+        kept = surface.lower_bound(P, reach) <= surface.energy
+        cover = _SphereCells(*(column[kept] for column in cover)) if kept.any() else cover
         if len(cover.height) >= _CELLS:
             break
-        cover = cover.halved()
+        cover = cover.split()
     return cover
 
 
-def _unturned(P: Array) -> Array:
+def _shortest_rotations(P: Array) -> Array:
     """Return the attitudes (n, 4) that see the verticals P, by the shortest rotations."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -307,7 +307,7 @@ def _unturned(P: Array) -> Array:
     return q
 
 
-def _middles(counts: tuple[int, int]) -> tuple[Array, Array]:
+def _cell_middles(counts: tuple[int, int]) -> tuple[Array, Array]:
     """Return heights and angles of the middles of cells of equal size on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
@@ -319,7 +319,7 @@ def _verticals(height: Array, angle: Array) -> Array:
     return np.stack((across * cosine(angle), across * sine(angle), height), axis=-1)
 
 
-def _across(normals: Array) -> tuple[Array, Array]:
+def _tangent_basis(normals: Array) -> tuple[Array, Array]:
     """Return two unit vectors orthogonal to each row (n, 3) and to each other."""
     first = np.cross(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1)[:, None]

@@ -7,8 +7,8 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from typing import BinaryIO, TypeVar
 
-from .._ground.arguments import shown
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.validation import short_repr
 
 _T = TypeVar("_T")
 
@@ -24,10 +24,10 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
     if isinstance(source, str) and "\n" in source:
         return parse(source)
     with open(os.fspath(source), "rb") as file:  # a number would be of an open file
-        return worded(os.fspath(source), lambda: parse(bounded(file)))
+        return prefix_errors(os.fspath(source), lambda: parse(read_limited(file)))
 
 
-def bounded(file: BinaryIO) -> str:
+def read_limited(file: BinaryIO) -> str:
     """Read a file, device or pipe; raise ValueError if it is not text or too long."""
     data = file.read(_LONGEST + 1)
     if len(data) > _LONGEST:
@@ -35,7 +35,7 @@ def bounded(file: BinaryIO) -> str:
     return data.decode("utf-8").replace("\r\n", "\n")
 
 
-def worded(name: str, make: Callable[[], _T]) -> _T:
+def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
     """Call `make`; prefix its TypeError or ValueError with `name`."""
     try:
         return make()
@@ -44,7 +44,7 @@ def worded(name: str, make: Callable[[], _T]) -> _T:
         raise kind(f"{name}: {error}") from None
 
 
-def tables(text: str) -> dict[str, object]:
+def parse_tables(text: str) -> dict[str, object]:
     """Parse TOML text into tables and values."""
     import tomllib  # here, since who reads no file need not wait for it
 
@@ -54,14 +54,14 @@ def tables(text: str) -> dict[str, object]:
         raise ValueError("its tables are nested too deep to be a scene") from None
 
 
-def a_table(name: str, value: object) -> dict[str, object]:
+def check_table(name: str, value: object) -> dict[str, object]:
     """Return `value` if it is a table; raise TypeError otherwise."""
     if not isinstance(value, dict):
-        raise TypeError(f"{name} must be a table, not {shown(value)}")
+        raise TypeError(f"{name} must be a table, not {short_repr(value)}")
     return value
 
 
-def made(
+def call_constructor(
     make: Callable[..., _T],
     where: str,
     words: Mapping[str, object],
@@ -78,14 +78,14 @@ def made(
         if word not in parameters:
             if word in elsewhere:
                 raise ValueError(f"{word} belongs {elsewhere[word]}")
-            raise ValueError(unknown(f"key in {where}:", word, [*parameters, *others]))
+            raise ValueError(unknown_name_message(f"key in {where}:", word, [*parameters, *others]))
     for name, parameter in parameters.items():
         if parameter.default is parameter.empty and name not in words:
             raise ValueError(f"{where} has no {name}")
     return make(**words)
 
 
-def lines(words: Mapping[str, object]) -> str:
+def dump(words: Mapping[str, object]) -> str:
     """Return a line of TOML for each key, with all digits of numbers."""
     return "".join(f"{name} = {_value(value)}\n" for name, value in words.items())
 

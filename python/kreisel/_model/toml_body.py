@@ -6,26 +6,26 @@ from collections.abc import Callable, Mapping
 from inspect import getmembers, ismethod
 
 from .body import Body
-from .toml import a_table, made
+from .toml import call_constructor, check_table
 
 MAKERS: dict[str, Callable[..., Body]] = {
     name: make for name, make in getmembers(Body, ismethod) if not name.startswith("_")
 }
 
 
-def body_of(table: object, elsewhere: Mapping[str, str]) -> Body:
+def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
     """Build the body of a TOML table.
 
     The table has the parameters of Body, or one table with those of a constructor; `elsewhere` says
     where misplaced keys belong.
     """
-    words = a_table("body", table)
+    words = check_table("body", table)
     if not MAKERS.keys() & words.keys():
-        return made(Body, "[body]", words, elsewhere, MAKERS)
+        return call_constructor(Body, "[body]", words, elsewhere, MAKERS)
     misplaced = [word for word in words if word in elsewhere]
     if len(words) > 1 and not misplaced:
         raise ValueError(f"[body] must be described in one way, not by {', '.join(words)}")
     if misplaced:
         raise ValueError(f"{misplaced[0]} belongs {elsewhere[misplaced[0]]}")
     ((name, value),) = words.items()
-    return made(MAKERS[name], f"[body] {name}", a_table(name, value), elsewhere)
+    return call_constructor(MAKERS[name], f"[body] {name}", check_table(name, value), elsewhere)

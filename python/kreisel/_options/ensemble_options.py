@@ -14,8 +14,8 @@ import numpy as np
 
 from .._core import reductions as KINDS
 from .._core import unsuited
-from .._ground.arguments import Array, array, shown, whole
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.validation import Array, as_finite_array, as_int, short_repr
 from .._model.scene import Ensemble, Scene
 from .methods import FALLBACK, Method, get_method, resolve_method
 from .quantities import QUANTITIES
@@ -124,7 +124,7 @@ def method_for_all(name: object, tops: Ensemble) -> Method:
     method = get_method(name)
     if method.name == FALLBACK:  # it suits every top
         return method
-    first, count = unsuited(tops._tops, method.name)
+    first, count = unsuited(tops._core_scenes, method.name)
     if count:
         where = f"top{format_index(unravel_index(first, tops.shape))}"
         more = f", the first of {count} such members" if count > 1 else ""
@@ -184,7 +184,7 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
     if not isinstance(reduce, Mapping):
         raise TypeError(
             "reductions must name quantities, each with its kinds, as in "
-            f"{{'nutation': ('min', 'max')}}, not {shown(reduce)}"
+            f"{{'nutation': ('min', 'max')}}, not {short_repr(reduce)}"
         )
     if not reduce:
         raise ValueError("the reductions name no quantity")
@@ -192,7 +192,9 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
     for name, given in reduce.items():
         if not isinstance(name, str) or (name not in QUANTITIES and name not in _COMPONENTS):
             raise ValueError(
-                unknown("quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS])
+                unknown_name_message(
+                    "quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS]
+                )
             )
         for kind in _parse_kinds(name, given):
             for quantity, component in list_components(name):
@@ -205,12 +207,14 @@ def _parse_kinds(name: str, given: object) -> list[str]:
     kinds = [given] if isinstance(given, str) else given
     if not isinstance(kinds, Iterable):
         raise TypeError(
-            f"reductions[{name!r}] must be one or several of {KINDS}, not {shown(given)}"
+            f"reductions[{name!r}] must be one or several of {KINDS}, not {short_repr(given)}"
         )
     listed = list(dict.fromkeys(kinds))
     for kind in listed:
         if kind not in KINDS:
-            raise ValueError(unknown(f"kind in reductions[{name!r}]:", str(kind), KINDS))
+            raise ValueError(
+                unknown_name_message(f"kind in reductions[{name!r}]:", str(kind), KINDS)
+            )
     if not listed:
         raise ValueError(
             f"reductions[{name!r}] is empty: give one or several of {', '.join(KINDS)}"
@@ -222,7 +226,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
     """Return (k,) times of all tops, or (n, k) where each has its own. Raises ValueError if the
     times are not monotonic or the steps up to them are not countable."""
     step, every = options.solve.step, options.solve.every
-    times = array("t", t, _WHAT)
+    times = as_finite_array("t", t, _WHAT)
     if times.ndim > 1:
         times = _parse_own_times(tops, times)
         if every is not None:
@@ -287,7 +291,7 @@ def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOption
         raise ValueError("out is for states: leave want and reduce out")
     shape = (*tops.shape, times.shape[-1], 8)
     if not isinstance(out, np.ndarray):
-        raise TypeError(f"out must be an array of numpy, not {shown(out)}")
+        raise TypeError(f"out must be an array of numpy, not {short_repr(out)}")
     if out.dtype != np.float64 or out.shape != shape:
         raise ValueError(
             f"out must be an array of float64 of shape {shape}, not of {out.dtype} and {out.shape}"
@@ -305,8 +309,8 @@ def parse_threads(threads: object, executor: object) -> int:
         if not isinstance(executor, Executor):
             raise TypeError(
                 "executor must be one of concurrent.futures, as a ThreadPoolExecutor, "
-                f"not {shown(executor)}"
+                f"not {short_repr(executor)}"
             )
     if threads is not None:
-        return min(whole("threads", threads, 1), _MAX_THREADS)
+        return min(as_int("threads", threads, 1), _MAX_THREADS)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

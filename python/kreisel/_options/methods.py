@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final, cast
 from .._core import flags as FLAGS
 from .._core import method_applies, method_suits
 from .._core import methods as core_methods
-from .._ground.arguments import instance, shown
-from .._ground.names import MethodName
-from .._ground.refusals import unknown as unknown_name
+from .._ground.errors import unknown_name_message as unknown_name
+from .._ground.literals import MethodName
+from .._ground.validation import check_type, short_repr
 from .._model.body import Body
 from .._model.scene import Scene
 
@@ -104,12 +104,12 @@ class Method:
 
     def applies_to(self, body: Body) -> bool:
         """Return True if it applies to this body under any gravity. `tops` describes its bodies."""
-        return method_applies(self.name, instance("body", body, Body)._block)
+        return method_applies(self.name, check_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
         """Return True if it applies to this scene. Without gravity more bodies have a closed form;
         few methods move damped tops."""
-        damped = instance("scene", scene, Scene)._is_damped
+        damped = check_type("scene", scene, Scene)._is_damped
         any_body = not self.flags & _SOME and not damped
         return any_body or method_suits(self.name, scene._block)
 
@@ -149,7 +149,7 @@ methods = Methods({row["name"]: Method(**row) for row in core_methods})
 
 def describe_kind(scene: Scene) -> str:
     """Return a description of the body of a scene by its kind."""
-    damped, near = "damped " if scene._is_damped else "", scene.body._nearly
+    damped, near = "damped " if scene._is_damped else "", scene.body._near_kind
     which = f", which is {near}" if near else ""
     return f"this {damped}body of kind {scene.body.kind!r}{which}"
 
@@ -169,7 +169,7 @@ def why_no_closed_form(scene: Scene) -> str:
 def get_method(name: object) -> Method:
     """Return the method called `name`. Raises TypeError or ValueError if there is none."""
     if not isinstance(name, str):
-        raise TypeError(f"method must be a name in kreisel.methods, not {shown(name)}")
+        raise TypeError(f"method must be a name in kreisel.methods, not {short_repr(name)}")
     method = methods.get(cast(MethodName, name))
     if method is None:
         raise ValueError(unknown_method(name))

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-from .._ground.arguments import instance, positive, shown, whole
-from .._ground.names import QuantityName
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.literals import QuantityName
+from .._ground.validation import as_int, as_positive, check_type, short_repr
 from .._model.scene import Scene
 from .methods import FALLBACK, Method, resolve_method
 from .quantities import HEADING_DEPENDENT, RECORDABLE, doubles
@@ -114,7 +114,7 @@ def parse_options(
 
     Raises TypeError or ValueError for an invalid argument.
     """
-    top = scene if type(scene) is Scene else instance("scene", scene, Scene)
+    top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
     chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
     name = method if requested is None else requested
     return make_options(chosen, step, tol, digits, max_steps, name, want, every)
@@ -139,7 +139,7 @@ def options_for_method(
         parse_step(method, step),
         parse_tol(method, tol),
         parse_digits(method, digits, tol),
-        whole("max_steps", max_steps, 0),
+        as_int("max_steps", max_steps, 0),
         parse_want(want),
         str(requested),
         parse_every(method, every),
@@ -174,12 +174,14 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
         return None
     if isinstance(want, str) or not isinstance(want, Iterable):
         raise TypeError(
-            f"want must be names of quantities, as in want=('apex', 'energy'), not {shown(want)}"
+            f"want must be names of quantities, as want=('apex', 'energy'), not {short_repr(want)}"
         )
     given = list(want)
     for name in given:
         if not isinstance(name, str) or (name not in RECORDABLE and name != "t"):
-            raise ValueError(unknown("quantity in want:", str(name), ["t", *RECORDABLE]))
+            raise ValueError(
+                unknown_name_message("quantity in want:", str(name), ["t", *RECORDABLE])
+            )
     kept = tuple(name for name in dict.fromkeys(given) if name != "t")
     if not kept:
         raise ValueError("want names no quantity beside t; leave it out for all of them")
@@ -189,7 +191,7 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
 def parse_step(method: Method, step: object) -> float | None:
     """Return the step, or None if the method has none."""
     if step is not None:
-        h = positive("step", step)
+        h = as_positive("step", step)
         return None if method.exact else h
     if not method.adaptive:
         raise ValueError(f"the method {method.name!r} has a fixed step: give step, as in step=0.01")
@@ -204,7 +206,7 @@ def parse_tol(method: Method, tol: object) -> float | None:
         raise ValueError(
             f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out"
         )
-    accuracy = positive("tol", tol)
+    accuracy = as_positive("tol", tol)
     if accuracy >= 1.0:
         raise ValueError(
             f"tol must be below 1: it is what a step may err by, of what it computes; not {tol!r}"
@@ -222,7 +224,7 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
         )
     if tol is not None:
         raise ValueError("digits and tol exclude each other: either says how accurate to be")
-    asked = whole("digits", digits, 1)
+    asked = as_int("digits", digits, 1)
     if asked > 30:
         raise ValueError(f"digits must be at most 30, not {digits!r}")
     return 16 if asked <= 16 else 20 if asked <= 20 else 30
@@ -237,13 +239,13 @@ def parse_every(method: Method, every: object) -> int | None:
         raise ValueError(
             f"every needs a method of fixed step; {method.name} {steps}: give t as a list"
         )
-    return whole("every", every, 1)
+    return as_int("every", every, 1)
 
 
 def parse_progress(progress: Progress | None) -> Progress | None:
     """Return `progress`. Raises TypeError if it is neither a function nor None."""
     if progress is not None and not callable(progress):
         raise TypeError(
-            f"progress must be a function that takes the time reached, not {shown(progress)}"
+            f"progress must be a function that takes the time reached, not {short_repr(progress)}"
         )
     return progress

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from .._ground.arguments import Array, Numbers, array, number
+from .._ground.validation import Array, Numbers, as_finite_array, as_float
 from .._model.scene import Scene
 
 CHUNK_SIZE = 1 << 14  # states that are computed, used and dropped at a time
@@ -22,7 +22,7 @@ def time_array(t: object, step: float | None, every: int | None, size: int = 64)
 
     `size` is the bytes of a state. Raises MemoryError if the states do not fit into memory.
     """
-    times = array("t", t, _WHAT)
+    times = as_finite_array("t", t, _WHAT)
     if times.ndim == 0:
         return time_grid(float(times), step, every, size)
     if times.ndim > 1:
@@ -84,7 +84,7 @@ def time_chunks(
             "a stream needs the times wanted: every=10 with a method of fixed step, "
             "or t as a list or iterator"
         )
-    end = float(t) if isinstance(t, float) and math.isinf(t) else number("t", t)
+    end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
     return _grid_pieces(end, step, every, size, after)
 
 
@@ -95,7 +95,7 @@ def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[fl
         begun, back = [], False
         for time in t:
             begun.append(time)
-            first = array("t", time, "an iterator of times")
+            first = as_finite_array("t", time, "an iterator of times")
             if first.any():
                 back = bool((first < 0.0).any())
                 break
@@ -108,7 +108,7 @@ def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[fl
 
 def _from_iterator(t: Iterable[float], size: int) -> Iterator[Array]:
     while piece := list(itertools.islice(t, size)):
-        times = array("t", piece, "an iterator of times")
+        times = as_finite_array("t", piece, "an iterator of times")
         if times.ndim != 1:
             raise ValueError(f"t must be an iterator of times, not of {piece[0]!r}")
         yield times

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .._core import Work, record, start
-from .._ground.arguments import Array
-from .._ground.refusals import refusal
+from .._ground.errors import status_to_exception
+from .._ground.validation import Array
 from .._model.scene import Scene
 from .._options.solve_options import Progress, SolveOptions
 
@@ -55,4 +55,6 @@ def creation_error(
         while fits and start(scene._block, method, fits, 0.0, 0, 0)[0] == status:
             fits /= 2.0
         would = f", where {fits!r} would do"
-    return refusal(status, f"{method} with step = {step!r}{would}, tol = {tol!r} and {scene!r}")
+    return status_to_exception(
+        status, f"{method} with step = {step!r}{would}, tol = {tol!r} and {scene!r}"
+    )

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, Worker, alone, statuses, values_of_tops
-from .._ground.arguments import Array
+from .._ground.validation import Array
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.plan import StepChoice
@@ -181,7 +181,7 @@ def run_lanes(
     `buffers`. `work` may stop the run, or assigns it some of these tops."""
     part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))
     failed, last = Worker(*options.core, options.core_reductions, work).run(
-        tops._tops, begin, end, t[begin:end] if t.ndim == 2 else t,
+        tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.reduced, part.columns,
     )  # fmt: skip
     part.last = {i: last[j : j + 1] for j, i in enumerate(failed.tolist())} if failed.size else {}
@@ -201,7 +201,7 @@ def run_scalar(
     part = buffers.select(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
         *options.solve.core, list(options.core_events or ()), work,
-        tops._tops, begin, end, t[begin:end] if t.ndim == 2 else t,
+        tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,
         part.status, part.done, part.counts, part.reached, part.states, part.low, part.columns,
     )  # fmt: skip
     part.last = {i: np.array([last[j], low[j]]) for j, i in enumerate(of.tolist())}
@@ -219,5 +219,5 @@ def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
     assert buffers.states is not None
     n, k, _ = buffers.states.shape
     out = np.empty((n, k, *QUANTITIES[name].shape))
-    values_of_tops(name, tops._tops, buffers.states, buffers.done, out)
+    values_of_tops(name, tops._core_scenes, buffers.states, buffers.done, out)
     return out

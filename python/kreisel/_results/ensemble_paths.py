@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from .._ground.arguments import Array, frozen, shown
-from .._ground.names import Quantities, QuantityName
-from .._ground.refusals import nearest
+from .._ground.errors import suggest
+from .._ground.literals import QuantityAttributes, QuantityName
+from .._ground.validation import Array, read_only, short_repr
 from .._options.quantities import LOW, RECORDABLE
 from .ensemble_buffers import RawEvents, values
 from .ensemble_events import EnsembleEvents, ensemble_events, join_events
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 
-class Paths(EnsembleResult, Quantities):
+class Paths(EnsembleResult, QuantityAttributes):
     """The motions of an ensemble of tops, at k times each. Arrays are read-only. t, q and m are
     views of `states`; other quantities are computed on first access. An array has the shape of the
     ensemble, then k, then the shape of the quantity. A top that failed keeps its good states,
@@ -70,7 +70,7 @@ class Paths(EnsembleResult, Quantities):
         if name in LOW:
             part, low = STATE_COLUMNS[name.removesuffix("_low")], self._buffers.low
             if low is None:
-                return frozen(0.0 * self.states[..., part])
+                return read_only(0.0 * self.states[..., part])
             return self._shaped(low)[..., part]
         return self._shaped(values(name, self.tops, self._buffers))
 
@@ -115,7 +115,7 @@ class Paths(EnsembleResult, Quantities):
             if self.want is not None and hasattr(type(self), name):
                 raise self._left_out(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
-            raise AttributeError(f"paths have no {shown(name)}; {nearest(name, known)}")
+            raise AttributeError(f"paths have no {short_repr(name)}; {suggest(name, known)}")
 
     @cached_property
     def events(self) -> EnsembleEvents:

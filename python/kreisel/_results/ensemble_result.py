@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
-from .._ground.arguments import Array, ReadOnlyArrays, frozen, shown
-from .._ground.names import QuantityName
-from .._ground.refusals import unchangeable
+from .._ground.errors import frozen_message
+from .._ground.literals import QuantityName
+from .._ground.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions, format_index, member, unravel_index
 from .._options.methods import methods
@@ -25,7 +25,7 @@ from .state_quantities import NO_STATES
 _T = TypeVar("_T", bound=np.generic)
 
 
-@unchangeable("solve again, for another result")
+@frozen_message("solve again, for another result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
     """The results of each top of an ensemble. Arrays are read-only, and begin with the shape of the
@@ -87,7 +87,7 @@ class EnsembleResult(ReadOnlyArrays):
     @property
     def t(self) -> Array:
         """(k,) times of all tops, or (*shape, k) where each has its own [T]."""
-        return frozen(self._t[:]) if self._t.ndim == 1 else self._shaped(self._t)
+        return read_only(self._t[:]) if self._t.ndim == 1 else self._shaped(self._t)
 
     @property
     def status(self) -> Codes:
@@ -142,7 +142,7 @@ class EnsembleResult(ReadOnlyArrays):
         i = flat_index(self.shape, index)
         if i is None:
             raise IndexError(
-                f"{shown(index)} is not the index of one top, of the shape {self.shape}"
+                f"{short_repr(index)} is not the index of one top, of the shape {self.shape}"
             )
         return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure(i))
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._ground.arguments import Array
-from .._ground.optional import installed
+from .._ground.optional import optional_dependency
+from .._ground.validation import Array
 from .._options.quantities import ANGLES, QUANTITIES, TIME, Quantity
 from .ensemble_result import EnsembleResult
 from .tables import DIMENSIONS, TABLES, QuantityRows
@@ -23,7 +23,7 @@ Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     """Return a Dataset of quantities at all states."""
-    with installed(TABLES):
+    with optional_dependency(TABLES):
         import xarray as xr
     along = paths.tops.axes
     coordinates, variables = _top_variables(paths), {}
@@ -40,7 +40,7 @@ def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
 
 def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
     """Return a Dataset of the reductions of each top."""
-    with installed(TABLES):
+    with optional_dependency(TABLES):
         import xarray as xr
     along = reduced.tops.axes
     coordinates, variables = _top_variables(reduced), {}
@@ -53,7 +53,7 @@ def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
 
 def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
     """Return a DataFrame of the reductions, with a row for each top."""
-    with installed(TABLES):
+    with optional_dependency(TABLES):
         import pandas as pd
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}

@@ -19,8 +19,8 @@ import numpy as np
 
 from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
-from .._ground.arguments import Array, Quaternion
-from .._ground.names import MethodName
+from .._ground.literals import MethodName
+from .._ground.validation import Array, Quaternion
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, methods
 from .._options.solve_options import Progress, SolveOptions

@@ -9,7 +9,7 @@ from typing import Any, SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array, Numbers, array, shown
+from .._ground.validation import Array, Numbers, as_finite_array, short_repr
 
 StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
 ResolvedIndex = slice | npt.NDArray[np.intp]
@@ -24,7 +24,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
     if given.ndim > 1 or (given.size and given.dtype.kind not in kinds):
         raise TypeError(
             "the states of a path are meant by a whole number, a slice or a list of them, not "
-            f"{shown(which)}; its quantities are attributes"
+            f"{short_repr(which)}; its quantities are attributes"
         )
     if given.ndim == 0:
         i = int(given)
@@ -37,7 +37,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
 
 def check_path_times(reached: Array, t: Numbers) -> Array:
     """Return (k,) times in any order. Raises ValueError for times outside the path."""
-    times = array("t", t, "a number or a list of times")
+    times = as_finite_array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(
             f"t must be a number or a list of times, not an array of shape {times.shape}"

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, growth
-from .._ground.arguments import Array, ReadOnlyArrays, frozen
+from .._ground.validation import Array, ReadOnlyArrays, read_only
 from .._model.scene import Ensemble
 from .._options.methods import FALLBACK, methods
 from .._options.solve_options import Progress, SolveOptions
@@ -47,7 +47,7 @@ class Indicator(ReadOnlyArrays):
     def value(self) -> Array | float:
         """The indicator at the last time: a number for one scene, (*shape,) for an ensemble."""
         last = self.curve[..., -1]
-        return float(last) if last.ndim == 0 else frozen(last)
+        return float(last) if last.ndim == 0 else read_only(last)
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
@@ -116,7 +116,7 @@ def _rows(
         np.full(end - begin, INTERRUPTED, dtype=np.int8),
         np.empty((end - begin, t.size, 5)),
     )
-    growth(tops._tops, begin, end, t, *steering, status, out, work)
+    growth(tops._core_scenes, begin, end, t, *steering, status, out, work)
     out[status == INTERRUPTED] = np.nan
     return status, out
 

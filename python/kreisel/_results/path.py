@@ -14,9 +14,9 @@ import numpy.typing as npt
 
 from .._core import statuses
 from .._ground.archive import Integers
-from .._ground.arguments import Array, Numbers, ReadOnlyArrays
-from .._ground.files import write
-from .._ground.names import QuantityName
+from .._ground.atomic_io import atomic_write
+from .._ground.literals import QuantityName
+from .._ground.validation import Array, Numbers, ReadOnlyArrays
 from .._model.scene import Scene
 from .._options.methods import EXACT
 from .._options.plan import Plan, StepChoice, plan_of
@@ -232,7 +232,7 @@ class Path(ReadOnlyArrays, Tables):
         what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
         events_direction; of tangents tangents and tangents_low.
         """
-        write(file, dump_path(self, self._core_events))
+        atomic_write(file, dump_path(self, self._core_events))
 
     @property
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import record
-from .._ground.arguments import Array
-from .._ground.names import QuantityName
+from .._ground.literals import QuantityName
+from .._ground.validation import Array
 from .._model.scene import Scene
 from .._options.solve_options import Progress, SolveOptions
 from .._options.times import CHUNK_SIZE

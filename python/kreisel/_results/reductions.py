@@ -6,8 +6,8 @@ from collections.abc import ItemsView, Iterator, KeysView, ValuesView
 from typing import TYPE_CHECKING, Any, overload
 
 from .._core import reductions as KINDS
-from .._ground.arguments import Array
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.validation import Array
 from .._options.quantities import QUANTITIES
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index
@@ -63,7 +63,7 @@ class Reductions(EnsembleResult):
         if isinstance(key, str):
             names = self._names()
             if key not in names:
-                raise KeyError(unknown("quantity among the reductions:", key, names))
+                raise KeyError(unknown_name_message("quantity among the reductions:", key, names))
             return {kind: self._column(key, kind) for kind in names[key]}
         if flat_index(self.shape, key) is not None:
             raise TypeError(

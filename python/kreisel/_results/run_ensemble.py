@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from .._core import Work
-from .._ground.arguments import Array
+from .._ground.validation import Array
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._ground.arguments import Array
-from .._ground.optional import installed
+from .._ground.optional import optional_dependency
+from .._ground.validation import Array
 
-with installed("scipy"):
+with optional_dependency("scipy"):
     from scipy.spatial.transform import Rotation
 
 

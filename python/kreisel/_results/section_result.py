@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, Worker
-from .._ground.arguments import Array, frozen, shown
-from .._ground.names import Quantities
-from .._ground.refusals import nearest
+from .._ground.errors import suggest
+from .._ground.literals import QuantityAttributes
+from .._ground.validation import Array, read_only, short_repr
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
@@ -21,7 +21,7 @@ from .path import Path, stop_exception
 from .state_quantities import STATE_COLUMNS, add_quantities
 
 
-class Section(EnsembleResult, Quantities):
+class Section(EnsembleResult, QuantityAttributes):
     """The states in which each top of an ensemble met an event, as kreisel.section found them: e
     states in flat arrays, top by top, each in the order of time. Arrays are read-only; quantities
     other than t, q and m are computed on first access.
@@ -59,7 +59,7 @@ class Section(EnsembleResult, Quantities):
     def _flat(self, rows: Array) -> Array:
         """Return the rows that are states."""
         whole = bool(self._found.all())
-        return frozen(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found])
+        return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found])
 
     @cached_property
     def top(self) -> Counts:
@@ -99,7 +99,7 @@ class Section(EnsembleResult, Quantities):
             if name.startswith("_"):
                 raise AttributeError(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
-            raise AttributeError(f"a section has no {shown(name)}; {nearest(name, known)}")
+            raise AttributeError(f"a section has no {short_repr(name)}; {suggest(name, known)}")
 
     def _member(self, i: int) -> Path:
         assert self._buffers.states is not None
@@ -151,7 +151,7 @@ def run_section(
     assert part.states is not None and options.core_events is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
     Worker(*options.core, (), work).section(
-        tops._tops, begin, end, options.core_events, part.states.shape[1], wait,
+        tops._core_scenes, begin, end, options.core_events, part.states.shape[1], wait,
         part.status, part.done, part.counts, part.reached, part.states,
     )  # fmt: skip
     return part

@@ -11,9 +11,9 @@ import numpy as np
 
 from .._core import tangents as TANGENTS
 from .._core import version
-from .._ground.archive import Archive, Integers, packed
-from .._ground.arguments import Array, number, shown, whole
-from .._model.scene import Scene, parse
+from .._ground.archive import Archive, Integers, pack
+from .._ground.validation import Array, as_float, as_int, short_repr
+from .._model.scene import Scene, parse_toml
 from .._options.methods import methods, unknown_method
 from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
@@ -74,7 +74,7 @@ def dump_path(path: States, met: EventArrays | None) -> bytes:
         at, *rest = met
         arrays |= _arrays(at, _EVENTS)
         arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
-    return packed({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
+    return pack({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
 def _arrays(path: States, prefix: str) -> dict[str, Array]:
@@ -95,9 +95,9 @@ def load_path(
     archive = Archive(file, size)
     try:
         head = _object(json.loads(archive.text("head")))
-        if whole("format", head["format"], 1) != _FORMAT:
+        if as_int("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
-        words = _parse_head(head, parse(archive.text("scene")))
+        words = _parse_head(head, parse_toml(archive.text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
         path = _read_arrays(archive, "", words, head)
@@ -116,7 +116,7 @@ def load_path(
 
 def _object(value: object) -> dict[str, object]:
     if not isinstance(value, dict):
-        raise TypeError(f"{shown(value)} is no table of words")
+        raise TypeError(f"{short_repr(value)} is no table of words")
     return value
 
 
@@ -127,10 +127,10 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
         raise TypeError("method, asked and stats are texts and a list of numbers")
     if method not in methods:
         raise ValueError(unknown_method(method))
-    step = None if head["step"] is None else number("step", head["step"])
+    step = None if head["step"] is None else as_float("step", head["step"])
     size = None if step is None else abs(step)
     options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)
-    costs = Stats(*(whole("a number of the stats", n, 0) for n in stats))
+    costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
     choice = None if head["choice"] is None else _parse_choice(_object(head["choice"]))
     is_back = step is not None and step < 0.0
     return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice)
@@ -140,7 +140,9 @@ def _parse_choice(words: dict[str, object]) -> StepChoice:
     """Return the choice of method='geometric'."""
     for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:
-            raise TypeError(f"choice.{field.name} = {shown(words[field.name])} is no {field.type}")
+            raise TypeError(
+                f"choice.{field.name} = {short_repr(words[field.name])} is no {field.type}"
+            )
     make: Callable[..., StepChoice] = StepChoice
     return make(**words)
 
@@ -148,9 +150,9 @@ def _parse_choice(words: dict[str, object]) -> StepChoice:
 def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
     """Return the tangents of n states."""
     words = _object(head)
-    by, rest = words["by"], number("rest", words["rest"])
+    by, rest = words["by"], as_float("rest", words["rest"])
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
-        raise ValueError(f"its tangents are by {shown(by)}")
+        raise ValueError(f"its tangents are by {short_repr(by)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in by)
     high, low = (archive.doubles(name, *shape) for name in ("tangents", "tangents_low"))
     return TangentData.from_flat(high, low, rest, tuple(by))
@@ -162,7 +164,7 @@ def _read_arrays(
     """Return the path with the arrays whose names begin with `prefix`."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
-        raise TypeError(f"low is true or false, not {shown(is_low)}")
+        raise TypeError(f"low is true or false, not {short_repr(is_low)}")
     t = archive.doubles(f"{prefix}t", None)
     if want is not None:
         names = parse_want(want) or ()

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from .._core import modified_energy, modified_energy4, values
-from .._ground.arguments import Array, frozen, number, shown
-from .._ground.names import MethodName, Quantities, QuantityName
-from .._ground.refusals import nearest
+from .._ground.errors import suggest
+from .._ground.literals import MethodName, QuantityAttributes, QuantityName
+from .._ground.validation import Array, as_float, read_only, short_repr
 from .._model.scene import Scene
 from .._options.plan import StepChoice
 from .._options.quantities import QUANTITIES, RECORDABLE, Quantity
@@ -49,7 +49,7 @@ class Stats(NamedTuple):
     iterations: int
 
 
-class States(Quantities):
+class States(QuantityAttributes):
     """The quantities of a kreisel.Path, each an attribute."""
 
     scene: Scene
@@ -119,7 +119,7 @@ class States(Quantities):
             if name in TANGENT_ATTRIBUTES:
                 raise AttributeError(f"this path has no {name!r}: {TANGENT_ATTRIBUTES[name]}")
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
-            raise AttributeError(f"a path has no {shown(name)}; {nearest(name, known)}")
+            raise AttributeError(f"a path has no {short_repr(name)}; {suggest(name, known)}")
 
     def _part(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
@@ -163,7 +163,7 @@ class States(Quantities):
             return self._low[:, STATE_COLUMNS[name]]
         if self.want is not None and (self.digits or 0) > 16:
             raise AttributeError(name)
-        return frozen(np.zeros_like(getattr(self, name)))
+        return read_only(np.zeros_like(getattr(self, name)))
 
     @property
     def tangents(self) -> Array:
@@ -216,13 +216,13 @@ class States(Quantities):
 
         NaN unless the body is a Lagrange top. A step back in time is negative, as `path.step` is.
         """
-        return modified_energy(self.scene._block, self.states, number("step", step))
+        return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
         """Return (n,) the energy that bobenko_suris4 conserves at this step, E up to a constant and
         step^4 [M L^2 T^-2]; NaN unless the body is a Lagrange top, and where the step is too large
         for the method."""
-        return modified_energy4(self.scene._block, self.states, number("step", step))
+        return modified_energy4(self.scene._block, self.states, as_float("step", step))
 
     @cached_property
     def energy_error(self) -> float:
@@ -271,7 +271,7 @@ def _attribute(
 
 
 def _column(path: States, name: str) -> Array:
-    return frozen(values(name, path.scene._block, path.states))
+    return read_only(values(name, path.scene._block, path.states))
 
 
 add_quantities(States, ("n",), _column)

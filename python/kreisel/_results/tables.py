@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from .._ground.arguments import Array, boolean, shown
-from .._ground.files import write
-from .._ground.names import QuantityName
-from .._ground.optional import installed
-from .._ground.refusals import unknown
+from .._ground.atomic_io import atomic_write
+from .._ground.errors import unknown_name_message
+from .._ground.literals import QuantityName
+from .._ground.optional import optional_dependency
+from .._ground.validation import Array, as_bool, short_repr
 from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
 from .state_quantities import States
 
@@ -49,7 +49,7 @@ def quantity_rows(
 ) -> QuantityRows:
     """Return the quantities in `names`, or those that the path keeps, with their values at each
     state. The dimension of an angle is its unit."""
-    in_degrees, unwrapped = boolean("degrees", degrees), boolean("unwrap", unwrap)
+    in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
     for name in _parse_names(names) or _kept_names(path):
         quantity, values = RECORDABLE[name], getattr(path, name)
@@ -66,10 +66,10 @@ def _parse_names(names: Iterable[str]) -> list[str]:
         if not isinstance(name, str):
             raise TypeError(
                 "quantities are given by their names, as in to_pandas('nutation', 'energy'), "
-                f"not {shown(name)}"
+                f"not {short_repr(name)}"
             )
         if name not in RECORDABLE and name != "t":
-            raise ValueError(unknown("quantity", name, RECORDABLE))
+            raise ValueError(unknown_name_message("quantity", name, RECORDABLE))
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
@@ -146,7 +146,7 @@ class Tables(States):
         from angles. Raises TypeError and ValueError for an unknown name, AttributeError for a
         quantity that `want` left out, ImportError without pandas.
         """
-        with installed(TABLES):
+        with optional_dependency(TABLES):
             import pandas as pd
         rows = quantity_rows(self, names, degrees, unwrap)
         frame = pd.DataFrame(_components(self, rows)).set_index("t")
@@ -166,7 +166,7 @@ class Tables(States):
         Dataset has the method and the scene, in TOML. Arguments and exceptions are those of
         to_pandas.
         """
-        with installed(TABLES):
+        with optional_dependency(TABLES):
             import xarray as xr
         coordinates: dict[str, list[str]] = {}
         variables = {}
@@ -209,9 +209,9 @@ class Tables(States):
         """
         rows = quantity_rows(self, names, degrees, unwrap)
         heads = None
-        if boolean("units", units):
+        if as_bool("units", units):
             heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]
-        write(file, as_csv(_components(self, rows), heads).encode())
+        atomic_write(file, as_csv(_components(self, rows), heads).encode())
 
     def _about(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}

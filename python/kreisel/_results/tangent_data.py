@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._core import tangents as TANGENTS
-from .._ground.arguments import Array, frozen
+from .._ground.validation import Array, read_only
 from .._model.scene import Scene
 from .indexing import ResolvedIndex
 
@@ -37,11 +37,11 @@ class TangentData(NamedTuple):
         """Return the tangents of the flat arrays of the core."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
-        return cls(frozen(high.reshape(shape)), frozen(low.reshape(shape)), truncation, by)
+        return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
 
     def select(self, which: ResolvedIndex) -> TangentData:
         """Return the tangents of some of the states."""
-        return self._replace(high=frozen(self.high[which]), low=frozen(self.low[which]))
+        return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
     def conditioning(self, scene: Scene) -> Array:
         """Return (n,) how far one rounding of each datum moves the attitude at most [rad]."""
@@ -56,4 +56,4 @@ class TangentData(NamedTuple):
             scene.body.mass,
         ]
         moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
-        return frozen(_ROUNDING * (moved * np.abs(data)).sum(axis=1))
+        return read_only(_ROUNDING * (moved * np.abs(data)).sum(axis=1))

@@ -16,8 +16,8 @@ from typing import TypedDict
 
 import numpy as np
 
-from .._ground.arguments import Quaternion, Vector, positive
-from .._ground.files import refuse_no_place, write
+from .._ground.atomic_io import atomic_write, check_writable
+from .._ground.validation import Quaternion, Vector, as_positive
 from .._model.scene import Scene
 from .._options.methods import resolve_method
 from .._results.path import Path
@@ -80,7 +80,7 @@ class View:
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the page. It works from a disk, without a network."""
-        write(file, self.html.encode())
+        atomic_write(file, self.html.encode())
 
     def open(self) -> File:
         """Show the page in a browser; the file in which it stands, which the next page of this name
@@ -117,7 +117,7 @@ def _folder() -> File:
     folder = File(base or os.path.join(home, ".cache")) / "kreisel"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        refuse_no_place(folder / "top.html")
+        check_writable(folder / "top.html")
     except OSError:
         return File(tempfile.mkdtemp(prefix="kreisel-"))
     return folder.absolute()
@@ -152,7 +152,7 @@ def view(
     tracks = [_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]
-    page = View(_shown(scene, _methods(methods, scene), step, positive("speed", speed), tracks))
+    page = View(_shown(scene, _methods(methods, scene), step, as_positive("speed", speed), tracks))
     if open and not _in_notebook():
         page.open()
     return page
@@ -205,7 +205,7 @@ def _is_whole(step: float) -> bool:
 
 
 def _step(step: float) -> float:
-    length = positive("step", step)
+    length = as_positive("step", step)
     if not _is_whole(length):
         raise ValueError(
             f"the page's steps are whole millionths, at most 2147: step = {step!r} is not"

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from .._core import statuses
-from .._ground.arguments import Array, Numbers, array, number, whole
-from .._ground.refusals import refusal
+from .._ground.errors import status_to_exception
+from .._ground.validation import Array, Numbers, as_finite_array, as_float, as_int
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import parse_threads
 from .._options.methods import FALLBACK, methods
@@ -155,7 +155,7 @@ def _indicator(
     result = compute_indicator(tops, times, function, controls, pool, callback)
     status = str(result.status[0])
     if status != "OK" and statuses[status][0] == "INPUT":
-        raise refusal(status, f"no tangent in the direction {direction!r} of {scene!r}")
+        raise status_to_exception(status, f"no tangent in the direction {direction!r} of {scene!r}")
     raise_if_failed(tops, result, statuses[status][1])
     own = {"curve": result.curve[0], "certificate": result.certificate[0:1].reshape(())}
     return replace(result, **own, status=result.status[0:1].reshape(()))
@@ -170,7 +170,7 @@ def parse_growth(
         raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
     times = _parse_times(t)
     accuracy = parse_tol(methods[FALLBACK], tol) or 0.0
-    controls = accuracy, whole("max_steps", max_steps, 0), _parse_direction(direction)
+    controls = accuracy, as_int("max_steps", max_steps, 0), _parse_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
             "a damped top has no such indicator: its neighbours come to rest, and what certifies "
@@ -182,7 +182,7 @@ def parse_growth(
 def _parse_times(t: Numbers) -> Array:
     times = time_array(t, None, None, 16)
     if np.ndim(t) == 0:
-        end = number("t", t)
+        end = as_float("t", t)
         times = end * np.logspace(-_DECADES, 0.0, POINTS)
     if not times.size or not times.all():
         raise ValueError(
@@ -194,7 +194,7 @@ def _parse_times(t: Numbers) -> Array:
 def _parse_direction(direction: object) -> tuple[float, ...]:
     if direction is None:
         return ()
-    given = array("direction", direction, "six numbers")
+    given = as_finite_array("direction", direction, "six numbers")
     if given.shape != (6,) or not given.any():
         raise ValueError(
             "direction must be six numbers, not all 0: a rotation vector seen from the body, and a "

@@ -10,8 +10,8 @@ from typing import Unpack, overload
 import numpy as np
 
 from .._core import Worker, unsuited
-from .._ground.arguments import Array, Numbers
-from .._ground.names import MethodName, QuantityName
+from .._ground.literals import MethodName, QuantityName
+from .._ground.validation import Array, Numbers
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import (
     EnsembleOptions,
@@ -173,7 +173,7 @@ def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
     if options.is_scalar or options.solve.method.name != FALLBACK:
         return 0, 0
     damped = int(np.count_nonzero((tops.damping > 0.0).any(axis=-1)))
-    closed = tops.size - unsuited(tops._tops, EXACT)[1] if options.is_auto else 0
+    closed = tops.size - unsuited(tops._core_scenes, EXACT)[1] if options.is_auto else 0
     return closed, tops.size - closed - damped
 
 

@@ -18,9 +18,9 @@ from .._core import (
     statuses,
     turning_potential,
 )
-from .._ground.arguments import Array, Numbers, array, instance, number, shown
+from .._ground.validation import Array, Numbers, as_finite_array, as_float, check_type, short_repr
 from .._model.scene import Ensemble, Scene
-from .._model.turning import Turnings, turning
+from .._model.turning_points import TurningPoints, compute_turning_points
 from .._options.methods import EXACT, methods, resolve_method
 from .._options.solve_options import SolveOptions
 from .._options.times import check_horizon
@@ -83,8 +83,8 @@ class Exact(_Rates):
     """
 
     @cached_property
-    def _turning(self) -> Turnings:
-        return turning(self.scene)
+    def _turning(self) -> TurningPoints:
+        return compute_turning_points(self.scene)
 
     @property
     def least_nutation(self) -> float:
@@ -135,7 +135,7 @@ class Exact(_Rates):
         the nutation, and so the energy at turning points off the vertical. It is inf at a pole that
         cannot be reached.
         """
-        angles = array("nutation", nutation, "a number or an array of angles")
+        angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning.rows[0], angles.reshape(-1))
         return values.reshape(angles.shape)
 
@@ -165,7 +165,7 @@ class ExactMap(_Rates):
     step: float
 
     def __call__(self, k: Numbers) -> Path:
-        numbers = array("k", k, "a whole number or a list of them")
+        numbers = as_finite_array("k", k, "a whole number or a list of them")
         if numbers.ndim > 1:
             raise ValueError(
                 f"k must be a whole number or a list of them, not an array of shape {numbers.shape}"
@@ -174,7 +174,7 @@ class ExactMap(_Rates):
             not (np.rint(numbers) == numbers).all()
             or np.abs(numbers).max(initial=0.0) >= _COUNTABLE
         ):
-            raise ValueError(f"k must be whole and below 2**53, not {shown(k)}")
+            raise ValueError(f"k must be whole and below 2**53, not {short_repr(k)}")
         states = exact_map_states(self._plan, numbers.astype(np.int64))
         options = SolveOptions(methods[_MAP], abs(self.step), requested_method=EXACT)
         return Path(self.scene, states, _NO_STEPS, options, self.step < 0.0)
@@ -202,7 +202,7 @@ def exact(
         return from_list(scene)
     if isinstance(scene, Ensemble) and map is None and step is None:
         return from_ensemble(scene)
-    top = instance("scene", scene, Scene)
+    top = check_type("scene", scene, Scene)
     if map is not None:
         return _exact_map(top, map, step)
     if step is not None:
@@ -215,8 +215,8 @@ def exact(
 
 def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     if map != _MAP:
-        raise ValueError(f"the map with a closed form is {_MAP!r}, not {shown(map)}")
-    h = number("step", step)
+        raise ValueError(f"the map with a closed form is {_MAP!r}, not {short_repr(map)}")
+    h = as_float("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero")
     resolve_method(_MAP, scene)

@@ -19,9 +19,9 @@ from .._core import (
     statuses,
     unsuited,
 )
-from .._ground.arguments import Array, Numbers, array, frozen, instance
+from .._ground.validation import Array, Numbers, as_finite_array, check_type, read_only
 from .._model.scene import Ensemble, Scene
-from .._model.turning import Turnings, no_turning, turnings
+from .._model.turning_points import TurningPoints, turning_points_from_rows, why_no_turning_points
 from .._options.ensemble_options import (
     format_index,
     member,
@@ -79,7 +79,9 @@ class ExactEnsemble:
 
     def __call__(self, t: Numbers) -> Array:
         n, shape = self.tops.size, self.tops.shape
-        times = array("t", t, "a number, a list of times, or an array of times of each top")
+        times = as_finite_array(
+            "t", t, "a number, a list of times, or an array of times of each top"
+        )
         if times.ndim > 1:
             if times.shape[:-1] != shape:
                 raise ValueError(
@@ -111,7 +113,7 @@ class ExactEnsemble:
         """Raise ValueError if some top turns too often by its last time for a double to resolve."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
-        horizons(self.tops._tops, most)
+        horizons(self.tops._core_scenes, most)
         late = np.flatnonzero(ends >= most)
         if late.size:
             i = int(late[0])
@@ -130,7 +132,12 @@ class ExactEnsemble:
         found: list[tuple[int, str]] = []
 
         def job(begin: int, end: int) -> Job[tuple[str, int]]:
-            return function, (self.tops._tops, begin, end, *(each[begin:end] for each in rows))
+            return function, (
+                self.tops._core_scenes,
+                begin,
+                end,
+                *(each[begin:end] for each in rows),
+            )
 
         def collect(_: int, result: tuple[str, int]) -> None:
             if result[0] != "OK":
@@ -150,13 +157,13 @@ class ExactEnsemble:
         return rates
 
     @cached_property
-    def _turning(self) -> Turnings:
+    def _turning(self) -> TurningPoints:
         rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
         self._each(exact_turnings, rows, numbers)
-        return turnings(rows, np.array(courses)[numbers])
+        return turning_points_from_rows(rows, np.array(courses)[numbers])
 
     def _shaped(self, row: Array) -> Array:
-        return frozen(row.reshape(self.tops.shape))
+        return read_only(row.reshape(self.tops.shape))
 
     @property
     def period(self) -> Array:
@@ -207,13 +214,13 @@ class ExactEnsemble:
 
 
 def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:
-    return ValueError(where + no_turning(status, scene))
+    return ValueError(where + why_no_turning_points(status, scene))
 
 
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """Return the closed forms of an ensemble. Raises ValueError, with its index, for the first
     scene without one."""
-    first, count = unsuited(tops._tops, EXACT)
+    first, count = unsuited(tops._core_scenes, EXACT)
     if count:
         more = f", the first of {count} such" if count > 1 else ""
         where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "
@@ -224,7 +231,7 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
     """Return the closed forms of a list of scenes."""
     for i, scene in enumerate(scenes):
-        instance(f"scene[{i}]", scene, Scene)
+        check_type(f"scene[{i}]", scene, Scene)
     if not scenes:
         raise ValueError("a list of scenes must not be empty")
     return from_ensemble(Ensemble.of(scenes), "scene")
@@ -239,7 +246,7 @@ def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueErr
 
 def parse_time_list(t: Numbers) -> Array:
     """Return a time or a list of times as an array."""
-    times = array("t", t, "a number or a list of times")
+    times = as_finite_array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(
             f"t must be a number or a list of times, not an array of shape {times.shape}"

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from typing import TypedDict
 
-from .._ground.names import QuantityName
+from .._ground.literals import QuantityName
 from .._options.solve_options import Progress
 from .run import EventSpec
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from .._core import start as start_top
 from .._core import statuses
-from .._ground.arguments import Array, Numbers, shown, whole
-from .._ground.files import write
-from .._ground.names import MethodName, QuantityName
-from .._ground.refusals import unchangeable
-from .._model.scene import Scene, parse
+from .._ground.atomic_io import atomic_write
+from .._ground.errors import frozen_message
+from .._ground.literals import MethodName, QuantityName
+from .._ground.validation import Array, Numbers, as_int, short_repr
+from .._model.scene import Scene, parse_toml
 from .._options.methods import FALLBACK
 from .._options.plan import Plan, plan_of
 from .._options.solve_options import (
@@ -45,7 +45,7 @@ from .._results.path import (
     stop_exception,
 )
 from .._results.recorder import add_events, record_chunks, report_end
-from ..events import Event, looked_for, parse_events, read, written
+from ..events import Event, from_record, parse_events, to_core_events, to_record
 
 if TYPE_CHECKING:
     from .._core import Run as Motion
@@ -55,7 +55,7 @@ _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
 EventSpec = Event | Sequence[Event]
 
 
-@unchangeable(
+@frozen_message(
     "a run goes on as it began; kreisel.start(path.end.replace(momentum=...)) begins another one "
     "at the last state of its path"
 )
@@ -89,7 +89,9 @@ class Run:
         own["events"] = options.events
         own["step"], own["tol"], own["digits"] = options.step, options.tol, options.digits
         own["t"], own["stats"] = 0.0, Stats(0, 0, 0, 0)
-        status, top = start_top(scene._block, *options.core, back, looked_for(self.events or ()))
+        status, top = start_top(
+            scene._block, *options.core, back, to_core_events(self.events or ())
+        )
         if top is None:
             result = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
             path = make_path(scene, options, result)
@@ -138,7 +140,7 @@ class Run:
         between two paths."""
         number = parse_every(self._options.method, every)
         reached = None if self._fresh else self.t
-        chunks = time_chunks(t, self.step, number, whole("chunk", chunk, 1), reached)
+        chunks = time_chunks(t, self.step, number, as_int("chunk", chunk, 1), reached)
         return self._stream(chunks, parse_progress(progress))
 
     def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
@@ -210,7 +212,7 @@ class Run:
             "t": self.t,
             "stats": self.stats,
             "kernel": self._top.kernel[0],
-            "events": None if self.events is None else [written(event) for event in self.events],
+            "events": None if self.events is None else [to_record(event) for event in self.events],
             "found": self._top.found,
         }
         body = json.dumps(head).encode() + b"\n" + self._top.save()
@@ -222,7 +224,7 @@ class Run:
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the checkpoint to a file, which is replaced atomically."""
-        write(file, self.checkpoint)
+        atomic_write(file, self.checkpoint)
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
@@ -257,20 +259,20 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
     arguments = method, step, tol, digits, limit, head["want"], None, head["asked"]
-    scene = parse(head["scene"])
+    scene = parse_toml(head["scene"])
     if not isinstance(head["back"], bool):
         raise TypeError(f"back must be true or false, not {head['back']!r}")
     options, rows = parse_options(scene, *arguments), head.get("events")
     if rows is not None:
-        events = parse_events(options.method.name, [read(row) for row in rows])
+        events = parse_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
     run = Run(scene, options, head["back"])
-    found = [whole("a count of events", n, 0) for n in head.get("found", [])]
+    found = [as_int("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, found)
     if status != "OK":
         raise ValueError(statuses[status][1])
     t, stats, fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
-    costs = [whole("a number of the stats", n, 0) for n in stats]
+    costs = [as_int("a number of the stats", n, 0) for n in stats]
     if len(costs) != len(Stats._fields) or not isinstance(fresh, bool) or t != run._top.t:
         raise ValueError("its time, stats and motion do not belong together")
     if not isinstance(kernel, str):
@@ -321,7 +323,7 @@ def start(
                 run.save(file)
     """
     if not isinstance(back, bool):
-        raise TypeError(f"back must be True or False, not {shown(back)}")
+        raise TypeError(f"back must be True or False, not {short_repr(back)}")
     options = parse_run(scene, method, step, tol, digits, max_steps, want, events)
     return Run(scene, options, back)
 

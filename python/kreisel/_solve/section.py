@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import horizons
-from .._ground.arguments import Array, array, instance, shown, whole
+from .._ground.validation import Array, as_finite_array, as_int, check_type, short_repr
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import (
     EnsembleOptions,
@@ -22,7 +22,7 @@ from .._options.solve_options import Progress, parse_progress
 from .._results.executor import WorkerPool
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section, slowest_turns
-from ..events import Event, looked_for, nutation, parse_events
+from ..events import Event, nutation, parse_events, to_core_events
 
 _TURNS = 1024.0  # default longest wait, in slowest turns of a top
 
@@ -70,7 +70,7 @@ def section(
     Sources: Poincare 1892; H. R. Dullin, A. Wittek, Complete Poincare sections and tangent sets,
     J. Phys. A 28 (1995), for sections that every motion meets.
     """
-    many = Ensemble.of([tops]) if isinstance(tops, Scene) else instance("tops", tops, Ensemble)
+    many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
     waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)
     pool = WorkerPool(parse_threads(threads, executor), executor)
     callback = parse_progress(progress)
@@ -90,8 +90,8 @@ def parse_section(
     """Return (tops, n) the longest wait of each top, and the options with the event. Raises
     TypeError or ValueError for an invalid argument."""
     options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
-    events = looked_for([parse_event(event)])
-    waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, whole("n", n, 1)))
+    events = to_core_events([parse_event(event)])
+    waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1)))
     return waits, replace(options, core_events=events)
 
 
@@ -111,14 +111,15 @@ def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
     """Return (n,) the longest wait of each top for an event."""
     if max_wait is None:
         known = np.empty(tops.size)
-        horizons(tops._tops, known)
+        horizons(tops._core_scenes, known)
         return np.minimum(_TURNS * slowest_turns(tops), 0.25 * known)
-    given = array("max_wait", max_wait, "a number, or one for each top")
+    given = as_finite_array("max_wait", max_wait, "a number, or one for each top")
     if (given == 0.0).any():
         raise ValueError("max_wait must not be zero: no event comes in no time")
     try:
         return np.array(np.broadcast_to(given, tops.shape)).reshape(-1)
     except ValueError:
         raise ValueError(
-            f"max_wait must be a number, or an array of shape {tops.shape}, not {shown(max_wait)}"
+            f"max_wait must be a number or an array of shape {tops.shape}, "
+            f"not {short_repr(max_wait)}"
         ) from None

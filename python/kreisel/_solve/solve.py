@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from typing import Literal, Unpack, overload
 
-from .._ground.arguments import Array, Numbers, instance
-from .._ground.names import MethodName, QuantityName
+from .._ground.literals import MethodName, QuantityName
+from .._ground.validation import Array, Numbers, check_type
 from .._model.scene import Ensemble, Scene
 from .._options.plan import GEOMETRIC
 from .._options.solve_options import Progress, SolveOptions, parse_options, parse_progress
@@ -122,7 +122,7 @@ def solve(
     """
     if isinstance(scene, Ensemble):
         if tangents is not None:
-            instance("scene", scene, Scene)
+            check_type("scene", scene, Scene)
         arguments = SolveArguments(step, tol, digits, every, max_steps, error, want, events)
         return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
     is_for_many = threads is not None or executor is not None or out is not None
@@ -164,7 +164,7 @@ def _parse_special(
         reject_ensemble_arguments(scene, **others)
     if method == GEOMETRIC:
         excluded = {"step": step, "tol": tol, "digits": digits, "every": every, "events": events}
-        instance("scene", scene, Scene)
+        check_type("scene", scene, Scene)
         return geometric_options(error, max_steps, want, excluded)
     if error is not None:
         raise error_not_allowed(method)

@@ -7,8 +7,8 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import NamedTuple
 
-from .._ground.arguments import Array, Numbers, instance
-from .._ground.names import MethodName, QuantityName
+from .._ground.literals import MethodName, QuantityName
+from .._ground.validation import Array, Numbers, check_type
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import (
     EnsembleOptions,
@@ -26,7 +26,7 @@ from .._results.ensemble_paths import Paths
 from .._results.executor import WorkerPool
 from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
-from ..events import looked_for, parse_events
+from ..events import parse_events, to_core_events
 from .run import EventSpec
 from .step_search import STEP_SEARCH, error_not_allowed, geometric_options
 
@@ -76,7 +76,7 @@ def reduce(
     was done as `.paths`. A top that fails has a status and NaN; the result's check() raises it.
     """
     if type(tops) is not Ensemble:
-        instance("tops", tops, Ensemble)
+        check_type("tops", tops, Ensemble)
     controls = step, tol, digits, max_steps, None, reductions, every
     options = parse_ensemble_options(tops, method, *controls)
     if not options.reductions:
@@ -161,12 +161,12 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
     if events is None:
         return options
     parsed = parse_events(options.solve.method.name, events)
-    return replace(options, core_events=looked_for(parsed))
+    return replace(options, core_events=to_core_events(parsed))
 
 
 def reject_ensemble_arguments(scene: object, **given: object) -> None:
     """Raise ValueError for arguments of an ensemble that were given with one scene."""
-    instance("scene", scene, Scene)
+    check_type("scene", scene, Scene)
     names = [name for name, value in given.items() if value is not None]
     raise ValueError(
         f"{' and '.join(names)}: for a kreisel.Ensemble of many tops, not for one scene"

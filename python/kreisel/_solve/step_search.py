@@ -19,8 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, values
-from .._ground.arguments import Array, positive, whole
-from .._ground.names import MethodName
+from .._ground.literals import MethodName
+from .._ground.validation import Array, as_int, as_positive
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions, member
 from .._options.methods import methods
@@ -192,7 +192,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
     given = [name for name, value in others.items() if value is not None]
     if given:
         raise ValueError(f"method='geometric' chooses its steps: leave {' and '.join(given)} out")
-    target = positive("error", error)
+    target = as_positive("error", error)
     if target > 0.1:
         raise ValueError(
             f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared"
@@ -213,7 +213,7 @@ def geometric_options(
     """Return the options of method='geometric'. Raises ValueError if one of the arguments in
     `excluded` is given."""
     target = parse_error(error, excluded)
-    most, names = whole("max_steps", max_steps, 0), parse_want(want)
+    most, names = as_int("max_steps", max_steps, 0), parse_want(want)
     placeholder = methods["strang"]
     return SolveOptions(placeholder, None, None, None, most, names, GEOMETRIC, error=target)
 

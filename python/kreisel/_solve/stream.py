@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
 from typing import Unpack, overload
 
-from .._ground.arguments import Numbers, whole
-from .._ground.names import MethodName, QuantityName
+from .._ground.literals import MethodName, QuantityName
+from .._ground.validation import Numbers, as_int
 from .._model.scene import Ensemble, Scene
 from .._options.solve_options import Progress, parse_progress
 from .._options.times import CHUNK_SIZE, direction, time_chunks
@@ -79,7 +79,7 @@ def stream(
     before. A terminal event ends the stream. Raises what kreisel.solve raises: immediately for its
     arguments, later for times of an iterator. `.path` is then the incomplete last path.
     """
-    most = None if chunk is None else whole("chunk", chunk, 1)
+    most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):
         if isinstance(t, Iterator):
             raise TypeError("times of an ensemble are a number, a list or an array, no iterator")

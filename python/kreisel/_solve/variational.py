@@ -9,8 +9,8 @@ from typing import Literal
 
 from .._core import start as start_top
 from .._core import tangents as TANGENTS
-from .._ground.arguments import Numbers, instance, shown
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.validation import Numbers, check_type, short_repr
 from .._model.scene import Scene
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress, SolveOptions, parse_every, parse_options
@@ -29,12 +29,12 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
     if not isinstance(given, Iterable):
         raise TypeError(
             f"tangents must be names, as in tangents='start' or ('start', 'gravity'), not "
-            f"{shown(tangents)}"
+            f"{short_repr(tangents)}"
         )
     names = list(given)
     for name in names:
         if not isinstance(name, str) or name not in TANGENTS:
-            raise ValueError(unknown("name in tangents:", str(name), TANGENTS))
+            raise ValueError(unknown_name_message("name in tangents:", str(name), TANGENTS))
     if not names:
         raise ValueError("tangents names nothing to derive by; leave it out for a path alone")
     return tuple(name for name in TANGENTS if name in names)
@@ -50,7 +50,7 @@ def parse_tangent_options(
 ) -> SolveOptions:
     """Return the options of a path with tangents; `controls` is step, tol, digits and max_steps.
     Raises ValueError if one of the arguments in `excluded` is given."""
-    top, names = instance("scene", scene, Scene), parse_tangents(tangents)
+    top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     for name, value in excluded.items():
         if value is not None:
             raise ValueError(f"tangents ride along with all states of a path: leave {name} out")

@@ -8,8 +8,8 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
-from .._ground.arguments import Array, Numbers, shown
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.validation import Array, Numbers, short_repr
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions, parse_ensemble_options, parse_times
 from .._options.methods import FALLBACK
@@ -21,7 +21,7 @@ from .._results.section_result import Section
 from .._solve.chaos import lyapunov, megno, oli, parse_growth
 from .._solve.section import parse_event, parse_section, section
 from .._solve.solve_ensemble import SolveArguments, parse_arguments, reduce, solve_ensemble
-from ..events import Event, parse_events, read, written
+from ..events import Event, from_record, parse_events, to_record
 
 Verb = Literal["solve", "lyapunov", "megno", "oli", "section"]
 Became = Paths | Reductions | Indicator | Section
@@ -57,7 +57,7 @@ class Solve(NamedTuple):
         words = self.words
         told = _given(words._asdict())
         if words.events is not None:
-            told["events"] = [written(event) for event in parse_events(FALLBACK, words.events)]
+            told["events"] = [to_record(event) for event in parse_events(FALLBACK, words.events)]
         if words.want is not None:
             told["want"] = list(words.want)
         if words.reduce is not None:
@@ -140,7 +140,7 @@ class Sections(NamedTuple):
 
     @property
     def told(self) -> dict[str, Any]:
-        return {"section": _given(self._asdict()) | {"event": written(parse_event(self.event))}}
+        return {"section": _given(self._asdict()) | {"event": to_record(parse_event(self.event))}}
 
     def plain(self, order: EnsembleOptions) -> Sections:
         return Sections(
@@ -174,7 +174,7 @@ def asked_of(verb: object, words: Mapping[str, Any]) -> Asked:
     """What these words ask, which are those that were given. TypeError or ValueError for a verb
     that is none, and for a word that it has not, or that tells each top something of its own."""
     if not isinstance(verb, str) or verb not in _WORDS:
-        raise ValueError(unknown("verb", str(verb), list(_WORDS)))
+        raise ValueError(unknown_name_message("verb", str(verb), list(_WORDS)))
     for word in words:
         if word not in _WORDS[verb]:
             raise ValueError(f"{verb} has no word {word!r}: it has {', '.join(_WORDS[verb])}")
@@ -194,7 +194,7 @@ def asked_of(verb: object, words: Mapping[str, Any]) -> Asked:
 
 def _solve(t: Numbers, method: object = "auto", **words: Any) -> Solve:
     if not isinstance(method, str):
-        raise TypeError(f"method must be the name of one, not {shown(method)}")
+        raise TypeError(f"method must be the name of one, not {short_repr(method)}")
     for word, listed in (("want", _read_once), ("reduce", _listed)):
         if word in words:
             words[word] = listed(words[word])
@@ -233,9 +233,9 @@ def read_asked(told: Mapping[str, Any]) -> Asked:
     if verb == "solve":
         words |= {"t": told["t"], "method": told["method"]}
     if "events" in words:
-        words["events"] = [read(row) for row in words["events"]]
+        words["events"] = [from_record(row) for row in words["events"]]
     if "event" in words:
-        words["event"] = read(words["event"])
+        words["event"] = from_record(words["event"])
     if "reduce" in words:
         words["reduce"] = dict(words["reduce"])
     return asked_of(verb, words)

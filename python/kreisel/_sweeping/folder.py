@@ -26,8 +26,8 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from .._core import version
-from .._ground.arguments import Array
-from .._ground.files import refuse_no_place, sync, write
+from .._ground.atomic_io import atomic_write, check_writable, sync_folder
+from .._ground.validation import Array
 from .planned import SweepPlan, hash_of, name_of, read
 from .rows import Rows
 from .seal import is_whole, sealed
@@ -70,7 +70,7 @@ class Folder:
             "version": version,
             "kernel": self.plan.kernel,
         }
-        write(self.file(i), bytes(sealed(self.form.encoded(rows, about))))
+        atomic_write(self.file(i), bytes(sealed(self.form.encoded(rows, about))))
 
     def found(self) -> list[int]:
         """Return the numbers of the parts that have a file, in ascending order."""
@@ -194,7 +194,7 @@ def prepared(place: str | os.PathLike[str], plan: SweepPlan) -> Folder:
     told = _told(where)
     if told["hash"] != plan.hash:
         raise ValueError(_two_plans(where, told, plan))
-    refuse_no_place(where / PLAN)
+    check_writable(where / PLAN)
     _put_starts(where, plan)
     return Folder(where, plan, told["form"])
 
@@ -210,7 +210,7 @@ def _begin(where: Path, plan: SweepPlan) -> None:
             )
     else:
         where.mkdir()
-        sync(where.parent)
+        sync_folder(where.parent)
     _put_starts(where, plan)
     told = {
         "kreisel": _OURS,
@@ -232,7 +232,7 @@ def _put_starts(where: Path, plan: SweepPlan) -> None:
         if not file.exists():
             out = io.BytesIO()
             np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)
-            write(file, out.getvalue())
+            atomic_write(file, out.getvalue())
 
 
 def _in_lines(told: Mapping[str, Any], deep: int) -> str:
@@ -253,7 +253,7 @@ def _best_form() -> str:
 def _put_first(file: Path, data: bytes) -> None:
     """Writes a file unless another was quicker, whose file then stands."""
     new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
-    write(new, data)
+    atomic_write(new, data)
     try:
         os.link(new, file)
     except FileExistsError:

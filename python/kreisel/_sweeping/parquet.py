@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._ground.optional import installed
+from .._ground.optional import optional_dependency
 from .rows import COUNT, Column, Rows
 from .seal import OPEN
 from .tables_of_starts import PARQUET
 
-with installed(PARQUET):
+with optional_dependency(PARQUET):
     import pyarrow as pa
     import pyarrow.parquet as parquet
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .._core import Worker
-from .._ground.arguments import Array, whole
+from .._ground.validation import Array, as_int
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
@@ -157,7 +157,7 @@ def planned(source: Source, asked: Asked, part: int | None = None) -> SweepPlan:
     except (TypeError, ValueError) as error:
         raise source._refusal(asked.look, sample, error) from None
     states = times.shape[-1]
-    size = _default(order, states) if part is None else whole("part", part, 1)
+    size = _default(order, states) if part is None else as_int("part", part, 1)
     kept = min(size, source.size) * _row(order, states)
     if kept > memory():
         raise MemoryError(

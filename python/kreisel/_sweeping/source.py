@@ -15,13 +15,13 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from .._ground.arguments import Array, boolean, instance, shown, whole
-from .._ground.refusals import unchangeable
+from .._ground.errors import frozen_message
+from .._ground.validation import Array, as_bool, as_int, check_type, short_repr
 from .._model.bodies import Bodies
-from .._model.columns import compact
+from .._model.broadcasting import drop_broadcast
+from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
-from .._model.typed import Varied
-from .._model.varied import scattered
+from .._model.variation import scatter
 from .._options.ensemble_options import format_index, unravel_index
 from .start_words import FLAGS, Given, Shape, given
 from .tables_of_starts import read_columns
@@ -45,7 +45,7 @@ class Drawn(NamedTuple):
     widths: Mapping[str, Any]
 
 
-@unchangeable("make another kreisel.Source")
+@frozen_message("make another kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """Many tops that are not there yet: what kreisel.sweep makes its parts of. It takes no more
@@ -73,7 +73,7 @@ class Source:
     _drawn: Drawn | None = None
 
     @classmethod
-    def grid(cls, scene: Scene, **words: Unpack[Varied]) -> Source:
+    def grid(cls, scene: Scene, **words: Unpack[VaryKwargs]) -> Source:
         """All combinations of the values of some words: each word with a list of values has a
         dimension of its own, in the order of the words; one with a single value holds for all.
 
@@ -95,7 +95,7 @@ class Source:
         return cls(scene, _counted(shape), tuple(axes), spread, told, flags)
 
     @classmethod
-    def random(cls, scene: Scene, n: int, *, seed: int = 0, **words: Unpack[Varied]) -> Source:
+    def random(cls, scene: Scene, n: int, *, seed: int = 0, **words: Unpack[VaryKwargs]) -> Source:
         """n tops whose words are evenly distributed between two values each, as spin=(0, 20); of
         vectors between two rows. A word with a single value holds for all.
 
@@ -108,7 +108,7 @@ class Source:
         >>> tops[123456789:123456791].coords["spin"].round(3).tolist()
         [15.105, 16.434]
         """
-        count, key = whole("n", n, 1), whole("seed", seed, 0)
+        count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         numbers, flags = _split(scene, words)
         ranges = {name: one for name, one in numbers.items() if one.lead}
         if not ranges:
@@ -136,9 +136,9 @@ class Source:
         >>> source[3] == kr.scenes.thesis.scatter(10, seed=7, attitude=0.01)[3]
         True
         """
-        instance("scene", scene, Scene)
-        count, key = whole("n", n, 1), whole("seed", seed, 0)
-        scattered(Ensemble, scene, 1, key, momentum, attitude, gravity)
+        check_type("scene", scene, Scene)
+        count, key = as_int("n", n, 1), as_int("seed", seed, 0)
+        scatter(Ensemble, scene, 1, key, momentum, attitude, gravity)
         asked = {"momentum": momentum, "attitude": attitude, "gravity": gravity}
         widths = {name: np.asarray(w).tolist() for name, w in asked.items() if w is not None}
         return cls(scene, (count,), ("top",), _drawn=Drawn(key, {}, widths))
@@ -177,7 +177,7 @@ class Source:
     @classmethod
     def of(cls, tops: Ensemble) -> Source:
         """The tops of an ensemble."""
-        instance("tops", tops, Ensemble)
+        check_type("tops", tops, Ensemble)
         if not tops.size:
             raise ValueError("an ensemble of no tops has nothing to sweep")
         columns: dict[str, npt.NDArray[Any]] = dict(tops._columns)
@@ -204,9 +204,9 @@ class Source:
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
             if step != 1:
-                raise ValueError(f"tops are taken one after the other, not by {shown(key)}")
+                raise ValueError(f"tops are taken one after the other, not by {short_repr(key)}")
             return self._made(np.arange(begin, max(begin, end), dtype=np.int64))
-        i = whole("the number of a top", key, -(2**63) + 1)
+        i = as_int("the number of a top", key, -(2**63) + 1)
         if not -self.size <= i < self.size:
             raise IndexError(f"there is no top {i} among {self.size}")
         made: Scene = self._made(np.array([i % self.size]))[0]
@@ -256,7 +256,7 @@ class Source:
         if drawn is not None and drawn.widths:
             momentum, attitude, gravity = map(drawn.widths.get, _SCATTERED)
             widths = momentum, attitude, gravity
-            return scattered(Ensemble, self.scene, at.size, drawn.seed, *widths, begin=first)
+            return scatter(Ensemble, self.scene, at.size, drawn.seed, *widths, begin=first)
         values: dict[str, Any] = {
             name: _taken(one, self.shape, at) for name, one in self._words.items()
         }
@@ -289,10 +289,10 @@ class Source:
 
 def _split(scene: Scene, words: Mapping[str, object]) -> tuple[dict[str, Given], dict[str, bool]]:
     """The words of numbers, and those that are true or not."""
-    instance("scene", scene, Scene)
+    check_type("scene", scene, Scene)
     told = {name: value for name, value in words.items() if value is not None}
     numbers = {name: given(name, value) for name, value in told.items() if name not in FLAGS}
-    flags = {name: boolean(name, told[name]) for name in FLAGS if name in told}
+    flags = {name: as_bool(name, told[name]) for name in FLAGS if name in told}
     return numbers, {name: True for name, is_so in flags.items() if is_so}
 
 
@@ -311,7 +311,7 @@ def _refuse_no_range(name: str, one: Given) -> None:
     if one.lead != (2,) or (one.values[0] > one.values[1]).any():
         raise ValueError(
             f"{name} must be one value, or two between which it lies, the lesser one first; "
-            f"not {shown(one.values.tolist())}"
+            f"not {short_repr(one.values.tolist())}"
         )
 
 
@@ -330,7 +330,7 @@ def _along(one: Given, name: str, axes: list[str]) -> Given:
 def _held(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Given]:
     """Columns of an ensemble of so many dimensions, without what broadcasting makes of them."""
     return {
-        name: Given(compact(column, dims).astype(np.float64), column.shape[dims:])
+        name: Given(drop_broadcast(column, dims).astype(np.float64), column.shape[dims:])
         for name, column in columns.items()
     }
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._ground.arguments import Array, array
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.validation import Array, as_finite_array
 
 Shape = tuple[int, ...]
 _AXES, _TURNS = "xyz", "012"
@@ -57,8 +57,8 @@ class Given(NamedTuple):
 def given(name: str, numbers: object) -> Given:
     """The values of a word, looked at for finite numbers in rows of the right length."""
     if name not in _ENDINGS:
-        raise ValueError(unknown("word", name, [*WORDS, *FLAGS]))
-    values = array(name, numbers, _what(name))
+        raise ValueError(unknown_name_message("word", name, [*WORDS, *FLAGS]))
+    values = as_finite_array(name, numbers, _what(name))
     shape = values.shape
     if name == "inertia" and shape[-2:] == (3, 3):
         return Given(values, (3, 3))

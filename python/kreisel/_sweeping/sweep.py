@@ -8,9 +8,9 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any, Literal
 
-from .._ground.arguments import Numbers, instance, shown
-from .._ground.names import MethodName, QuantityName
-from .._ground.refusals import warn
+from .._ground.errors import warn
+from .._ground.literals import MethodName, QuantityName
+from .._ground.validation import Numbers, check_type, short_repr
 from .._model.scene import Ensemble
 from .._options.ensemble_options import ReductionSpec, parse_threads
 from .._options.solve_options import Progress, parse_progress
@@ -155,7 +155,7 @@ def _plan(tops: Any, verb: str, words: Mapping[str, Any], part: int | None) -> S
         if verb != "solve" or words or part is not None:
             raise ValueError(f"{os.fspath(tops)} is a whole plan: give no more words than to")
         return from_file(Path(tops))
-    source = Source.of(tops) if isinstance(tops, Ensemble) else instance("tops", tops, Source)
+    source = Source.of(tops) if isinstance(tops, Ensemble) else check_type("tops", tops, Source)
     return planned(source, asked_of(verb, words), part)
 
 
@@ -164,7 +164,9 @@ def _chosen(parts: object, count: int) -> range:
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:
-        raise TypeError(f"parts must be a range of numbers, as range(0, 100), not {shown(parts)}")
+        raise TypeError(
+            f"parts must be a range of numbers, as range(0, 100), not {short_repr(parts)}"
+        )
     if parts and not (parts.start >= 0 and parts.stop <= count):
         raise ValueError(f"parts must be among 0 to {count}, not {parts.start} to {parts.stop}")
     return parts

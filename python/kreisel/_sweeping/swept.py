@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import boolean, whole
-from .._ground.optional import installed
-from .._ground.refusals import unchangeable, unknown
+from .._ground.errors import frozen_message, unknown_name_message
+from .._ground.optional import optional_dependency
+from .._ground.validation import as_bool, as_int
 from .._results.ensemble_buffers import RawEvents
 from .._results.ensemble_events import EnsembleEvents, ensemble_events
 from .._results.tables import TABLES
@@ -30,7 +30,7 @@ Column = npt.NDArray[Any]
 _HOW = "status", "reached"
 
 
-@unchangeable("kreisel.sweep computes, this reads what is there")
+@frozen_message("kreisel.sweep computes, this reads what is there")
 class Swept:
     """The parts of a sweep. `swept[name]` is a column as an array of numpy: of the shape of all
     tops, and behind it k where a top has as many values, one for each time. Nothing is read before
@@ -127,7 +127,7 @@ class Swept:
         """A column over all tops; of events over all events, those of a top after those of
         another."""
         if name not in self.columns:
-            raise KeyError(unknown("column", str(name), self.columns))
+            raise KeyError(unknown_name_message("column", str(name), self.columns))
         pieces = [
             (rows.ragged if name in rows.ragged else rows.columns)[name]
             for rows in self._parts([name])
@@ -161,7 +161,7 @@ class Swept:
 
     def part(self, i: int) -> dict[str, Column]:
         """A part by its number, as columns by their names."""
-        number = whole("the number of a part", i, 0)
+        number = as_int("the number of a part", i, 0)
         if number not in self._found:
             raise IndexError(f"part {number} is not there: there are {len(self._found)} parts")
         rows = self._folder.get(number)
@@ -212,7 +212,7 @@ class Swept:
     def to_arrow(self) -> Table:
         """A pyarrow.Table with a row for each top, whose fields have their `units` as metadata;
         what has many numbers of a top is a list. ImportError without pyarrow."""
-        with installed(PARQUET):
+        with optional_dependency(PARQUET):
             import pyarrow as pa
 
             from .parquet import as_table
@@ -222,7 +222,7 @@ class Swept:
         """A pandas.DataFrame with a row for each top, or where states are kept for each of them;
         `attrs` has the units. Of events there is how many: see `events`. ImportError without
         pandas."""
-        with installed(TABLES):
+        with optional_dependency(TABLES):
             import pandas as pd
         many = self._many
         each = self._folder.plan.states if many else 1
@@ -249,7 +249,7 @@ class Swept:
         the tops by name, and time where states are kept. Words that vary are coordinates, and so
         are `status` and `reached`. Tops of parts that are missing have NaN, or -1. Of events there
         is how many. ImportError without xarray."""
-        with installed(TABLES):
+        with optional_dependency(TABLES):
             import xarray as xr
         table, source = self._whole(), self._folder.plan.source
         names = list(table)
@@ -314,4 +314,4 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swep
     The files are for others too, as DuckDB: SELECT spin, nutation_max FROM 'runs/*.parquet'.
     Raises FileNotFoundError and ValueError for a folder that is none of a sweep.
     """
-    return Swept(opened(folder), boolean("partial", partial))
+    return Swept(opened(folder), as_bool("partial", partial))

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array
-from .._ground.optional import installed
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.optional import optional_dependency
+from .._ground.validation import Array
 from .start_words import WORDS, components
 
 PARQUET = "'kreisel[sweep]'"
@@ -38,7 +38,7 @@ def _of_npz(file: str) -> dict[str, npt.NDArray[np.generic]]:
 
 
 def _of_arrow(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
-    with installed(PARQUET):
+    with optional_dependency(PARQUET):
         import pyarrow as pa
         import pyarrow.csv as text
         import pyarrow.parquet as parquet
@@ -70,5 +70,5 @@ def _words(file: str, columns: dict[str, npt.NDArray[np.generic]]) -> dict[str, 
                 words[name] = np.stack(joined, axis=-1).reshape(-1, *value)
     if left:
         known = [one for name in WORDS for one in components(name, ())]
-        raise ValueError(f"{file}: {unknown('column', next(iter(left)), known)}")
+        raise ValueError(f"{file}: {unknown_name_message('column', next(iter(left)), known)}")
     return {name: np.asarray(values) for name, values in words.items()}

@@ -22,10 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from .._ground.arguments import number, shown, whole
-from .._ground.refusals import unknown
-from .._model.scene import Scene, parsed
-from .._model.toml import a_table, read, tables
+from .._ground.errors import unknown_name_message
+from .._ground.validation import as_float, as_int, short_repr
+from .._model.scene import Scene, build_from_table
+from .._model.toml import check_table, parse_tables, read
 from ..events import MAKERS, Event
 from ..scenes import about, named
 from .asked import WORDS, asked_of
@@ -43,22 +43,24 @@ _WORDS = ["verb", *WORDS, "part"]
 
 def from_file(file: Path) -> SweepPlan:
     """The plan in a file; TypeError or ValueError, with the file's name, for what is none."""
-    return read(file, lambda text: _plan(tables(text), file.parent))
+    return read(file, lambda text: _plan(parse_tables(text), file.parent))
 
 
 def _plan(told: dict[str, Any], beside: Path) -> SweepPlan:
     for name in told:
         if name not in (*_WORDS, *_MAKERS, "scene"):
-            raise ValueError(unknown("key in a plan:", name, [*_WORDS, *_MAKERS, "scene"]))
+            raise ValueError(
+                unknown_name_message("key in a plan:", name, [*_WORDS, *_MAKERS, "scene"])
+            )
     words = {name: told[name] for name in WORDS if name in told}
     if "t" in words:
         words["t"] = _values("t", words["t"])
     if "events" in words:
         words["events"] = [_event(row) for row in _rows(words["events"])]
     if "event" in words:
-        words["event"] = _event(dict(a_table("event", words["event"])))
+        words["event"] = _event(dict(check_table("event", words["event"])))
     if "reduce" in words:
-        a_table("reduce", words["reduce"])
+        check_table("reduce", words["reduce"])
     asked = asked_of(told.get("verb", "solve"), words)
     return planned(_source(told, beside), asked, told.get("part"))
 
@@ -71,7 +73,7 @@ def _source(told: dict[str, Any], beside: Path) -> Source:
     if "scene" not in told:
         raise ValueError("a plan has a scene: a name, a file, or a table [scene]")
     scene, name = _scene(told["scene"], beside), chosen[0]
-    words = {word: _values(word, value) for word, value in a_table(name, told[name]).items()}
+    words = {word: _values(word, value) for word, value in check_table(name, told[name]).items()}
     if name == "columns" and "file" in words:
         words["file"] = beside / str(words["file"])
     maker = _MAKERS[name]
@@ -88,13 +90,13 @@ def _source(told: dict[str, Any], beside: Path) -> Source:
 def _refuse_unknown(name: str, words: Mapping[str, Any], known: list[str]) -> None:
     for word in words:
         if word not in known:
-            raise ValueError(unknown(f"key in [{name}]:", word, known))
+            raise ValueError(unknown_name_message(f"key in [{name}]:", word, known))
 
 
 def _scene(told: object, beside: Path) -> Scene:
     if isinstance(told, str):
         return named(told) if told in about else Scene.from_toml(beside / told)
-    return parsed(dict(a_table("scene", told)))
+    return build_from_table(dict(check_table("scene", told)))
 
 
 def _values(name: str, told: object) -> Any:
@@ -106,20 +108,20 @@ def _values(name: str, told: object) -> Any:
     if missing:
         raise ValueError(f"{name} has no {sorted(missing)[0]}: it goes from one value to another")
     ends = (np.asarray(told[end], dtype=np.float64) for end in ("from", "to"))
-    begin, end = (number(name, one[()]) if not one.ndim else one for one in ends)
-    return np.linspace(begin, end, whole(f"n of {name}", told["n"], 1))
+    begin, end = (as_float(name, one[()]) if not one.ndim else one for one in ends)
+    return np.linspace(begin, end, as_int(f"n of {name}", told["n"], 1))
 
 
 def _rows(told: object) -> list[dict[str, Any]]:
     if not isinstance(told, list):
-        raise TypeError(f"events are tables [[events]], not {shown(told)}")
-    return [dict(a_table("events", row)) for row in told]
+        raise TypeError(f"events are tables [[events]], not {short_repr(told)}")
+    return [dict(check_table("events", row)) for row in told]
 
 
 def _event(row: dict[str, Any]) -> Event:
     name = row.pop("event", None)
     if name not in MAKERS:
-        raise ValueError(unknown("event", str(name), MAKERS))
+        raise ValueError(unknown_name_message("event", str(name), MAKERS))
     try:
         return MAKERS[name](**row)
     except (TypeError, ValueError) as error:

@@ -9,7 +9,7 @@ from rich.table import Table as Grid
 
 from ..._analysis.compare import CompareInterrupted, Table
 from ..._analysis.compare import compare as compared
-from ..._ground.names import MethodName
+from ..._ground.literals import MethodName
 from ..._model.scene import Scene
 from . import times
 from .places import FILE, checked

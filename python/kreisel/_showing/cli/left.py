@@ -86,7 +86,7 @@ class Left:
         self.files = {place.option: place.file for place in places}
         self._shows = not any(place.shown for place in places)
         self._open, self._where = ExitStack(), where
-        self._summary, self._gathered = Summary(self._angles(), where["all_rows"]), Gathered()
+        self._summary, self._fancy_index = Summary(self._angles(), where["all_rows"]), Gathered()
         self._met = Met(events, where["degrees"]) if events else None
 
     def _angles(self) -> AngleOptions:
@@ -103,7 +103,7 @@ class Left:
         if self._shows:
             outputs.append(self._summary)
         if self.is_whole:
-            outputs.append(self._gathered)
+            outputs.append(self._fancy_index)
         if "--csv" in self.files:
             outputs.append(Csv(self.files["--csv"], self._angles(), self._open))
         return outputs
@@ -133,9 +133,9 @@ class Left:
             raise failures[0]
 
     def _whole(self, end: Outcome) -> None:
-        if not self._gathered.pieces:
+        if not self._fancy_index.pieces:
             return
-        path = self._gathered.path
+        path = self._fancy_index.path
         why = str(end.stopped) if end.stopped else None
         if "--npz" in self.files:
             put(self.files["--npz"], as_npz(path))

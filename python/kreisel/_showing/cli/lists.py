@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 
 from ..._analysis.costs import page
-from ..._ground.refusals import nearest
+from ..._ground.errors import suggest
 from ..._options.methods import Method, unknown_method
 from ..._options.methods import methods as known
 from ..._options.quantities import RECORDABLE, TIME
@@ -75,7 +75,7 @@ def scenes(name: str | None) -> None:
     if name is None:
         _listed(("scene", "what to look at"), list(about.items()))
     elif name not in about:
-        raise Refused(f"unknown scene {name!r}; {nearest(name, about)}")
+        raise Refused(f"unknown scene {name!r}; {suggest(name, about)}")
     else:
         click.echo(f"# {about[name]}\n{named(name).to_toml()}", nl=False)
 

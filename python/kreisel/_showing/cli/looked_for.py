@@ -6,7 +6,7 @@ import inspect
 import re
 from collections.abc import Callable
 
-from ..._ground.refusals import nearest
+from ..._ground.errors import suggest
 from ..._model.scene import Scene
 from ...events import MAKERS, Event
 from .words import Refused, numbers
@@ -22,7 +22,7 @@ def looked_for(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
 def _event(scene: Scene, word: str) -> Event:
     name, *fields = word.split(":")
     if name not in MAKERS:
-        raise Refused(f"unknown event {name!r}; {nearest(name, MAKERS)}")
+        raise Refused(f"unknown event {name!r}; {suggest(name, MAKERS)}")
     maker = MAKERS[name]
     given: dict[str, object] = {}
     free = _arguments(maker)

@@ -21,8 +21,8 @@ from rich.table import Table as Grid
 
 from ..._core import values as values_of
 from ..._core import version
-from ..._ground.arguments import Array
-from ..._ground.files import growing, write
+from ..._ground.atomic_io import atomic_open, atomic_write
+from ..._ground.validation import Array
 from ..._options.quantities import LOW
 from ..._results.path import Events, Path
 from ..._results.serialization import dump_path
@@ -45,7 +45,7 @@ class Output(Protocol):
 def put(file: str, data: bytes) -> None:
     """The bytes in a file, or on standard output."""
     if file != "-":
-        write(file, data)
+        atomic_write(file, data)
         return
     left = memoryview(data)
     while left:  # an unbuffered standard output may take less than all
@@ -91,7 +91,7 @@ class Csv:
     def _opened(self) -> Callable[[bytes], None]:
         if self._file == "-":
             return lambda rows: put("-", rows)
-        return self._files.enter_context(growing(self._file)).add
+        return self._files.enter_context(atomic_open(self._file)).add
 
 
 @dataclass

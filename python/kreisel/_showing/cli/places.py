@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import click
 
-from ..._ground.files import refuse_no_place
+from ..._ground.atomic_io import check_writable
 from .words import Refused
 
 FILE = click.Path(allow_dash=True)
@@ -75,7 +75,7 @@ def _is_endless(file: str) -> bool:
 
 def _refuse_no_place(file: str) -> None:
     try:
-        refuse_no_place(file)
+        check_writable(file)
     except (OSError, ValueError) as error:
         raise Refused(str(error)) from None
 

@@ -9,7 +9,7 @@ from typing import Unpack
 import click
 import numpy as np
 
-from ..._ground.arguments import Array
+from ..._ground.validation import Array
 from ..._model.scene import Scene
 from ..._options.solve_options import parse_every
 from ..._options.times import check_horizon, check_memory, time_array

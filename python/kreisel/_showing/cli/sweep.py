@@ -17,7 +17,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
-from ..._ground.optional import installed
+from ..._ground.optional import optional_dependency
 from ..._sweeping.folder import DONE, MISSING
 from ..._sweeping.sweep import sweep as swept
 from ..._sweeping.swept import Swept, gaps, read_sweep
@@ -92,7 +92,7 @@ def _said() -> Iterator[None]:
 def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
     """Who makes the parts; none: threads of this process."""
     if dask is not None:
-        with installed("'kreisel[dask]'"):
+        with optional_dependency("'kreisel[dask]'"):
             import distributed
         connect: Callable[..., Any] = distributed.Client
         with connect(dask) as client:

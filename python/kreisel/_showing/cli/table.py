@@ -11,7 +11,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table as Grid
 
-from ..._ground.arguments import Array
+from ..._ground.validation import Array
 from ..._options.quantities import ANGLES
 from ..._results.path import Path
 from ..._results.tables import columns, units

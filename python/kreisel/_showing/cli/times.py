@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import click
 import numpy as np
 
-from ..._ground.arguments import Array
+from ..._ground.validation import Array
 
 HELP = "The time to reach, or the times wanted: numbers and grids start:end:step, with commas."
 METAVAR = "TIME[,...]"

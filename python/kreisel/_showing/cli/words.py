@@ -11,9 +11,9 @@ from contextlib import contextmanager
 import click
 from click.shell_completion import CompletionItem
 
-from ..._ground.refusals import nearest
-from ..._model.scene import Scene, parse
-from ..._model.toml import bounded, worded
+from ..._ground.errors import suggest
+from ..._model.scene import Scene, parse_toml
+from ..._model.toml import prefix_errors, read_limited
 from ..._options.methods import methods, unknown_method
 from ..._options.quantities import RECORDABLE
 from ...scenes import about, named
@@ -60,11 +60,13 @@ def scene(word: str) -> Scene:
 def _read(word: str) -> Scene:
     try:
         if word == "-":
-            return worded("standard input", lambda: parse(bounded(sys.stdin.buffer)))
+            return prefix_errors(
+                "standard input", lambda: parse_toml(read_limited(sys.stdin.buffer))
+            )
         return Scene.from_toml(word)
     except FileNotFoundError:
         raise click.BadParameter(
-            f"there is no file {word!r}, nor a scene of that name; {nearest(word, about)}",
+            f"there is no file {word!r}, nor a scene of that name; {suggest(word, about)}",
             param_hint="SCENE",
         ) from None
     except (OSError, TypeError, ValueError) as error:

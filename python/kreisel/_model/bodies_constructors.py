@@ -9,24 +9,32 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._ground.arguments import Array, boolean
+from .._ground.validation import Array, as_bool
 from . import shapes
 from .body import Body
-from .columns import Word, above_zero, not_below_zero, parts, together, vectors, word
+from .broadcasting import (
+    Parameter,
+    not_below_zero,
+    parse_parameter,
+    parse_positive,
+    shape_of,
+    split_components,
+    stack_components,
+)
 
 
-class ShapedBodies:
+class BodiesConstructors:
     """Constructors of many homogeneous bodies."""
 
     @classmethod
-    def _about(
+    def _about_com(
         cls,
         make: Callable[..., Body],
-        words: Sequence[Word],
+        words: Sequence[Parameter],
         mass: Array,
         moments: tuple[Array, Array, Array],
         height: Array,
-        pivot: Word,
+        pivot: Parameter,
     ) -> Self:
         """Build bodies from moments about a centre of mass on the third axis.
 
@@ -35,31 +43,31 @@ class ShapedBodies:
         raise NotImplementedError
 
     @classmethod
-    def _of(
+    def _from_shape(
         cls,
         make: Callable[..., Body],
         shape: shapes.Shape[Array],
-        words: Sequence[Word],
+        words: Sequence[Parameter],
         pivot: ArrayLike,
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
         """Build homogeneous bodies of one shape."""
-        shapes.one_of(shape.name, mass, density)
-        at = word("pivot", pivot, (3,))
+        shapes.check_exactly_one(shape.name, mass, density)
+        at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
-        weight = above_zero(name, given)
-        together(*words, at, weight)
+        weight = parse_positive(name, given)
+        shape_of(*words, at, weight)
         heavy = weight.values
         if density is not None:
             if not shape.volume.any():
-                raise ValueError(shapes.thin(shape.name))
+                raise ValueError(shapes.thin_body_message(shape.name))
             with np.errstate(all="ignore"):
                 heavy = weight.values * shape.volume
-            above_zero(f"mass of the {shape.name}", heavy)
+            parse_positive(f"mass of the {shape.name}", heavy)
         with np.errstate(all="ignore"):
             moments = shapes.moments_of(shape, heavy)
-        return cls._about(make, [*words, at, weight], heavy, moments, shape.height, at)
+        return cls._about_com(make, [*words, at, weight], heavy, moments, shape.height, at)
 
     @classmethod
     def cuboid(
@@ -78,25 +86,27 @@ class ShapedBodies:
         >>> kr.Bodies.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass
         array([16., 48.])
         """
-        edges, at = word("half", half, (3,)), word("pivot", pivot, (3,))
-        edges.refused(~(edges.values > 0.0).all(axis=-1), lambda _, x: Body.cuboid(x, (0, 0, 0)))
+        edges, at = parse_parameter("half", half, (3,)), parse_parameter("pivot", pivot, (3,))
+        edges.raise_at_first(
+            ~(edges.values > 0.0).all(axis=-1), lambda _, x: Body.cuboid(x, (0, 0, 0))
+        )
         if mass is not None and density is not None:
             raise ValueError("give mass or density of the cuboid, not both")
-        a, b, c = parts(edges.values)
+        a, b, c = split_components(edges.values)
         if mass is None:
-            weight = above_zero("density", 1.0 if density is None else density)
+            weight = parse_positive("density", 1.0 if density is None else density)
         else:
-            weight = above_zero("mass", mass)
-        together(edges, at, weight)
+            weight = parse_positive("mass", mass)
+        shape_of(edges, at, weight)
         heavy = weight.values
         with np.errstate(all="ignore"):
             if mass is None:
                 heavy = 8.0 * heavy * a * b * c
-                above_zero("mass of the cuboid", heavy)
+                parse_positive("mass of the cuboid", heavy)
             third = heavy / 3.0
             xx, yy, zz = third * a * a, third * b * b, third * c * c
             moments = yy + zz, zz + xx, xx + yy
-        return cls._about(Body.cuboid, [edges, at, weight], heavy, moments, np.zeros(()), at)
+        return cls._about_com(Body.cuboid, [edges, at, weight], heavy, moments, np.zeros(()), at)
 
     @classmethod
     def cylinder(
@@ -113,11 +123,11 @@ class ShapedBodies:
         `radius` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density [M
         L^-3].
         """
-        r, h = above_zero("radius", radius), above_zero("height", height)
-        together(r, h)
+        r, h = parse_positive("radius", radius), parse_positive("height", height)
+        shape_of(r, h)
         with np.errstate(all="ignore"):
             shape = shapes.cylinder(r.values, h.values)
-        return cls._of(Body.cylinder, shape, [r, h], pivot, mass, density)
+        return cls._from_shape(Body.cylinder, shape, [r, h], pivot, mass, density)
 
     @classmethod
     def tube(
@@ -135,23 +145,25 @@ class ShapedBodies:
         `inner`, `outer` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density
         [M L^-3].
         """
-        hole, r = word("inner", inner), above_zero("outer", outer)
+        hole, r = parse_parameter("inner", inner), parse_positive("outer", outer)
         h = not_below_zero("height", height)
-        together(hole, r, h)
-        both = Word("(inner, outer)", vectors(hole.values, r.values), (2,))
+        shape_of(hole, r, h)
+        both = Parameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))
-        both.refused(bad, lambda _, pair: Body.tube(pair[0], pair[1], 1.0, (0, 0, 0), mass=1.0))
+        both.raise_at_first(
+            bad, lambda _, pair: Body.tube(pair[0], pair[1], 1.0, (0, 0, 0), mass=1.0)
+        )
         with np.errstate(all="ignore"):
             shape = shapes.tube(hole.values, r.values, h.values)
-        return cls._of(Body.tube, shape, [hole, r, h], pivot, mass, density)
+        return cls._from_shape(Body.tube, shape, [hole, r, h], pivot, mass, density)
 
     @classmethod
     def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
         """Build thin disks, as Body.disk does: `radius` [L], `pivot` (..., 3) [L], `mass` [M]."""
-        r = above_zero("radius", radius)
+        r = parse_positive("radius", radius)
         with np.errstate(all="ignore"):
             shape = shapes.disk(r.values)
-        return cls._of(Body.disk, shape, [r], pivot, mass, None)
+        return cls._from_shape(Body.disk, shape, [r], pivot, mass, None)
 
     @classmethod
     def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
@@ -159,10 +171,10 @@ class ShapedBodies:
 
         Raises ValueError for a pivot on a rod's own line, about which the rod has no moment.
         """
-        whole = above_zero("length", length)
+        whole = parse_positive("length", length)
         with np.errstate(all="ignore"):
             shape = shapes.rod(whole.values)
-        return cls._of(Body.rod, shape, [whole], pivot, mass, None)
+        return cls._from_shape(Body.rod, shape, [whole], pivot, mass, None)
 
     @classmethod
     def sphere(
@@ -178,11 +190,11 @@ class ShapedBodies:
 
         `radius` is a length, `pivot` is (..., 3) [L]; give mass [M] or density [M L^-3].
         """
-        r, thin = above_zero("radius", radius), boolean("shell", shell)
+        r, thin = parse_positive("radius", radius), as_bool("shell", shell)
         with np.errstate(all="ignore"):
             shape = shapes.sphere(r.values, thin)
         make = partial(Body.sphere, shell=thin)
-        return cls._of(make, shape, [r], pivot, mass, density)
+        return cls._from_shape(make, shape, [r], pivot, mass, density)
 
     @classmethod
     def ellipsoid(
@@ -197,13 +209,13 @@ class ShapedBodies:
 
         `half` and `pivot` are (..., 3) [L]; give mass [M] or density [M L^-3].
         """
-        axes = word("half", half, (3,))
+        axes = parse_parameter("half", half, (3,))
         bad = ~(axes.values > 0.0).all(axis=-1)
-        axes.refused(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
-        a, b, c = parts(axes.values)
+        axes.raise_at_first(bad, lambda _, x: Body.ellipsoid(x, (0, 0, 0), mass=1.0))
+        a, b, c = split_components(axes.values)
         with np.errstate(all="ignore"):
             shape = shapes.ellipsoid(a, b, c)
-        return cls._of(Body.ellipsoid, shape, [axes], pivot, mass, density)
+        return cls._from_shape(Body.ellipsoid, shape, [axes], pivot, mass, density)
 
     @classmethod
     def cone(
@@ -220,8 +232,8 @@ class ShapedBodies:
         `radius` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density [M
         L^-3].
         """
-        r, h = above_zero("radius", radius), above_zero("height", height)
-        together(r, h)
+        r, h = parse_positive("radius", radius), parse_positive("height", height)
+        shape_of(r, h)
         with np.errstate(all="ignore"):
             shape = shapes.cone(r.values, h.values)
-        return cls._of(Body.cone, shape, [r, h], pivot, mass, density)
+        return cls._from_shape(Body.cone, shape, [r, h], pivot, mass, density)

@@ -11,26 +11,26 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import scene
-from .._ground.arguments import Quaternion, Vector, number, shown, vector
-from .._ground.refusals import refusal
+from .._ground.errors import status_to_exception
+from .._ground.validation import Quaternion, Vector, as_float, as_vector, short_repr
 from ..quaternion import unit
 from .body import Body
-from .momentum import momentum_of
+from .momentum import angular_momentum
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 # momentum, attitude, gravity, damping, and the block
-Made = tuple[Vector, Quaternion, float, Vector, bytes]
+SceneData = tuple[Vector, Quaternion, float, Vector, bytes]
 
 
-def made_plainly(
+def parse_fast(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
     gravity: float,
     damping: ArrayLike | None,
-) -> Made | None:
+) -> SceneData | None:
     """Return the data of a scene, or None if an argument is not a plain number or is invalid."""
     if len(given) != 1:
         return None
@@ -38,20 +38,20 @@ def made_plainly(
     made = scene(body._block, value, attitude, gravity, damping)
     if isinstance(made, tuple) and name != "momentum":
         v, q, g, d, _ = made
-        made = scene(body._block, momentum_of(name, body.moments, body.axes, q, v), q, g, d)
+        made = scene(body._block, angular_momentum(name, body.moments, body.axes, q, v), q, g, d)
     return made if isinstance(made, tuple) else None
 
 
-def looked_at(
+def parse_checked(
     body: Body,
     given: dict[str, ArrayLike],
     attitude: ArrayLike | Rotation | None,
     attitude_xyzw: ArrayLike | None,
     gravity: float,
     damping: ArrayLike | None,
-) -> Made:
+) -> SceneData:
     """Return the data of a scene after checking each argument on its own."""
-    g = gravity_of(gravity)
+    g = check_gravity(gravity)
     if attitude_xyzw is not None:
         if attitude is not None:
             raise ValueError("give either attitude or attitude_xyzw, not both")
@@ -64,24 +64,33 @@ def looked_at(
             + (" and ".join(given) or "none")
         )
     ((name, value),) = given.items()
-    m, d = momentum_of(name, body.moments, body.axes, q, vector(name, value)), damping_of(damping)
+    m, d = (
+        angular_momentum(name, body.moments, body.axes, q, as_vector(name, value)),
+        check_damping(damping),
+    )
     made = scene(body._block, m, q, g, d)
     if not isinstance(made, tuple):
-        raise refusal(made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {g!r}")
+        raise status_to_exception(
+            made or "ERR_ARGUMENT", f"momentum {m}, attitude {q}, gravity {g!r}"
+        )
     return made
 
 
-def damping_of(given: ArrayLike | None) -> Vector:
+def check_damping(given: ArrayLike | None) -> Vector:
     if given is None:
         return 0.0, 0.0, 0.0
-    along = (number("damping", given),) * 3 if np.ndim(given) == 0 else vector("damping", given)
+    along = (
+        (as_float("damping", given),) * 3 if np.ndim(given) == 0 else as_vector("damping", given)
+    )
     if min(along) < 0.0:
-        raise ValueError(f"damping must not be negative, not {shown(given)}: it takes energy out")
+        raise ValueError(
+            f"damping must not be negative, not {short_repr(given)}: it takes energy out"
+        )
     return along
 
 
-def gravity_of(value: object) -> float:
+def check_gravity(value: object) -> float:
     try:
-        return number("gravity", value)
+        return as_float("gravity", value)
     except TypeError as error:
         raise TypeError(f"{error}: it is the acceleration along -e3, positive is down") from None

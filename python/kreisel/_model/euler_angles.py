@@ -8,16 +8,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._core import KIND_RTOL, cosine, sine, values
-from .._ground.arguments import Array, Quaternion, R, Vector, boolean, number, shown, vector
+from .._ground.validation import (
+    Array,
+    Quaternion,
+    R,
+    Vector,
+    as_bool,
+    as_float,
+    as_vector,
+    short_repr,
+)
 from ..quaternion import conjugate, multiply
 
 if TYPE_CHECKING:
     from .body import Body
 
 
-def radians(name: str, value: object, degrees: bool) -> Vector:
+def to_radians(name: str, value: object, degrees: bool) -> Vector:
     """Return three angles or rates in radians."""
-    x, y, z = vector(name, value)
+    x, y, z = as_vector(name, value)
     return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
 
 
@@ -31,7 +40,7 @@ def sin(x: R) -> R:
     return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
 
 
-def turned_by(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
+def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
     """Return the quaternion of Euler's angles z-x-z: precession, nutation and spin."""
     precession, nutation, spin = angles
     c, s = cos(0.5 * nutation), sin(0.5 * nutation)
@@ -39,7 +48,7 @@ def turned_by(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
     return c * cos(total), s * cos(apart), s * sin(apart), c * sin(total)
 
 
-def attitude_of(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
+def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
     """Return the attitude with these angles, for a body whose scene at rest is `unturned`.
 
     The angles belong to a frame of the body whose third axis is the apex. The angles of the
@@ -47,10 +56,12 @@ def attitude_of(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]
-    return multiply(turned_by(angles), conjugate(turned_by((own[0], own[1], own[2]))))
+    return multiply(
+        quaternion_from_euler(angles), conjugate(quaternion_from_euler((own[0], own[1], own[2])))
+    )
 
 
-def velocity_of(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]:
+def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]:
     """Return the angular velocity in space."""
     precession, nutation, _ = angles
     turning, nodding, spinning = rates
@@ -59,21 +70,21 @@ def velocity_of(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]
     return nodding * c + across * s, nodding * s - across * c, turning + up
 
 
-def half_turn(tilt: object, degrees: bool) -> float:
+def check_tilt(tilt: object, degrees: bool) -> float:
     """Return `tilt`, an angle with the vertical, in radians; raise ValueError if it is not one."""
-    given = number("tilt", tilt)
+    given = as_float("tilt", tilt)
     angle = math.radians(given) if degrees else given
     if not 0.0 <= angle <= math.pi:
         most = "180" if degrees else "pi, or up to 180 with degrees=True"
-        raise ValueError(f"tilt must lie between 0 and {most}, not {shown(tilt)}")
+        raise ValueError(f"tilt must lie between 0 and {most}, not {short_repr(tilt)}")
     return angle
 
 
-def steady_words(steady: object, fast: object, precession: object, damping: object) -> bool:
+def check_steady(steady: object, fast: object, precession: object, damping: object) -> bool:
     """Return True if a steady precession is requested; check the arguments that go with it."""
-    if boolean("fast", fast) and not steady:
+    if as_bool("fast", fast) and not steady:
         raise ValueError("fast chooses between two steady precessions: say steady=True too")
-    if not boolean("steady", steady):
+    if not as_bool("steady", steady):
         return False
     if precession is not None or (damping is not None and np.any(np.asarray(damping))):
         raise ValueError("steady=True goes with neither precession nor damping")

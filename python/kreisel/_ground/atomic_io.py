@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 
-class Growing:
+class AtomicWriter:
     """A file that is written in blocks; errors carry the final file name."""
 
     def __init__(self, descriptor: int, name: str) -> None:
@@ -38,7 +38,7 @@ class Growing:
 
 
 @contextlib.contextmanager
-def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
+def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
     """Open a temporary file that replaces `path`, synced to disk, when the block ends.
 
     If the block raises or writes nothing, the temporary file is removed and `path` stays untouched.
@@ -47,12 +47,12 @@ def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
     file, name = Path(os.path.realpath(path)), os.fspath(path)
     if file.exists() and not file.is_file():  # a device or a pipe cannot be replaced by a rename
         with open(file, "wb", buffering=0) as out:
-            yield Growing(out.fileno(), name)
+            yield AtomicWriter(out.fileno(), name)
         return
-    new = _beside(file)
+    new = _temp_path(file)
     try:
-        with open(_begun(new, file, name), "wb") as out:
-            grown = Growing(out.fileno(), name)
+        with open(_open_temp(new, file, name), "wb") as out:
+            grown = AtomicWriter(out.fileno(), name)
             yield grown
             os.fsync(out.fileno())
         if grown.is_empty:
@@ -62,19 +62,19 @@ def growing(path: str | os.PathLike[str]) -> Iterator[Growing]:
     except BaseException:
         new.unlink(missing_ok=True)
         raise
-    sync(file.parent)
+    sync_folder(file.parent)
 
 
-def write(path: str | os.PathLike[str], data: bytes) -> None:
+def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
     """Write `data` to `path` atomically and sync it to disk.
 
     Raises OSError if the file cannot be written; an existing file then stays untouched.
     """
-    with growing(path) as file:
+    with atomic_open(path) as file:
         file.add(data)
 
 
-def sync(folder: Path) -> None:
+def sync_folder(folder: Path) -> None:
     """Sync the directory entry of `folder` to disk, where the system can open a folder."""
     try:
         there = os.open(folder, os.O_RDONLY)
@@ -88,7 +88,7 @@ def sync(folder: Path) -> None:
         os.close(there)
 
 
-def refuse_no_place(path: str | os.PathLike[str]) -> None:
+def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise OSError if a file called `path` could not be written."""
     file = Path(os.path.realpath(path))
     if file.is_dir():
@@ -99,7 +99,7 @@ def refuse_no_place(path: str | os.PathLike[str]) -> None:
         if not os.access(file, os.W_OK):
             raise PermissionError(f"{os.fspath(path)} must not be written")
         return
-    new = _beside(file)
+    new = _temp_path(file)
     try:
         os.close(os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
     except OSError as error:
@@ -107,11 +107,11 @@ def refuse_no_place(path: str | os.PathLike[str]) -> None:
     new.unlink(missing_ok=True)
 
 
-def _beside(file: Path) -> Path:
+def _temp_path(file: Path) -> Path:
     return file.with_name(f".{os.urandom(8).hex()}.new")
 
 
-def _begun(new: Path, file: Path, name: str) -> int:
+def _open_temp(new: Path, file: Path, name: str) -> int:
     """Open the temporary file `new` that will replace `file`; errors carry `name`."""
     try:
         return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _mode(file))

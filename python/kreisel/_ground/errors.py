@@ -9,13 +9,13 @@ from dataclasses import FrozenInstanceError
 from typing import TypeVar
 
 from .._core import statuses
-from .arguments import shown
+from .validation import short_repr
 
 _T = TypeVar("_T")
 _PASSED = {__package__.partition(".")[0], "dataclasses"}  # frames of these packages are skipped
 
 
-def refusal(status: str, detail: str) -> Exception:
+def status_to_exception(status: str, detail: str) -> Exception:
     """Return the exception for a core status that was reported before anything ran."""
     what, text = statuses[status]
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
@@ -31,12 +31,12 @@ _OTHER_WORDS = {  # synonyms from textbooks
 }
 
 
-def unknown(what: str, name: str, known: Iterable[str]) -> str:
+def unknown_name_message(what: str, name: str, known: Iterable[str]) -> str:
     """Return an error message for an unknown name that suggests the nearest known one."""
-    return f"unknown {what} {shown(name)}; {nearest(name, known)}"
+    return f"unknown {what} {short_repr(name)}; {suggest(name, known)}"
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def suggest(name: str, known: Iterable[str]) -> str:
     """Return a suggestion of the known name nearest to `name`, or the list of all known names."""
     import difflib  # imported here because most programs never need it
 
@@ -47,7 +47,7 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
 
 
-def unchangeable(instead: str) -> Callable[[type[_T]], type[_T]]:
+def frozen_message(instead: str) -> Callable[[type[_T]], type[_T]]:
     """Return a class decorator that refuses assignments with a helpful message."""
 
     def of(made: type[_T]) -> type[_T]:

@@ -1,6 +1,6 @@
 """Names of methods and quantities for type checkers.
 
-Generated from the core's tables by `.ci/names > python/kreisel/_ground/names.py`.
+Generated from the core's tables by `.ci/names > python/kreisel/_ground/literals.py`.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from .arguments import Array
+    from .validation import Array
 
 MethodName = Literal[
     "auto",
@@ -60,7 +60,7 @@ QuantityName = Literal[
 ]
 
 
-class Quantities:
+class QuantityAttributes:
     """The quantities of a path besides t, q and m, generated from the core's table."""
 
     if TYPE_CHECKING:

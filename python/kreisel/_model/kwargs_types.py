@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-class Varied(TypedDict, total=False):
+class VaryKwargs(TypedDict, total=False):
     """Keyword arguments of Ensemble, of its constructors, and of Bodies."""
 
     body: Body | Bodies
@@ -38,7 +38,7 @@ class Varied(TypedDict, total=False):
     damping: ArrayLike
 
 
-class Changes(TypedDict, total=False):
+class SceneKwargs(TypedDict, total=False):
     """Keyword arguments of Scene."""
 
     body: Body

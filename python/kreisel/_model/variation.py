@@ -17,17 +17,24 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import cosine, logarithm, sine, values
-from .._ground.arguments import Array, boolean, shown, whole
-from .._ground.refusals import unknown
+from .._ground.errors import unknown_name_message
+from .._ground.validation import Array, as_bool, as_int, short_repr
 from ..quaternion import multiply
 from .bodies import Bodies
 from .body import Body
-from .columns import Word, in_blocks, word
-from .textbook import cos, steady_words
-from .textbook_tops import TextbookTops, Three, radians, steady_rates, three, tilts
-from .tops import ONE_OF, agreed
+from .broadcasting import Parameter, map_blocks, parse_parameter
+from .ensemble_constructors import (
+    Components,
+    EnsembleConstructors,
+    array_to_radians,
+    parse_tilt,
+    split_three,
+    steady_rates,
+)
+from .ensemble_data import ONE_OF, broadcast_shape
+from .euler_angles import check_steady, cos
 
-E = TypeVar("E", bound=TextbookTops[Any])
+E = TypeVar("E", bound=EnsembleConstructors[Any])
 Four = tuple[Array, Array, Array, Array]
 _BODY = "mass", "inertia", "com"
 _PLAIN = (*ONE_OF, "attitude", "attitude_xyzw")
@@ -38,7 +45,7 @@ _KNOWN = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, "gravity", "dam
 _DRAWS, _ROWS = 8, 1 << 12  # random numbers of a member, whatever is scattered; members at once
 
 
-class _Now(NamedTuple):
+class _EulerState(NamedTuple):
     """Euler's angles and rates of a scene, in radians."""
 
     angles: tuple[float, float, float]  # precession, nutation, spin
@@ -47,27 +54,27 @@ class _Now(NamedTuple):
     spin: float  # about the apex
 
 
-def varied(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
+def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     """Build the ensemble of `scene` in which the parameters `words` vary."""
     for name in words:
         if name not in _KNOWN:
-            raise TypeError(unknown("word", name, _KNOWN))
+            raise TypeError(unknown_name_message("word", name, _KNOWN))
     given = {name: value for name, value in words.items() if value is not None}
     kinds = [[name for name in names if name in given] for names in (_PLAIN, _SPINNING, _EULER)]
     told = [names[0] for names in kinds if names]
     if len(told) > 1:
         raise ValueError(f"{told[0]} and {told[1]} both tell the start: give words of one kind")
-    body, gravity = _body(scene, given), given.get("gravity", scene.gravity)
+    body, gravity = _vary_body(scene, given), given.get("gravity", scene.gravity)
     damping = given.get("damping", scene.damping)
-    in_degrees = boolean("degrees", given.get("degrees", False))
+    in_degrees = as_bool("degrees", given.get("degrees", False))
     steady, fast = given.get("steady", False), given.get("fast", False)
-    is_steady = steady_words(steady, fast, given.get("precession"), damping)
+    is_steady = check_steady(steady, fast, given.get("precession"), damping)
     if kinds[1] or (is_steady and not told):
-        start = _spun(body, scene, given, gravity, in_degrees, (is_steady, fast))
+        start = _start_from_spin(body, scene, given, gravity, in_degrees, (is_steady, fast))
     elif is_steady:
         raise ValueError(f"steady=True goes with spin and tilt, not with {told[0]}")
     elif kinds[2]:
-        start = _turned(scene, given, in_degrees)
+        start = _start_from_euler(scene, given, in_degrees)
     else:
         plain = {name: given[name] for name in kinds[0]}
         if not plain.keys() & set(ONE_OF):
@@ -75,14 +82,14 @@ def varied(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
         if not plain.keys() & {"attitude", "attitude_xyzw"}:
             plain["attitude"] = scene.attitude
         return many(body, gravity=gravity, damping=damping, **plain)
-    return many._turned(body, *start, gravity, damping, _none)
+    return many._from_euler(body, *start, gravity, damping, _accept_any)
 
 
-def _none(_: object, **__: object) -> None:
+def _accept_any(_: object, **__: object) -> None:
     """Accept any arguments; the null constructor for parameters without an error of their own."""
 
 
-def _body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
+def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
     own: Body = scene.body
     changed = {name: given[name] for name in _BODY if name in given}
     if "body" in given:
@@ -96,7 +103,7 @@ def _body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
     return Bodies(**{**kept, **changed}, rounded=own.rounded, made_up=own.made_up)
 
 
-def _now(scene: Any) -> _Now:
+def _euler_state(scene: Any) -> _EulerState:
     """Compute Euler's angles and rates of the start; rates at rounding level become zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = (float(values(n, scene._block, scene._start)[0]) for n in names)
@@ -107,13 +114,13 @@ def _now(scene: Any) -> _Now:
     least = 8.0 * np.finfo(float).eps * math.hypot(x, y, z)
     is_upright = abs(math.sin(theta)) < 1e-15
     rate = 0.0 if is_upright or abs(turning) <= least else turning / math.sin(theta)
-    return _Now((phi, theta, psi), rate, nodding if abs(nodding) > least else 0.0, spin)
+    return _EulerState((phi, theta, psi), rate, nodding if abs(nodding) > least else 0.0, spin)
 
 
-_Start = tuple[list[Word], Three, Three]
+_Start = tuple[list[Parameter], Components, Components]
 
 
-def _spun(
+def _start_from_spin(
     body: Body | Bodies,
     scene: Any,
     given: Mapping[str, Any],
@@ -125,22 +132,26 @@ def _spun(
 
     Values that are not given are those of the scene.
     """
-    now = _now(scene)
+    now = _euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
     told = {
-        name: tilts(given[name], degrees) if name == "tilt" else word(name, given[name])
+        name: parse_tilt(given[name], degrees)
+        if name == "tilt"
+        else parse_parameter(name, given[name])
         for name in _SPINNING
         if name in given
     }
     rate, angle, turning = (
-        radians(told[name].values, degrees) if name in told else np.asarray(own[name])
+        array_to_radians(told[name].values, degrees) if name in told else np.asarray(own[name])
         for name in _SPINNING
     )
-    agreed(body, list(told.values()))
+    broadcast_shape(body, list(told.values()))
     if steady[0]:
-        as_given = [told.get(n, _word_of(n, own[n], degrees)) for n in ("spin", "tilt")]
+        as_given = [
+            told.get(n, _parameter_in_degrees(n, own[n], degrees)) for n in ("spin", "tilt")
+        ]
         one = partial(type(scene).spinning, steady=True, fast=steady[1], degrees=degrees)
-        down = word("gravity", gravity)
+        down = parse_parameter("gravity", gravity)
         turning = steady_rates(body, [*as_given, down], degrees, steady[1], one)
     with np.errstate(all="ignore"):
         rates = turning, np.asarray(now.nutation), rate - turning * cos(angle)
@@ -148,24 +159,26 @@ def _spun(
     return list(told.values()), (np.asarray(precession), angle, np.asarray(spin)), rates
 
 
-def _word_of(name: str, radian: float, degrees: bool) -> Word:
-    return Word(name, np.asarray(math.degrees(radian) if degrees else radian), ())
+def _parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
+    return Parameter(name, np.asarray(math.degrees(radian) if degrees else radian), ())
 
 
-def _turned(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
+def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
     """Compute parameters, angles and rates from Euler's; missing values are those of the scene."""
-    now = _now(scene)
+    now = _euler_state(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
     own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
-    told = {name: word(name, given[name], (3,)) for name in _EULER if name in given}
+    told = {name: parse_parameter(name, given[name], (3,)) for name in _EULER if name in given}
     angles, rates = (
-        three(radians(told[name].values, degrees) if name in told else np.asarray(own[name]))
+        split_three(
+            array_to_radians(told[name].values, degrees) if name in told else np.asarray(own[name])
+        )
         for name in _EULER
     )
     return list(told.values()), angles, rates
 
 
-def scattered(
+def scatter(
     many: type[E],
     scene: Any,
     n: int,
@@ -179,36 +192,39 @@ def scattered(
 
     Its members are those of a larger ensemble from index `begin` on.
     """
-    count, key = whole("n", n, 0), whole("seed", seed, 0)
+    count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
         raise ValueError("give the width of at least one of momentum, attitude, gravity")
-    normal = _normal(key, begin, count)
+    normal = _normal_numbers(key, begin, count)
     words = {"momentum": scene.momentum, "attitude": scene.attitude, "gravity": scene.gravity}
     with np.errstate(all="ignore"):
         if momentum is not None:
-            off = _width("momentum", momentum, 3) * normal[:, :3]
+            off = _parse_width("momentum", momentum, 3) * normal[:, :3]
             words["momentum"] = np.array(scene.momentum) + off
         if attitude is not None:
-            turns, own = _width("attitude", attitude, 3) * normal[:, 3:6], np.array(scene.attitude)
-            words["attitude"] = in_blocks(_turned_first, (count,), 4, own, turns)
+            turns, own = (
+                _parse_width("attitude", attitude, 3) * normal[:, 3:6],
+                np.array(scene.attitude),
+            )
+            words["attitude"] = map_blocks(_rotate_first, (count,), 4, own, turns)
         if gravity is not None:
-            words["gravity"] = scene.gravity + _width("gravity", gravity, 1) * normal[:, 6]
-    return many(scene.body, damping=scene.damping, **words)._renamed()
+            words["gravity"] = scene.gravity + _parse_width("gravity", gravity, 1) * normal[:, 6]
+    return many(scene.body, damping=scene.damping, **words)._forget_variation()
 
 
-def _width(name: str, given: ArrayLike, numbers: int) -> Array:
+def _parse_width(name: str, given: ArrayLike, numbers: int) -> Array:
     """Parse a width: one number for all components, or one for each."""
-    made = word(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
+    made = parse_parameter(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
     if made.shape or (made.values < 0.0).any():
         many, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
         raise ValueError(
             f"{name} must be the width of its deviations, {many} that {are} not negative, "
-            f"not {shown(given)}"
+            f"not {short_repr(given)}"
         )
     return made.values
 
 
-def _normal(seed: int, first: int, n: int) -> Array:
+def _normal_numbers(seed: int, first: int, n: int) -> Array:
     """Return (n, 8) normal numbers; row i belongs to member first + i, whatever `n` is.
 
     Each member takes the same number of random words from the counter-based generator Philox. Box
@@ -227,7 +243,7 @@ def _normal(seed: int, first: int, n: int) -> Array:
     return drawn
 
 
-def _turned_first(q: Four, r: Three) -> Four:
+def _rotate_first(q: Four, r: Components) -> Four:
     """Rotate the body by the rotation vectors `r` before the attitudes `q`."""
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)

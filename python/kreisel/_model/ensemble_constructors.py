@@ -14,27 +14,35 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import KIND_RTOL
-from .._ground.arguments import Array, boolean
+from .._ground.validation import Array, as_bool
 from ..quaternion import conjugate, multiply
 from .bodies import Bodies
 from .body import Body
-from .columns import Word, in_blocks, parts, vectors, word
-from .textbook import (
-    cos,
-    half_turn,
-    moments_about_axis,
-    sin,
-    steady_words,
-    turned_by,
-    velocity_of,
+from .broadcasting import Parameter, map_blocks, parse_parameter, split_components, stack_components
+from .ensemble_data import (
+    EnsembleData,
+    S,
+    broadcast_shape,
+    check_body,
+    compute_momenta,
+    member_error,
+    parse_damping,
 )
-from .tops import S, Tops, agreed, bodies_of, dampings_of, momenta_of, refusal_at
+from .euler_angles import (
+    check_steady,
+    check_tilt,
+    cos,
+    moments_about_axis,
+    quaternion_from_euler,
+    sin,
+    velocity_from_euler,
+)
 
-Three = tuple[Array, Array, Array]
+Components = tuple[Array, Array, Array]
 _DEGREE = math.pi / 180.0
 
 
-class TextbookTops(Tops[S]):
+class EnsembleConstructors(EnsembleData[S]):
     """Constructors of kr.Ensemble from Euler's angles and rates."""
 
     @classmethod
@@ -58,46 +66,50 @@ class TextbookTops(Tops[S]):
         >>> kr.Ensemble.from_euler(body, [(0, 1, 0), (0, 2, 0)], rates=(0, 0, 5)).shape
         (2,)
         """
-        bodies, in_degrees = bodies_of(body), boolean("degrees", degrees)
-        at, by = word("angles", angles, (3,)), word("rates", rates, (3,))
+        bodies, in_degrees = check_body(body), as_bool("degrees", degrees)
+        at, by = parse_parameter("angles", angles, (3,)), parse_parameter("rates", rates, (3,))
         make = partial(cls._one.from_euler, degrees=in_degrees)
-        turned, turning = (three(radians(each.values, in_degrees)) for each in (at, by))
-        return cls._turned(bodies, [at, by], turned, turning, gravity, damping, make)
+        turned, turning = (
+            split_three(array_to_radians(each.values, in_degrees)) for each in (at, by)
+        )
+        return cls._from_euler(bodies, [at, by], turned, turning, gravity, damping, make)
 
     @classmethod
-    def _turned(
+    def _from_euler(
         cls,
         body: Body | Bodies,
-        told: list[Word],
-        angles: Three,
-        rates: Three,
+        told: list[Parameter],
+        angles: Components,
+        rates: Components,
         gravity: ArrayLike,
         damping: ArrayLike | None,
         one: Callable[..., S],
     ) -> Self:
         """Build the tops with these angles and rates, which come from the parameters `told`."""
-        down, (drag, along) = word("gravity", gravity), dampings_of(damping)
-        agreed(body, [*told, down, drag])
-        turned, own = vectors(*turned_by(angles)), cls._own_turns(body)
+        down, (drag, along) = parse_parameter("gravity", gravity), parse_damping(damping)
+        broadcast_shape(body, [*told, down, drag])
+        turned, own = stack_components(*quaternion_from_euler(angles)), cls._frame_quaternions(body)
         both = np.broadcast_shapes(turned.shape[:-1], own.shape[:-1])
-        q = in_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
+        q = map_blocks(lambda a, b: multiply(a, conjugate(b)), both, 4, turned, own)
         with np.errstate(all="ignore"):
-            start = Word("velocity", vectors(*velocity_of(angles, rates)), (3,))
+            start = Parameter(
+                "velocity", stack_components(*velocity_from_euler(angles, rates)), (3,)
+            )
         columns = {
-            "momentum": momenta_of(body, start, q),
+            "momentum": compute_momenta(body, start, q),
             "attitude": q,
             "gravity": down.values,
             "damping": along,
         }
-        return cls.__new__(cls)._fill(body, [*told, down, drag], columns, one)
+        return cls.__new__(cls)._assign(body, [*told, down, drag], columns, one)
 
     @classmethod
-    def _own_turns(cls, body: Body | Bodies) -> Array:
+    def _frame_quaternions(cls, body: Body | Bodies) -> Array:
         """Return the (..., 4) quaternions of Euler's angles of the bodies as described."""
         unturned = cls(body, momentum=(0.0, 0.0, 0.0))
         names = "precession_angle", "nutation", "spin_angle"
-        angles = [unturned._tops.values(name).reshape(unturned.shape) for name in names]
-        return vectors(*turned_by((angles[0], angles[1], angles[2])))
+        angles = [unturned._core_scenes.values(name).reshape(unturned.shape) for name in names]
+        return stack_components(*quaternion_from_euler((angles[0], angles[1], angles[2])))
 
     @classmethod
     def spinning(
@@ -124,44 +136,50 @@ class TextbookTops(Tops[S]):
         >>> tops.shape, tops.axes
         ((2, 3), ('spin', 'tilt'))
         """
-        bodies, in_degrees = bodies_of(body), boolean("degrees", degrees)
+        bodies, in_degrees = check_body(body), as_bool("degrees", degrees)
         one: Any = partial(cls._one.spinning, degrees=in_degrees)
-        told = [word("spin", spin), tilts(tilt, in_degrees)]
-        rate, angle = (radians(each.values, in_degrees) for each in told)
-        about_axes(bodies)
-        if steady_words(steady, fast, precession, damping):
+        told = [parse_parameter("spin", spin), parse_tilt(tilt, in_degrees)]
+        rate, angle = (array_to_radians(each.values, in_degrees) for each in told)
+        moments_about_axes(bodies)
+        if check_steady(steady, fast, precession, damping):
             one = partial(one, steady=True, fast=fast)
-            turning = steady_rates(bodies, [*told, word("gravity", gravity)], in_degrees, fast, one)
+            turning = steady_rates(
+                bodies, [*told, parse_parameter("gravity", gravity)], in_degrees, fast, one
+            )
         else:
-            told.append(word("precession", 0.0 if precession is None else precession))
-            turning = radians(told[-1].values, in_degrees)
-        agreed(bodies, told)
+            told.append(parse_parameter("precession", 0.0 if precession is None else precession))
+            turning = array_to_radians(told[-1].values, in_degrees)
+        broadcast_shape(bodies, told)
         nothing = np.zeros(())
         with np.errstate(all="ignore"):
             rates = turning, nothing, rate - turning * cos(angle)
-        return cls._turned(bodies, told, (nothing, angle, nothing), rates, gravity, damping, one)
+        return cls._from_euler(
+            bodies, told, (nothing, angle, nothing), rates, gravity, damping, one
+        )
 
 
-def radians(values: Array, degrees: bool) -> Array:
+def array_to_radians(values: Array, degrees: bool) -> Array:
     """Return angles or rates in radians, with the bits of math.radians."""
     return values * _DEGREE if degrees else values
 
 
-def three(vector: Array) -> Three:
+def split_three(vector: Array) -> Components:
     """Split vectors into three components."""
-    x, y, z = parts(vector)
+    x, y, z = split_components(vector)
     return x, y, z
 
 
-def tilts(given: ArrayLike, degrees: bool) -> Word:
+def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
     """Build the parameter of angles with the vertical."""
-    made = word("tilt", given)
-    angle = radians(made.values, degrees)
-    made.refused(~((angle >= 0.0) & (angle <= math.pi)), lambda _, one: half_turn(one, degrees))
+    made = parse_parameter("tilt", given)
+    angle = array_to_radians(made.values, degrees)
+    made.raise_at_first(
+        ~((angle >= 0.0) & (angle <= math.pi)), lambda _, one: check_tilt(one, degrees)
+    )
     return made
 
 
-def about_axes(body: Body | Bodies) -> tuple[Array, Array]:
+def moments_about_axes(body: Body | Bodies) -> tuple[Array, Array]:
     """Return the moments across and along the axes of symmetric bodies."""
     if isinstance(body, Body):
         across, along = moments_about_axis(body)
@@ -184,17 +202,21 @@ def about_axes(body: Body | Bodies) -> tuple[Array, Array]:
 
 
 def steady_rates(
-    body: Body | Bodies, told: Sequence[Word], degrees: bool, fast: bool, one: Callable[..., object]
+    body: Body | Bodies,
+    told: Sequence[Parameter],
+    degrees: bool,
+    fast: bool,
+    one: Callable[..., object],
 ) -> Array:
     """Return the rates of steady precession of the parameters spin, tilt and gravity.
 
     Raises ValueError with the index of the first member that has none.
     """
-    shape = agreed(body, told)
+    shape = broadcast_shape(body, told)
     spin, tilt, gravity = (each.values for each in told)
-    rate, angle = radians(spin, degrees), radians(tilt, degrees)
-    across, along = about_axes(body)
-    x, y, z = parts(np.asarray(body.com))
+    rate, angle = array_to_radians(spin, degrees), array_to_radians(tilt, degrees)
+    across, along = moments_about_axes(body)
+    x, y, z = split_components(np.asarray(body.com))
     with np.errstate(all="ignore"):
         lever = np.hypot(np.hypot(x, y), z) if isinstance(body, Bodies) else math.hypot(x, y, z)
         torque = np.asarray(body.mass) * gravity * lever
@@ -212,5 +234,5 @@ def steady_rates(
     bad = np.broadcast_to(bad & ~at_pole, shape)
     if bad.any():
         at = tuple(map(int, np.unravel_index(int(bad.argmax()), shape)))
-        raise refusal_at(body, told, one, shape, at)
+        raise member_error(body, told, one, shape, at)
     return np.where(at_pole, 0.0, rates)

@@ -6,11 +6,11 @@ from typing import Self
 
 from numpy.typing import ArrayLike
 
-from .._ground.arguments import at_least_zero, boolean, number, positive, vector
+from .._ground.validation import as_bool, as_float, as_positive, as_vector, at_least_zero
 from . import shapes
 
 
-class Shaped:
+class BodyConstructors:
     """Constructors of homogeneous bodies."""
 
     @classmethod
@@ -40,8 +40,8 @@ class Shaped:
         >>> kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, 0), mass=1).moments
         (4.0, 4.0, 2.0)
         """
-        return cls._of(
-            shapes.cylinder(positive("radius", radius), positive("height", height)),
+        return cls._from_shape(
+            shapes.cylinder(as_positive("radius", radius), as_positive("height", height)),
             pivot,
             mass,
             density,
@@ -64,10 +64,12 @@ class Shaped:
 
         pivot  the fixed point, seen from the centre [L]
         """
-        hole, r = number("inner", inner), positive("outer", outer)
+        hole, r = as_float("inner", inner), as_positive("outer", outer)
         if not 0.0 <= hole <= r:
-            raise ValueError(shapes.tube_refusal(hole, r))
-        return cls._of(shapes.tube(hole, r, at_least_zero("height", height)), pivot, mass, density)
+            raise ValueError(shapes.tube_error_message(hole, r))
+        return cls._from_shape(
+            shapes.tube(hole, r, at_least_zero("height", height)), pivot, mass, density
+        )
 
     @classmethod
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
@@ -83,7 +85,7 @@ class Shaped:
         >>> top.kind, round(top.mass, 12)
         ('lagrange', 0.52)
         """
-        return cls._of(shapes.disk(positive("radius", radius)), pivot, mass, None)
+        return cls._from_shape(shapes.disk(as_positive("radius", radius)), pivot, mass, None)
 
     @classmethod
     def sphere(
@@ -99,8 +101,8 @@ class Shaped:
 
         pivot  the fixed point, seen from the centre [L]
         """
-        r = positive("radius", radius)
-        return cls._of(shapes.sphere(r, boolean("shell", shell)), pivot, mass, density)
+        r = as_positive("radius", radius)
+        return cls._from_shape(shapes.sphere(r, as_bool("shell", shell)), pivot, mass, density)
 
     @classmethod
     def ellipsoid(
@@ -115,8 +117,8 @@ class Shaped:
 
         pivot  the fixed point, seen from the centre [L]
         """
-        a, b, c = (positive("half", x) for x in vector("half", half))
-        return cls._of(shapes.ellipsoid(a, b, c), pivot, mass, density)
+        a, b, c = (as_positive("half", x) for x in as_vector("half", half))
+        return cls._from_shape(shapes.ellipsoid(a, b, c), pivot, mass, density)
 
     @classmethod
     def cone(
@@ -139,15 +141,15 @@ class Shaped:
         >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com
         (0.0, 0.0, 1.5)
         """
-        return cls._of(
-            shapes.cone(positive("radius", radius), positive("height", height)),
+        return cls._from_shape(
+            shapes.cone(as_positive("radius", radius), as_positive("height", height)),
             pivot,
             mass,
             density,
         )
 
     @classmethod
-    def _of(
+    def _from_shape(
         cls,
         shape: shapes.Shape[float],
         pivot: ArrayLike,

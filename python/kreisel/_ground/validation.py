@@ -18,14 +18,14 @@ Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
-class Arrayed(Protocol):
+class SupportsArray(Protocol):
     """An object that NumPy accepts as an array."""
 
     def __array__(self) -> npt.NDArray[np.generic]: ...
 
 
 Numbers = (
-    float | Arrayed | Sequence[float] | Sequence[Arrayed]
+    float | SupportsArray | Sequence[float] | Sequence[SupportsArray]
 )  # a number or a sequence of numbers, not a str
 
 R = TypeVar("R", float, Array)  # a float, or an array of values
@@ -36,7 +36,7 @@ _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 60, 80
 
 
-def shown(value: object) -> str:
+def short_repr(value: object) -> str:
     """Return a repr of `value` that fits into an error message; for an array, its shape."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array of shape {value.shape}"
@@ -46,118 +46,120 @@ def shown(value: object) -> str:
         return f"{type(value).__name__} of too many digits"
 
 
-def instance(name: str, value: object, wanted: type[_T]) -> _T:
+def check_type(name: str, value: object, wanted: type[_T]) -> _T:
     """Return `value` if it is an instance of `wanted`; raise TypeError otherwise."""
     if not isinstance(value, wanted):
         many = getattr(type(value), "_one", None) is wanted
         one = f" of many: take one by its index, as {name}s[0]" if many else ""
-        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {shown(value)}{one}")
+        raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {short_repr(value)}{one}")
     return value
 
 
-def _has_unit(value: object) -> bool:
+def has_unit(value: object) -> bool:
     return hasattr(value, "unit") or hasattr(value, "units")
 
 
-def number(name: str, value: object) -> float:
+def as_float(name: str, value: object) -> float:
     """Return `value` as a finite float."""
-    if _has_unit(value):
-        raise TypeError(f"{name} must be a number without a unit, not {shown(value)}")
+    if has_unit(value):
+        raise TypeError(f"{name} must be a number without a unit, not {short_repr(value)}")
     scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     if isinstance(scalar, bool) or not isinstance(scalar, Real):
-        raise TypeError(f"{name} must be a number, not {shown(value)}")
+        raise TypeError(f"{name} must be a number, not {short_repr(value)}")
     try:
         real = float(scalar)
     except OverflowError:
         real = math.inf
     if not math.isfinite(real):
-        raise ValueError(f"{name} must be finite in double precision, not {shown(value)}")
+        raise ValueError(f"{name} must be finite in double precision, not {short_repr(value)}")
     return real
 
 
-def positive(name: str, value: object) -> float:
+def as_positive(name: str, value: object) -> float:
     """Return `value` as a finite float above zero."""
-    real = number(name, value)
+    real = as_float(name, value)
     if not real > 0.0:
-        raise ValueError(f"{name} must be positive, not {shown(value)}")
+        raise ValueError(f"{name} must be positive, not {short_repr(value)}")
     return real
 
 
 def at_least_zero(name: str, value: object) -> float:
     """A finite float that is not negative."""
-    real = number(name, value)
+    real = as_float(name, value)
     if not real >= 0.0:
-        raise ValueError(f"{name} must not be negative, not {shown(value)}")
+        raise ValueError(f"{name} must not be negative, not {short_repr(value)}")
     return real
 
 
-def whole(name: str, value: object, least: int) -> int:
+def as_int(name: str, value: object, least: int) -> int:
     """Return `value` as an integer of at most 63 bits that is not below `least`."""
     if isinstance(value, bool) or not isinstance(value, Integral):
-        raise TypeError(f"{name} must be a whole number, not {shown(value)}")
+        raise TypeError(f"{name} must be a whole number, not {short_repr(value)}")
     n = int(value)
     if not least <= n < 2**63:
-        raise ValueError(f"{name} must be at least {least} and less than 2**63, not {shown(value)}")
+        raise ValueError(
+            f"{name} must be at least {least} and less than 2**63, not {short_repr(value)}"
+        )
     return n
 
 
-def boolean(name: str, value: object) -> bool:
+def as_bool(name: str, value: object) -> bool:
     """Return `value` if it is True or False; truthy objects of other types raise TypeError."""
     if not isinstance(value, bool | np.bool_):
-        raise TypeError(f"{name} must be True or False, not {shown(value)}")
+        raise TypeError(f"{name} must be True or False, not {short_repr(value)}")
     return bool(value)
 
 
-def doubles(name: str, value: object, what: str) -> Array:
+def as_array(name: str, value: object, what: str) -> Array:
     """Return a new array of doubles of any shape; `what` describes the expected form in errors."""
     # Without numpy.ma loaded no array is masked; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise TypeError(f"{name} must be {what}, none of them masked")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
-    if any(map(_has_unit, (value, *kinds))):
+    if any(map(has_unit, (value, *kinds))):
         raise TypeError(f"{name} must be {what} without a unit: take its numbers in yours")
     try:
         given = np.asarray(value)
     except ValueError:
-        raise ValueError(f"{name} must be {what}, not {shown(value)}") from None
+        raise ValueError(f"{name} must be {what}, not {short_repr(value)}") from None
     if given.dtype.kind not in "iuf":
-        raise TypeError(f"{name} must be {what}, not {shown(value)}")
+        raise TypeError(f"{name} must be {what}, not {short_repr(value)}")
     with np.errstate(over="ignore"):
         return given.astype(np.float64)
 
 
-def array(name: str, value: object, what: str) -> Array:
+def as_finite_array(name: str, value: object, what: str) -> Array:
     """Return a new array of finite doubles of any shape; see `as_array` for `what`."""
-    numbers = doubles(name, value, what)
+    numbers = as_array(name, value, what)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
-            raise ValueError(f"{name} must be finite, not {shown(value)}")
+            raise ValueError(f"{name} must be finite, not {short_repr(value)}")
         at = tuple(map(int, np.argwhere(~np.isfinite(numbers))[0]))
         where = "".join(f"[{i}]" for i in at)
         raise ValueError(f"{name} must be finite, not {name}{where} = {numbers[at]}")
     return numbers
 
 
-def row(name: str, value: object, n: int, what: str) -> list[float]:
+def as_floats(name: str, value: object, n: int, what: str) -> list[float]:
     """Return a list of `n` finite floats."""
     if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
         with contextlib.suppress(OverflowError):  # the common case, ten times as fast
             plain = [float(x) for x in value]
             if len(plain) == n and all(map(math.isfinite, plain)):
                 return plain
-    numbers = array(name, value, what)
+    numbers = as_finite_array(name, value, what)
     if numbers.shape != (n,):
-        raise ValueError(f"{name} must be {what}, not {shown(value)}")
+        raise ValueError(f"{name} must be {what}, not {short_repr(value)}")
     return [float(x) for x in numbers]
 
 
-def vector(name: str, value: object) -> Vector:
+def as_vector(name: str, value: object) -> Vector:
     """Return three finite floats."""
-    x, y, z = row(name, value, 3, "3 numbers")
+    x, y, z = as_floats(name, value, 3, "3 numbers")
     return x, y, z
 
 
-def frozen(values: Array) -> Array:
+def read_only(values: Array) -> Array:
     """Make `values` read-only and return it."""
     values.flags.writeable = False
     return values

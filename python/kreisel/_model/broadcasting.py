@@ -13,18 +13,27 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import Array, at_least_zero, doubles, frozen, number, positive, row, shown
-from .inertia import tensor_of
+from .._ground.validation import (
+    Array,
+    as_array,
+    as_float,
+    as_floats,
+    as_positive,
+    at_least_zero,
+    read_only,
+    short_repr,
+)
+from .inertia import parse_tensor
 
 Shape = tuple[int, ...]
 Index = tuple[int, ...]
-Looked = Callable[[str, Any], object]  # validates (name, value)
+Validator = Callable[[str, Any], object]  # validates (name, value)
 Column = npt.NDArray[Any]
-Change = Callable[[Column], Column]
+ColumnMap = Callable[[Column], Column]
 _BLOCK = 4096  # number of members in a block; their data fits into the cache
 
 
-class Word(NamedTuple):
+class Parameter(NamedTuple):
     """A named parameter and its values."""
 
     name: str
@@ -36,75 +45,76 @@ class Word(NamedTuple):
         """The shape of the members that the values describe."""
         return self.values.shape[: self.values.ndim - len(self.value)]
 
-    def over(self, shape: Shape) -> Array:
+    def broadcast_to(self, shape: Shape) -> Array:
         """Broadcast the values to the members' shape."""
-        return spread(self.values, shape + self.value)
+        return broadcast_view(self.values, shape + self.value)
 
-    def refused(self, bad: Any, look: Looked) -> None:
+    def raise_at_first(self, bad: Any, look: Validator) -> None:
         """Raise the error of the first value that is flagged in `bad`, with its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
-            raise self.refusal(index, look)
+            raise self.error_at(index, look)
 
-    def refusal(self, index: Index, look: Looked) -> Exception:
+    def error_at(self, index: Index, look: Validator) -> Exception:
         """Return the error that the validator `look` raises for the value at `index`."""
-        value = plain(self.values[index])
+        value = to_python(self.values[index])
         try:
             look(self.name, value)
         except (TypeError, ValueError) as error:
-            place = f"{self.name}{list(index)} = {shown(value)}: " if index else ""
+            place = f"{self.name}{list(index)} = {short_repr(value)}: " if index else ""
             return type(error)(f"{place}{error}")
-        return ValueError(f"{self.name}{list(index)} = {shown(value)} is not what it must be")
+        return ValueError(f"{self.name}{list(index)} = {short_repr(value)} is not what it must be")
 
 
-def plain(value: Any) -> Any:
+def to_python(value: Any) -> Any:
     """Convert a value to Python numbers, and vectors to tuples of them."""
-    return tuple(map(plain, value)) if np.ndim(value) else value.item()
+    return tuple(map(to_python, value)) if np.ndim(value) else value.item()
 
 
-def word(name: str, given: object, value: Shape = (), what: str = "") -> Word:
+def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
     """Build a parameter of finite numbers, each value of the shape `value`."""
     said = what or (f"{value[0]} numbers" if value else "a number")
-    values = doubles(name, compact(given) if type(given) is np.ndarray else given, said)
+    values = as_array(name, drop_broadcast(given) if type(given) is np.ndarray else given, said)
     if isinstance(given, np.ndarray):
         values = np.broadcast_to(values, given.shape)
     if value and values.shape[-len(value) :] != value:
         raise ValueError(
-            f"{name} must be {said}, or an array whose last dimension has them, not {shown(given)}"
+            f"{name} must be {said}, or an array whose last dimension has them, "
+            f"not {short_repr(given)}"
             if len(value) == 1
-            else f"{name} must be {said}, not {shown(given)}"
+            else f"{name} must be {said}, not {short_repr(given)}"
         )
-    made = Word(name, values, value)
-    if not np.isfinite(compact(values)).all():
+    made = Parameter(name, values, value)
+    if not np.isfinite(drop_broadcast(values)).all():
         finite = np.isfinite(values)
         behind = tuple(range(-len(value), 0))
-        made.refused(~(finite.all(axis=behind) if value else finite), _look(value))
+        made.raise_at_first(~(finite.all(axis=behind) if value else finite), validator_of(value))
     return made
 
 
-def _look(value: Shape) -> Looked:
+def validator_of(value: Shape) -> Validator:
     if not value:
-        return number
+        return as_float
     if len(value) == 2:
-        return tensor_of
-    return lambda name, given: row(name, given, value[0], f"{value[0]} numbers")
+        return parse_tensor
+    return lambda name, given: as_floats(name, given, value[0], f"{value[0]} numbers")
 
 
-def above_zero(name: str, given: object) -> Word:
+def parse_positive(name: str, given: object) -> Parameter:
     """Build a parameter of positive numbers."""
-    made = word(name, given)
-    made.refused(~(made.values > 0.0), positive)
+    made = parse_parameter(name, given)
+    made.raise_at_first(~(made.values > 0.0), as_positive)
     return made
 
 
-def not_below_zero(name: str, given: object) -> Word:
+def not_below_zero(name: str, given: object) -> Parameter:
     """A word of numbers that are not negative."""
-    made = word(name, given)
-    made.refused(~(made.values >= 0.0), at_least_zero)
+    made = parse_parameter(name, given)
+    made.raise_at_first(~(made.values >= 0.0), at_least_zero)
     return made
 
 
-def compact(values: Column, lead: int | None = None) -> Column:
+def drop_broadcast(values: Column, lead: int | None = None) -> Column:
     """Reduce broadcast dimensions to a single entry, among the first `lead` dimensions or all."""
     if not values.size:
         return values
@@ -112,7 +122,7 @@ def compact(values: Column, lead: int | None = None) -> Column:
     return values[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in strides)]
 
 
-def once(change: Change) -> Change:
+def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     """Memoize `change` so that columns which share one buffer are transformed once."""
     made: dict[tuple[object, ...], Column] = {}
 
@@ -126,20 +136,20 @@ def once(change: Change) -> Change:
     return changed
 
 
-def spread(values: Column, shape: Shape) -> Column:
+def broadcast_view(values: Column, shape: Shape) -> Column:
     """Broadcast `values` to `shape` as a read-only view."""
     return np.broadcast_to(values, shape)
 
 
-def column(values: Column, shape: Shape, trailing: int) -> Column:
+def make_column(values: Column, shape: Shape, trailing: int) -> Column:
     """Broadcast `values` over the members; its last `trailing` dimensions belong to one value."""
     lead = values.ndim - trailing
     kept = np.asarray(values).view()
     kept.flags.writeable = False
-    return spread(kept, shape + kept.shape[lead:])
+    return broadcast_view(kept, shape + kept.shape[lead:])
 
 
-def common(words: Iterable[tuple[str, Shape]]) -> Shape:
+def common_shape(words: Iterable[tuple[str, Shape]]) -> Shape:
     """Return the common shape of named shapes; raise ValueError if they do not broadcast."""
     given = list(words)
     try:
@@ -149,17 +159,17 @@ def common(words: Iterable[tuple[str, Shape]]) -> Shape:
         raise ValueError(f"the shapes of the members do not broadcast to one: {told}") from None
 
 
-def together(*words: Word) -> Shape:
+def shape_of(*words: Parameter) -> Shape:
     """Return the shape of the members that the parameters `words` describe."""
-    return common((each.name, each.shape) for each in words)
+    return common_shape((each.name, each.shape) for each in words)
 
 
-def names_of(shape: Shape, words: Iterable[Word]) -> tuple[str | None, ...]:
+def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
     """Name each dimension by the only scalar parameter that varies along it, or None.
 
     A parameter that varies along several dimensions names none of them.
     """
-    along: list[list[Word]] = [[] for _ in shape]
+    along: list[list[Parameter]] = [[] for _ in shape]
     places: dict[str, int] = {}
     for each in words:
         for back, n in enumerate(reversed(each.shape), 1):
@@ -172,17 +182,17 @@ def names_of(shape: Shape, words: Iterable[Word]) -> tuple[str | None, ...]:
     )
 
 
-def vectors(*components: Array) -> Array:
+def stack_components(*components: Array) -> Array:
     """Stack components into vectors along a new last dimension."""
     return np.stack(np.broadcast_arrays(*components), axis=-1)
 
 
-def parts(values: Array) -> tuple[Array, ...]:
+def split_components(values: Array) -> tuple[Array, ...]:
     """Split vectors into their components."""
     return tuple(np.moveaxis(values, -1, 0))
 
 
-def blocks(shape: Shape) -> Iterator[slice]:
+def iterate_blocks(shape: Shape) -> Iterator[slice]:
     """Yield slices of the first dimension whose numbers fit into the cache."""
     n = shape[0] if shape else 1
     each = max(1, int(np.prod(shape[1:], dtype=np.int64)))
@@ -190,7 +200,7 @@ def blocks(shape: Shape) -> Iterator[slice]:
     return (slice(begin, begin + step) for begin in range(0, n, step))
 
 
-def in_blocks(
+def map_blocks(
     compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
 ) -> Array:
     """Apply `compute` to columns block by block and return a column of vectors of length `width`.
@@ -198,11 +208,11 @@ def in_blocks(
     Each column is passed as its components.
     """
     out = np.empty((*shape, width))
-    wide = [spread(values, (*(shape or (1,)), values.shape[-1])) for values in given]
+    wide = [broadcast_view(values, (*(shape or (1,)), values.shape[-1])) for values in given]
     to = out if shape else out[None]
-    for piece in blocks(shape):
+    for piece in iterate_blocks(shape):
         with np.errstate(all="ignore"):
-            made = compute(*(parts(values[piece]) for values in wide))
+            made = compute(*(split_components(values[piece]) for values in wide))
         for k, component in enumerate(made):
             to[piece][..., k] = component
-    return frozen(out)
+    return read_only(out)

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import exact_turning, statuses
-from .._ground.arguments import Array, frozen
+from .._ground.validation import Array, read_only
 from .scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class Turnings:
+class TurningPoints:
     """Turning points of n scenes; each field is an array (n,).
 
     Least and greatest nutation [rad], the first times at which they occur [T], the critical spin
@@ -29,22 +29,22 @@ class Turnings:
     rows: Array
 
 
-def turnings(rows: Array, course: npt.NDArray[np.str_]) -> Turnings:
+def turning_points_from_rows(rows: Array, course: npt.NDArray[np.str_]) -> TurningPoints:
     """Build the turning points from the rows of the core and the types of motion."""
-    least, greatest, t_least, t_greatest, spin = (frozen(x.copy()) for x in rows.T[:5])
+    least, greatest, t_least, t_greatest, spin = (read_only(x.copy()) for x in rows.T[:5])
     course.flags.writeable = False
-    return Turnings(least, greatest, t_least, t_greatest, spin, course, rows)
+    return TurningPoints(least, greatest, t_least, t_greatest, spin, course, rows)
 
 
-def turning(scene: Scene) -> Turnings:
+def compute_turning_points(scene: Scene) -> TurningPoints:
     """Compute the turning points of one scene; raise ValueError if it has none."""
     status, row, course = exact_turning(scene._block)
     if status != "OK":
-        raise ValueError(no_turning(status, scene))
-    return turnings(row[None], np.array([course]))
+        raise ValueError(why_no_turning_points(status, scene))
+    return turning_points_from_rows(row[None], np.array([course]))
 
 
-def no_turning(status: str, scene: Scene) -> str:
+def why_no_turning_points(status: str, scene: Scene) -> str:
     """Explain why a scene has no turning points, from the core's status."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"

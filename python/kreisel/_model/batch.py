@@ -10,15 +10,24 @@ from typing import Any, Generic, Self, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.arguments import frozen, shown
-from .columns import Change, Column, Index, Shape, Word, compact, once, spread
+from .._ground.validation import read_only, short_repr
+from .broadcasting import (
+    Column,
+    ColumnMap,
+    Index,
+    Parameter,
+    Shape,
+    broadcast_view,
+    drop_broadcast,
+    memoize_by_buffer,
+)
 
-_Places = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
+_IndexKey = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
 _M = TypeVar("_M")
-_NOTHING = np.False_  # placeholder for a member when only shapes matter
+_PLACEHOLDER = np.False_  # placeholder for a member when only shapes matter
 
 
-class Many(Generic[_M]):
+class Batch(Generic[_M]):
     """Members of one shape, stored as columns.
 
     Each column has the shape of the members, followed by the shape of one value. Along dimensions
@@ -30,7 +39,7 @@ class Many(Generic[_M]):
     _columns: Mapping[str, Column]
     _varied: Mapping[str, Column]  # the parameters that vary, as given
 
-    def _keep(
+    def _set_columns(
         self,
         shape: Shape,
         names: tuple[str | None, ...],
@@ -42,12 +51,12 @@ class Many(Generic[_M]):
     def _member(self, index: Index) -> _M:
         raise NotImplementedError
 
-    def _changed(self, change: Change, shape: Shape, names: tuple[str | None, ...]) -> Self:
+    def _map_columns(self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]) -> Self:
         """Return the members that result from applying `change` to each column."""
-        made, change = type(self).__new__(type(self)), once(change)
+        made, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
-        made._keep(shape, names, columns, varied)
+        made._set_columns(shape, names, columns, varied)
         return made
 
     @property
@@ -64,17 +73,17 @@ class Many(Generic[_M]):
         """
         dims = len(self.shape)
         return MappingProxyType(
-            {name: compact(column, dims) for name, column in self._varied.items()}
+            {name: drop_broadcast(column, dims) for name, column in self._varied.items()}
         )
 
-    def _words(self) -> list[Word]:
+    def _varying_parameters(self) -> list[Parameter]:
         """Return the parameters that vary."""
         return [
-            Word(name, values, values.shape[len(self.shape) :])
+            Parameter(name, values, values.shape[len(self.shape) :])
             for name, values in self.coords.items()
         ]
 
-    def _renamed(self) -> Self:
+    def _forget_variation(self) -> Self:
         """Forget which parameters vary, and the names of dimensions with them."""
         self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
         return self
@@ -101,7 +110,7 @@ class Many(Generic[_M]):
         return (self[i] for i in range(self.shape[0]))
 
     @overload
-    def __getitem__(self, key: _Places) -> Self: ...
+    def __getitem__(self, key: _IndexKey) -> Self: ...
     @overload
     def __getitem__(self, key: object) -> Any: ...
     def __getitem__(self, key: object) -> _M | Self:
@@ -109,55 +118,55 @@ class Many(Generic[_M]):
         if type(key) is int and len(self.shape) == 1 and -len(self) <= key < len(self):
             return self._member((key % len(self),))
         if not _is_basic(key):
-            return self._gathered(key)
-        left: Any = _indexed(np.broadcast_to(_NOTHING, self.shape), key)
-        places = _spelt(key, len(self.shape))
+            return self._fancy_index(key)
+        left: Any = _index_array(np.broadcast_to(_PLACEHOLDER, self.shape), key)
+        places = _expand_key(key, len(self.shape))
         if not isinstance(left, np.ndarray):
             return self._member(
-                tuple(_place(i, n) for i, n in zip(places, self.shape, strict=True))
+                tuple(_index_entry(i, n) for i, n in zip(places, self.shape, strict=True))
             )
         names = iter(self._names)
         kept = []
         for place in places:
             name = None if place is None else next(names)
             kept += [name] if place is None or isinstance(place, slice) else []
-        return self._changed(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
+        return self._map_columns(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
 
-    def _gathered(self, key: object) -> _M | Self:
+    def _fancy_index(self, key: object) -> _M | Self:
         """Index with arrays or masks."""
-        order: Any = _indexed(np.arange(self.size).reshape(self.shape), key)
+        order: Any = _index_array(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._member(tuple(map(int, np.unravel_index(int(order), self.shape))))
         dims = len(self.shape)
-        parts = _with_one_row(key, dims)
+        parts = _expand_row_key(key, dims)
         if parts is None:
-            return self._at(order, (None,) * order.ndim)
+            return self._take(order, (None,) * order.ndim)
 
         def take(column: Column) -> Column:
-            small = compact(column, dims)
+            small = drop_broadcast(column, dims)
             at = tuple(
                 part if small.shape[k] == self.shape[k] else slice(None)
                 for k, part in enumerate(parts)
             )
-            return spread(frozen(small[at]), order.shape + column.shape[dims:])
+            return broadcast_view(read_only(small[at]), order.shape + column.shape[dims:])
 
-        return self._changed(take, order.shape, self._names)
+        return self._map_columns(take, order.shape, self._names)
 
-    def _at(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
+    def _take(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
         """Return the members with these flat indices, in C order."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 
         def gather(column: Column) -> Column:
             trailing = column.shape[dims:]
-            small = compact(column, dims)
+            small = drop_broadcast(column, dims)
             varies = [n > 1 for n in small.shape[:dims]]
             if order.size and not any(varies):
-                return spread(small[(0,) * dims], order.shape + trailing)
+                return broadcast_view(small[(0,) * dims], order.shape + trailing)
             at = tuple(w if v else 0 * w for w, v in zip(where, varies, strict=True))
-            return spread(frozen(small[at]), order.shape + trailing)
+            return broadcast_view(read_only(small[at]), order.shape + trailing)
 
-        return self._changed(gather, order.shape, names)
+        return self._map_columns(gather, order.shape, names)
 
     def reshape(self, *shape: Any) -> Self:
         """Return the same members in C order in another shape, without names of dimensions.
@@ -168,7 +177,7 @@ class Many(Generic[_M]):
         3.0
         """
         order = np.arange(self.size).reshape(*shape)
-        return self._at(order, (None,) * order.ndim)
+        return self._take(order, (None,) * order.ndim)
 
     def ravel(self) -> Self:
         """Return the members in one dimension, in C order."""
@@ -186,14 +195,14 @@ class Many(Generic[_M]):
     __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
-        told = [_told(word) for word in self._words()]
+        told = [_describe(word) for word in self._varying_parameters()]
         dims = len(self.shape)
         told = told or [name for name, held in self._columns.items() if any(held.strides[:dims])]
         return f"<{type(self).__name__} of shape {self.shape}: {', '.join(told) or 'all alike'}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling, with broadcast dimensions reduced to one entry."""
-        held = once(lambda column: compact(column, len(self.shape)).copy())
+        held = memoize_by_buffer(lambda column: drop_broadcast(column, len(self.shape)).copy())
         return {
             "shape": self.shape,
             "names": self._names,
@@ -206,23 +215,27 @@ class Many(Generic[_M]):
         dims = len(shape)
 
         def spread_out(held: Mapping[str, Column]) -> dict[str, Column]:
-            return {name: spread(kept, shape + kept.shape[dims:]) for name, kept in held.items()}
+            return {
+                name: broadcast_view(kept, shape + kept.shape[dims:]) for name, kept in held.items()
+            }
 
-        self._keep(shape, state["names"], spread_out(state["columns"]), spread_out(state["varied"]))
+        self._set_columns(
+            shape, state["names"], spread_out(state["columns"]), spread_out(state["varied"])
+        )
 
 
-def _told(word: Word) -> str:
+def _describe(word: Parameter) -> str:
     """Describe a parameter that varies; for scalars, with its first and last value."""
     if word.value or not word.values.size:
         return word.name
     return f"{word.name} {word.values.min():.6g} .. {word.values.max():.6g}"
 
 
-def _indexed(array: Column, key: Any) -> Any:
+def _index_array(array: Column, key: Any) -> Any:
     try:
         return array[key]
     except OverflowError:
-        raise IndexError(f"{shown(key)} is out of range") from None
+        raise IndexError(f"{short_repr(key)} is out of range") from None
 
 
 def _is_basic(key: object) -> bool:
@@ -237,7 +250,7 @@ def _is_number(part: object) -> bool:
     return isinstance(part, int | np.integer) and not isinstance(part, bool)
 
 
-def _spelt(key: object, dims: int) -> tuple[Any, ...]:
+def _expand_key(key: object, dims: int) -> tuple[Any, ...]:
     """Expand an index key to one entry for each dimension."""
     parts = list(key) if isinstance(key, tuple) else [key]
     spent = sum(part is not None and part is not ... for part in parts)
@@ -245,13 +258,13 @@ def _spelt(key: object, dims: int) -> tuple[Any, ...]:
     return (*parts[:at], *[slice(None)] * (dims - spent), *parts[at + 1 :])
 
 
-def _place(i: Any, n: int) -> int:
+def _index_entry(i: Any, n: int) -> int:
     return operator.index(i) % n
 
 
-def _with_one_row(key: object, dims: int) -> tuple[Any, ...] | None:
+def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:
     """Expand a key of slices and one 1-D array; return None for any other key."""
-    parts = _spelt(key, dims)
+    parts = _expand_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1
     return parts if is_one else None

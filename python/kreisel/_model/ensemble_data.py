@@ -11,26 +11,26 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, statuses
 from .._core import Tops as CoreTops
-from .._ground.arguments import Array, instance, shown
+from .._ground.validation import Array, check_type, short_repr
 from ..quaternion import unit
+from .batch import Batch
 from .bodies import Bodies
 from .body import Body
-from .columns import (
-    Change,
+from .broadcasting import (
+    ColumnMap,
     Index,
+    Parameter,
     Shape,
-    Word,
-    column,
-    common,
-    in_blocks,
-    names_of,
-    plain,
-    spread,
-    word,
+    axis_names,
+    broadcast_view,
+    common_shape,
+    make_column,
+    map_blocks,
+    parse_parameter,
+    to_python,
 )
-from .many import Many
-from .momentum import momentum_of
-from .words import damping_of
+from .momentum import angular_momentum
+from .scene_arguments import check_damping
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -41,7 +41,7 @@ _ZERO = np.zeros(3)
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-class Tops(Many[S]):
+class EnsembleData(Batch[S]):
     """The data of kr.Ensemble: bodies, and columns of momentum, attitude, gravity and damping."""
 
     _one: ClassVar[Any]  # the class of one top
@@ -61,43 +61,43 @@ class Tops(Many[S]):
         damping: ArrayLike | None = None,
     ) -> None:
         given = dict(zip(ONE_OF, (momentum, velocity, body_momentum, body_velocity), strict=True))
-        bodies, start = bodies_of(body), start_of(given)
-        turned, q = attitudes_of(attitude, attitude_xyzw)
-        down, (drag, along) = word("gravity", gravity), dampings_of(damping)
+        bodies, start = check_body(body), parse_start(given)
+        turned, q = parse_attitudes(attitude, attitude_xyzw)
+        down, (drag, along) = parse_parameter("gravity", gravity), parse_damping(damping)
         told = [start, turned, down, drag]
-        agreed(bodies, told)
+        broadcast_shape(bodies, told)
         columns = {
-            "momentum": momenta_of(bodies, start, q),
+            "momentum": compute_momenta(bodies, start, q),
             "attitude": q,
             "gravity": down.values,
             "damping": along,
         }
-        self._fill(bodies, told, columns, self._one)
+        self._assign(bodies, told, columns, self._one)
 
-    def _fill(
+    def _assign(
         self,
         body: Body | Bodies,
-        told: Sequence[Word],
+        told: Sequence[Parameter],
         columns: Mapping[str, Array],
         one: Callable[..., S],
     ) -> Self:
         """Store columns; raise the error of the first member that the constructor `one` refuses."""
-        whole = agreed(body, told)
+        whole = broadcast_shape(body, told)
         trailing = {name: 0 if name == "gravity" else 1 for name in columns}
         leads = (held.shape[: held.ndim - trailing[name]] for name, held in columns.items())
         shape = np.broadcast_shapes(whole, *leads)
-        words = [*(body._words() if isinstance(body, Bodies) else []), *told]
-        self.__dict__["_bodies"] = body._over(shape) if isinstance(body, Bodies) else body
-        self._keep(
+        words = [*(body._varying_parameters() if isinstance(body, Bodies) else []), *told]
+        self.__dict__["_bodies"] = body._broadcast_to(shape) if isinstance(body, Bodies) else body
+        self._set_columns(
             shape,
-            names_of(shape, words),
-            {name: column(held, shape, trailing[name]) for name, held in columns.items()},
-            {w.name: column(w.values, shape, len(w.value)) for w in words if w.shape},
+            axis_names(shape, words),
+            {name: make_column(held, shape, trailing[name]) for name, held in columns.items()},
+            {w.name: make_column(w.values, shape, len(w.value)) for w in words if w.shape},
         )
-        status, index = self._tops.check()
+        status, index = self._core_scenes.check()
         if status != "OK":
             at = tuple(map(int, np.unravel_index(index, shape)))
-            raise refusal_at(body, told, one, shape, at, statuses[status][1])
+            raise member_error(body, told, one, shape, at, statuses[status][1])
         return self
 
     @classmethod
@@ -123,7 +123,7 @@ class Tops(Many[S]):
             )
         for k, scene in enumerate(found):
             at = "".join(f"[{i}]" for i in np.unravel_index(k, shape)) if shape else ""
-            instance(f"scenes{at}", scene, cls._one)
+            check_type(f"scenes{at}", scene, cls._one)
         rows = np.frombuffer(b"".join(scene._block for scene in found)).reshape(*shape, 24)
         columns = {
             "momentum": rows[..., 18:21],
@@ -131,13 +131,13 @@ class Tops(Many[S]):
             "gravity": rows[..., 12],
             "damping": rows[..., 21:24],
         }
-        body = Bodies._of_list([scene.body for scene in found], shape)
-        return cls.__new__(cls)._fill(body, (), columns, cls._one)
+        body = Bodies._from_list([scene.body for scene in found], shape)
+        return cls.__new__(cls)._assign(body, (), columns, cls._one)
 
-    def _changed(self, change: Change, shape: Shape, names: tuple[str | None, ...]) -> Self:
-        made = super()._changed(change, shape, names)
+    def _map_columns(self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]) -> Self:
+        made = super()._map_columns(change, shape, names)
         body = self._bodies
-        kept = body._changed(change, shape, names) if isinstance(body, Bodies) else body
+        kept = body._map_columns(change, shape, names) if isinstance(body, Bodies) else body
         made.__dict__["_bodies"] = kept
         return made
 
@@ -146,21 +146,23 @@ class Tops(Many[S]):
         return body._member(index) if isinstance(body, Bodies) else body
 
     def _member(self, index: Index) -> S:
-        words = {name: plain(held[index]) for name, held in self._columns.items()}
+        words = {name: to_python(held[index]) for name, held in self._columns.items()}
         made: S = self._one(self._body_at(index), **words)
         return made
 
     @cached_property
-    def _tops(self) -> CoreTops:
+    def _core_scenes(self) -> CoreTops:
         """The scenes in the memory layout of the core."""
         shape, held = self.shape, self._columns
-        body, nothing = self._bodies, spread(np.zeros(()), self.shape)
+        body, nothing = self._bodies, broadcast_view(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
             parts = [body.mass, body.moments, body.principal_com, body.axes, body.rounded]
         else:
             row = np.frombuffer(body._block)
-            parts = [spread(row[a:b], (*shape, b - a)) for a, b in ((1, 4), (4, 7), (7, 11))]
-            parts = [spread(row[0], shape), *parts, spread(row[11], shape)]
+            parts = [
+                broadcast_view(row[a:b], (*shape, b - a)) for a, b in ((1, 4), (4, 7), (7, 11))
+            ]
+            parts = [broadcast_view(row[0], shape), *parts, broadcast_view(row[11], shape)]
         start = [held["gravity"], nothing, held["attitude"], held["momentum"], held["damping"]]
         return CoreTops(shape, [*parts, *start])
 
@@ -195,7 +197,7 @@ class Tops(Many[S]):
         return self._columns["damping"]
 
     def __eq__(self, other: object) -> bool:
-        if not isinstance(other, Tops):
+        if not isinstance(other, EnsembleData):
             return NotImplemented
         return super().__eq__(other) and bool(self._bodies == other._bodies)
 
@@ -209,30 +211,30 @@ class Tops(Many[S]):
         super().__setstate__(state)
 
 
-def bodies_of(body: object) -> Body | Bodies:
+def check_body(body: object) -> Body | Bodies:
     """Check that `body` is a Body or Bodies and return it."""
     if isinstance(body, Body | Bodies):
         return body
-    raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {shown(body)}")
+    raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {short_repr(body)}")
 
 
-def agreed(body: Body | Bodies, told: Sequence[Word]) -> Shape:
+def broadcast_shape(body: Body | Bodies, told: Sequence[Parameter]) -> Shape:
     """Return the common shape of the bodies and all parameters."""
     own = body.shape if isinstance(body, Bodies) else ()
-    return common([("body", own), *((each.name, each.shape) for each in told)])
+    return common_shape([("body", own), *((each.name, each.shape) for each in told)])
 
 
-def refusal_at(
+def member_error(
     body: Body | Bodies,
-    told: Sequence[Word],
+    told: Sequence[Parameter],
     one: Callable[..., object],
     shape: Shape,
     at: Index,
     text: str = "not a top",
 ) -> Exception:
     """Build the error that constructing the member at an index alone would raise."""
-    words = {each.name: plain(each.over(shape)[at]) for each in told}
-    own = body._over(shape)._member(at) if isinstance(body, Bodies) else body
+    words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in told}
+    own = body._broadcast_to(shape)._member(at) if isinstance(body, Bodies) else body
     place = f"top{list(at)}: " if at else ""
     try:
         one(own, **words)
@@ -241,17 +243,17 @@ def refusal_at(
     return ValueError(f"{place}{text}")
 
 
-def start_of(given: Mapping[str, ArrayLike | None]) -> Word:
+def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
     """Return the one parameter that gives the momentum or the velocity."""
     chosen = [name for name, value in given.items() if value is not None]
     if len(chosen) != 1:
         raise ValueError(
             f"give exactly one of {', '.join(ONE_OF)}, not " + (" and ".join(chosen) or "none")
         )
-    return word(chosen[0], given[chosen[0]], (3,))
+    return parse_parameter(chosen[0], given[chosen[0]], (3,))
 
 
-def attitudes_of(given: Any, xyzw: Any) -> tuple[Word, Array]:
+def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
     """Return the parameter for the attitudes, and unit quaternions (w, x, y, z)."""
     if given is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")
@@ -260,8 +262,8 @@ def attitudes_of(given: Any, xyzw: Any) -> tuple[Word, Array]:
         given = np.roll(last, 1, axis=-1)
     name, value = ("attitude", given) if xyzw is None else ("attitude_xyzw", xyzw)
     if value is None:
-        return Word(name, _UPRIGHT, (4,)), _UPRIGHT
-    made = word(name, value, (4,))
+        return Parameter(name, _UPRIGHT, (4,)), _UPRIGHT
+    made = parse_parameter(name, value, (4,))
     q = made.values
     off = np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0)
     bad = off > INPUT_RTOL
@@ -271,35 +273,37 @@ def attitudes_of(given: Any, xyzw: Any) -> tuple[Word, Array]:
         single = bad & (np.abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps)
         made = made._replace(values=np.where(single[..., None], q / norm[..., None], q))
         bad &= ~single
-    made.refused(bad, lambda _, one: unit(name, one, last=xyzw is not None))
+    made.raise_at_first(bad, lambda _, one: unit(name, one, last=xyzw is not None))
     return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
 
 
-def dampings_of(given: ArrayLike | None) -> tuple[Word, Array]:
+def parse_damping(given: ArrayLike | None) -> tuple[Parameter, Array]:
     """Return the damping parameter, and the damping along the principal axes."""
     if given is None:
-        return Word("damping", _ZERO, (3,)), _ZERO
+        return Parameter("damping", _ZERO, (3,)), _ZERO
     if np.ndim(given) == 0:
-        made = word("damping", given)
+        made = parse_parameter("damping", given)
         along = np.repeat(made.values, 3)
-        made = Word("damping", along, (3,))
+        made = Parameter("damping", along, (3,))
     else:
         width = np.shape(given)[-1:]
-        made = word("damping", given, width if width == (1,) else (3,), "3 numbers, or 1")
+        made = parse_parameter(
+            "damping", given, width if width == (1,) else (3,), "3 numbers, or 1"
+        )
         along = np.broadcast_to(made.values, (*made.shape, 3))
-    made.refused((made.values < 0.0).any(axis=-1), lambda _, one: damping_of(one))
+    made.raise_at_first((made.values < 0.0).any(axis=-1), lambda _, one: check_damping(one))
     return made, along
 
 
-def momenta_of(body: Body | Bodies, start: Word, q: Array) -> Array:
+def compute_momenta(body: Body | Bodies, start: Parameter, q: Array) -> Array:
     """Compute the momenta in space from the parameter `start` and the attitudes."""
     if start.name == "momentum":
         return start.values
     moments, axes = np.asarray(body.moments), np.asarray(body.axes)
     given = moments, axes, q, start.values
-    shape = common(("", values.shape[:-1]) for values in given)
+    shape = common_shape(("", values.shape[:-1]) for values in given)
 
     def compute(*components: Any) -> tuple[Array, ...]:
-        return momentum_of(start.name, *components)
+        return angular_momentum(start.name, *components)
 
-    return in_blocks(compute, shape, 3, *given)
+    return map_blocks(compute, shape, 3, *given)
