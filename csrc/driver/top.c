@@ -16,14 +16,6 @@ enum {
 
 /* In and out of working axes and own units. */
 static int is_deep(const kr_top *top) { return top->main.digits > 16; }
-/* A method that knows no special axis works along the principal ones. There the attitude and the
- * lever are not rounded, and a small lean keeps its digits however the axes are named. */
-kr_working kr_top_working(const kr_top *top)
-{
-    const kr_scene *scene = &top->scene;
-    return top->method->flags & KR_DIGITS ? kr_body_principal(&scene->body, scene->damping)
-                                          : kr_working_of(&scene->body, scene->damping);
-}
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_ADAPTIVE) != 0; }
 /* From 2^50 steps before and after 0 on two points of a grid, with the roundings of either, may be
  * one double. */
@@ -63,26 +55,6 @@ static kr_status choose_units(kr_top *top)
     top->main.scene = &top->scene;
     if (is_deep(top)) kr_deep_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
-}
-/* Where T is not the third principal axis, the attitude of an upright top has large components, and
- * its lean is what is left of their sums. This computes the attitude in double-double and keeps its
- * low words for a method that reads them. */
-static kr_quat renamed_attitude(kr_top *top, kr_quat axes, kr_quat q)
-{
-    const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),
-                  own = qdd_unit(qdd_mul(principal, qdd_of(axes)));
-    top->main.low.q = qdd_low(own);
-    return qdd_high(own);
-}
-static kr_state to_own(kr_top *top, const kr_state *state)
-{
-    const kr_working working = kr_top_working(top);
-    const int is_renamed = !working.tilted && kr_body_last_axis(&top->scene.body) != 2;
-    const kr_state own = {0.0,
-                          is_renamed ? renamed_attitude(top, working.axes, state->q)
-                                     : q_unit(q_mul(state->q, top->axes)),
-                          v_scale(1.0 / top->momentum_unit, state->m)};
-    return own;
 }
 /* Works in place, for a copy of a state just written costs more than the rest of reading it. False
  * if the state is not a good one. */
@@ -257,7 +229,8 @@ static kr_status begin(kr_top *top, const kr_scene *scene, const kr_method *meth
     top->asked = scene->start.t;
     const kr_status status = choose_units(top);
     if (status != KR_OK) return status;
-    const kr_state own = is_deep(top) ? kr_deep_in(top, &scene->start) : to_own(top, &scene->start);
+    const kr_state own =
+        is_deep(top) ? kr_deep_in(top, &scene->start) : kr_top_own(top, &scene->start);
     return method->reset(&top->main, &own);
 }
 /* Returns what lies behind `memory`, on a line of the cache. */
