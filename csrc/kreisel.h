@@ -98,7 +98,8 @@ typedef struct kr_scene {
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
     /* Linear damping, as by air: along each principal axis the torque is -damping times the angular
-     * velocity. Not negative; 0 for none [M L^2 T^-1]. */
+     * velocity. Not negative; 0 for none [M L^2 T^-1]. Strong damping takes no more steps than the
+     * slow motion that remains, except back in time and with tangents. */
     kr_vec3 damping;
 } kr_scene;
 

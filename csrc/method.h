@@ -52,7 +52,7 @@ typedef struct kr_piece {
 /* Deviations that ride along with a motion, in working axes and own units: a rotation vector in the
  * body and a change of the momentum, seen from space. A seed is what one begins with, and how a
  * parameter that it is the derivative by changes the lever and the moments (xx, yy, zz, yz, zx,
- * xy). They never change the motion. */
+ * xy). They never change the motion, except that a strongly damped one keeps to short steps. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;

@@ -76,7 +76,7 @@ static void sow(sown *to, const kr_top *top)
     to->next = to->seeds;
     to->time = top->time_unit;
     to->moment = top->momentum_unit * top->time_unit;
-    to->working = top->main.digits > 16 ? q_one() : kr_body_working(body).axes;
+    to->working = kr_top_working(top).axes;
     if (by & KR_TANGENT_START) sow_start(to, top);
     if (by & KR_TANGENT_MOMENTS) sow_moments(to);
     for (int i = 0; i < 3 && by & KR_TANGENT_COM; i++)

@@ -16,12 +16,6 @@ enum {
 
 /* In and out of working axes and own units. */
 static int is_deep(const kr_top *top) { return top->main.digits > 16; }
-static kr_working working_axes(const kr_top *top)
-{
-    const kr_body *body = &top->scene.body;
-    const kr_working principal = {q_one(), body->inertia, body->com, 0};
-    return is_deep(top) ? principal : kr_body_working(body);
-}
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_ADAPTIVE) != 0; }
 /* From 2^50 steps before and after 0 on two points of a grid, with the roundings of either, may be
  * one double. */
@@ -40,7 +34,7 @@ static kr_status beyond_horizon(const kr_top *top, double t)
 }
 static kr_status choose_units(kr_top *top)
 {
-    const kr_working working = working_axes(top);
+    const kr_working working = kr_top_working(top);
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;
@@ -55,18 +49,12 @@ static kr_status choose_units(kr_top *top)
     top->main.inertia = v_scale(1.0 / own.moment, working.inertia);
     const double longer = top->time_unit / own.time; /* 1 but for KR_ABSOLUTE */
     top->main.lever = v_scale(longer, v_scale(longer, own.lever));
-    top->main.damping = v_scale(1.0 / top->momentum_unit, top->scene.damping);
+    top->main.damping = v_scale(1.0 / top->momentum_unit, working.damping);
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
     if (is_deep(top)) kr_deep_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
-}
-static kr_state to_own(const kr_top *top, const kr_state *state)
-{
-    const kr_state own = {0.0, q_unit(q_mul(state->q, top->axes)),
-                          v_scale(1.0 / top->momentum_unit, state->m)};
-    return own;
 }
 /* Works in place, for a copy of a state just written costs more than the rest of reading it. False
  * if the state is not a good one. */
@@ -241,7 +229,8 @@ static kr_status begin(kr_top *top, const kr_scene *scene, const kr_method *meth
     top->asked = scene->start.t;
     const kr_status status = choose_units(top);
     if (status != KR_OK) return status;
-    const kr_state own = is_deep(top) ? kr_deep_in(top, &scene->start) : to_own(top, &scene->start);
+    const kr_state own =
+        is_deep(top) ? kr_deep_in(top, &scene->start) : kr_top_own(top, &scene->start);
     return method->reset(&top->main, &own);
 }
 /* Returns what lies behind `memory`, on a line of the cache. */

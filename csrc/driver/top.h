@@ -3,6 +3,7 @@
 #ifndef KR_TOP_H
 #define KR_TOP_H
 #include "method.h"
+#include "model/body.h"
 #include "numbers/su2_dd.h"
 
 enum { KR_CHECK = 256 /* steps after which a motion is inspected and kept */ };
@@ -58,6 +59,10 @@ struct kr_top {
     X(low, 176)            X(scene, 240)
 /* clang-format on */
 
+/* Returns the axes that the method of `top` works in, with all data along them. */
+kr_working kr_top_working(const kr_top *top);
+/* Returns a start in working axes and own units. */
+kr_state kr_top_own(kr_top *top, const kr_state *start);
 /* The turn from working axes to the frame of description, with all digits. */
 quat_dd kr_deep_axes(const kr_top *top);
 /* The ways in and out for more digits than a double has. This one sets main's lever, in

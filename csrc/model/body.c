@@ -79,30 +79,45 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
     return KR_GENERAL;
 }
 
-kr_working kr_body_working(const kr_body *b)
+/* Renames the components of `v` so that number `last` becomes the third, exactly. */
+static kr_vec3 rename_axes(kr_vec3 v, int last)
 {
-    const double reach = v_largest(b->com);
+    return v3(at(v, (last + 1) % 3), at(v, (last + 2) % 3), at(v, last));
+}
+int kr_body_last_axis(const kr_body *b)
+{
     const kr_vec3 i = b->inertia;
     const int odd = odd_axis(b, KR_KIND_RTOL);
-    kr_working w = {q_one(), i, b->com, 0};
-    int last = odd;
-    if (is_spherical(b) && reach > 0.0) {
-        /* The axes turn, the moments stay: so these must be one number. */
-        const double mean = i.x + ((i.y - i.x) + (i.z - i.x)) / 3.0;
-        w.axes = q_tilt(v_unit(b->com));
-        w.inertia = v3(mean, mean, mean);
-        w.tilted = 1;
-    } else {
-        if (odd < 0) {
-            const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
-            last = (middle + 1) % 3;
-        }
-        w.axes = cycles[last];
-        w.inertia = v3(at(i, (last + 1) % 3), at(i, (last + 2) % 3), at(i, last));
-    }
-    w.com = q_turn_back(w.axes, b->com);
+    if (odd >= 0) return odd;
+    const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
+    return (middle + 1) % 3;
+}
+/* Returns axes of a spherical body with T along its centre of mass. Its moments become one number,
+ * because the axes turn and the moments stay. */
+static kr_working tilt_axes(const kr_body *b, kr_vec3 damping)
+{
+    const kr_vec3 i = b->inertia;
+    const double mean = i.x + ((i.y - i.x) + (i.z - i.x)) / 3.0;
+    const kr_quat axes = q_tilt(v_unit(b->com));
+    const kr_working w = {axes, v3(mean, mean, mean), q_turn_back(axes, b->com), damping, 1};
     return w;
 }
+kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
+{
+    const kr_working w = {q_one(), b->inertia, b->com, damping, 0};
+    return w;
+}
+kr_working kr_working_of(const kr_body *b, kr_vec3 damping)
+{
+    const int is_even = damping.x == damping.y && damping.y == damping.z;
+    if (is_spherical(b) && v_largest(b->com) > 0.0)
+        return is_even ? tilt_axes(b, damping) : kr_body_principal(b, damping);
+    const int last = kr_body_last_axis(b);
+    const kr_working w = {cycles[last], rename_axes(b->inertia, last), rename_axes(b->com, last),
+                          rename_axes(damping, last), 0};
+    return w;
+}
+kr_working kr_body_working(const kr_body *b) { return kr_working_of(b, v3(0.0, 0.0, 0.0)); }
 
 /* Makes the element a[p][p + 1] zero by a turn about the third axis, and turns the axes along. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)

@@ -153,6 +153,7 @@ static void begin(const kr_motion *motion, double *memory, size_t n, const kr_se
     const size_t words = words_of(motion->digits);
     const quat_dd to_body = qdd_conj(attitude(motion));
     memset(memory, 0, doubles(motion->digits, n) * sizeof(double));
+    ((kr_taylor *)motion->work)->is_followed = 1.0;
     carrier_of(memory)->from = carrier_of(memory)->to = path_of(motion)->series->end;
     for (size_t i = 0; i < structs(n); i++) set_constants(tangent(motion, memory, i), motion);
     for (size_t i = 0; i < n; i++) {

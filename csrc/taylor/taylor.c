@@ -6,7 +6,7 @@
  * threshold has a dimension. */
 #include <float.h>
 #include "numbers/su2_dd.h"
-#include "taylor.h"
+#include "slow.h"
 
 typedef kr_taylor path;
 
@@ -96,7 +96,7 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
 }
 /* Sets k, up, down, drag and fall of the series, whose vectors c and D are those of its own unit of
  * time. */
-static void set_constants(kr_series s[2], const kr_motion *motion, double rate)
+void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 A = motion->inertia;
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
@@ -173,14 +173,14 @@ static void set_start(path *p, const kr_motion *motion, const kr_state *start)
                  M = motion->digits > 16 ? m : qdd_turn(qdd_conj(q), m),
                  W = over(M, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
-    p->rate = rate_for(motion, vdd_high(W));
+    p->rate = p->first_rate = rate_for(motion, vdd_high(W));
     if (!motion->leave_heading) {
         memcpy(high->x[0], &q_high, sizeof q_high);
         memcpy(low->x[0], &q_low, sizeof q_low);
     }
     set_vector(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
     set_vector(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
-    set_constants(p->series, motion, p->rate);
+    kr_taylor_set_constants(p->series, motion, p->rate);
     high->t = p->rate * motion->clock;
     stay(p->series);
 }
@@ -199,10 +199,12 @@ static kr_status step(kr_motion *motion, double until)
     path *p = path_of(motion);
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
+    double log2_tol;
     (void)until;
     /* No step in doubles can meet such a tolerance. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
-    kernel_of(motion)->advance(s, p->log2_tol, forward);
+    if (!kr_slow_step(motion, kernel_of(motion), &log2_tol))
+        kernel_of(motion)->advance(s, log2_tol, forward);
     motion->stats.evaluations++;
     const kr_status status = !is_finite(s)                     ? KR_ERR_NOT_FINITE
                              : forward * (s->end - s->t) > 0.0 ? KR_OK

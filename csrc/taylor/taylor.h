@@ -52,7 +52,9 @@ typedef struct kr_series {
 typedef struct kr_taylor {
     kr_series series[2]; /* high and low words */
     double log2_tol;
-    double rate; /* the series' unit of time is 1 / rate of the motion's */
+    double rate;        /* the series' unit of time is 1 / rate of the motion's */
+    double first_rate;  /* the one with which it began; strong damping lowers `rate` (slow.h) */
+    double is_followed; /* not 0: tangents ride along, which steps on the slow manifold leave */
 } kr_taylor;
 
 /* One order on one instruction set. */
@@ -108,6 +110,8 @@ typedef struct kr_isa {
 } kr_isa;
 
 extern const kr_tangent_way kr_taylor_tangents;
+/* Sets all constants of a series for another rate. */
+void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
 const kr_isa *kr_taylor_isa(int i);
 /* Returns the instruction set that a motion's kernel belongs to; NULL for one that is none of the

@@ -56,6 +56,33 @@ static void test_symmetric_body(void)
                   want = v3(across * cos(phase), across * sin(phase), axial);
     NEAR(off(W, want), 0.0, 3e-14);
 }
+/* About each principal axis of a free body, in each order of its moments and of a spherical body
+ * with its centre of mass aside: W decays at the rate of that axis, in one worker too. */
+static void test_decay_along_axes(void)
+{
+    static const double moments[5][3] = {
+        {1, 1.5, 2}, {1.5, 2, 1}, {2, 1, 1.5}, {2, 1.5, 1}, {1.5, 1.5, 1.5}};
+    const double D[3] = {0.125, 0.25, 0.75}, t = 3.0;
+    kr_worker *worker = NULL;
+    IS(kr_worker_create(NULL, PLAIN, 0, NULL, &worker) == KR_OK);
+    for (int i = 0; i < 15; i++) {
+        const int axis = i % 3;
+        const double *I = moments[i / 3];
+        const kr_vec3 e = v3(axis == 0, axis == 1, axis == 2);
+        kr_scene s = damped(v_of(I), v_of(D), v_scale(I[axis], e));
+        s.body.com = v3(0.25, -0.5, 0.125);
+        kr_state many;
+        kr_outcome outcome;
+        const kr_tops tops = {
+            .n = 1, .scenes = &s, .times = 1, .t = &t, .states = &many, .outcomes = &outcome};
+        const kr_state end = state_at(t, &s, taylor(), PLAIN);
+        const double left = exp(-D[axis] / I[axis] * t);
+        NEAR(off(body_velocity(&s, &end), v_scale(left, e)), 0.0, 1e-15);
+        IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
+        IS(same(many, end));
+    }
+    kr_worker_free(worker);
+}
 /* dE/dt = -w D w, by Simpson's rule; and the vertical momentum of a top of one damping decays as
  * the turn about the vertical does. */
 static void test_power_balance(void)
@@ -204,6 +231,7 @@ int main(void)
     test_overflow();
     test_sphere();
     test_symmetric_body();
+    test_decay_along_axes();
     test_power_balance();
     test_reversal();
     test_scaling();

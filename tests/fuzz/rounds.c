@@ -61,6 +61,9 @@ static void one_of_all(void)
     case 6:
         call_stage();
         break;
+    case 8:
+        call_axes();
+        break;
     case 7:
         call_many();
         break;

@@ -57,12 +57,13 @@ static kr_vec3 any_momentum(const kr_scene *scene)
         return v_scale(odds(20) ? size : 3.0, vector_between(-1, 1));
     }
 }
-/* Along some axes, from hardly any to so much that the top does not swing. */
-static kr_vec3 any_damping(const kr_scene *scene)
+kr_vec3 any_damping(const kr_scene *scene)
 {
-    const double size = spread(1e-8, 30.0) * v_largest(scene->body.inertia);
-    return v3(choose(2) ? size : 0.0, choose(2) ? size : 0.0,
-              choose(2) ? size * between(0.0, 1.0) : 0.0);
+    const double most = odds(20) ? 1e9 : 30.0, moment = v_largest(scene->body.inertia);
+    double along[3];
+    for (int i = 0; i < 3; i++) along[i] = odds(70) ? moment * spread(1e-8, most) : 0.0;
+    if (odds(15)) along[1] = along[2] = along[0];
+    return v_of(along);
 }
 static double any_beginning(void)
 {

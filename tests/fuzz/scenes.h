@@ -5,6 +5,8 @@
 #include "kreisel.h"
 
 kr_scene any_scene(void);
+/* Another damping along each axis, some zero, from hardly any to far above all rates. */
+kr_vec3 any_damping(const kr_scene *scene);
 /* A time in which such a top turns by about one radian, or is slowed down; 1 if there is none. */
 double pace_of(const kr_scene *scene);
 #endif

@@ -34,12 +34,15 @@ static void add(void)
 static void add_track(void)
 {
     static kr_state track[64];
+    static int is_filled;
     kr_scene scene = any_scene();
     const int tops = stage.tops, against = (int)choose(10) - 1;
     const int64_t length = odds(90) ? (int64_t)choose(65) : (int64_t)choose(UINT64_MAX) - INT32_MAX,
                   step = odds(90) ? 1 + (int64_t)choose(60000) : (int64_t)choose(UINT64_MAX);
     if (odds(90)) scene.start.t = 0.0;
-    for (int i = 0; i < 64 && tops == 0; i++) track[i] = (kr_state){i, any_attitude(), {1, 2, i}};
+    for (int i = 0; i < 64 && (tops == 0 || !is_filled); i++)
+        track[i] = (kr_state){i, any_attitude(), {1, 2, i}};
+    is_filled = 1;
     call("stage: add a track of %lld, step %lld, against %d", (long long)length, (long long)step,
          against);
     const kr_status status = kr_stage_add_track(&stage, &scene, odds(98) ? track : NULL,

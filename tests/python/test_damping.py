@@ -38,9 +38,10 @@ def rates(t, y):
     return [*turning, *np.linalg.solve(inertia, torque - np.cross(w, inertia @ w))]
 
 
-def test_against_scipy():
+@pytest.mark.parametrize("digits", [None, 16, 20, 30])
+def test_paths_agree_with_scipy(digits):
     integrate = pytest.importorskip("scipy.integrate")
-    path = kr.solve(HEAVY, TIMES, digits=20)
+    path = kr.solve(HEAVY, TIMES, digits=digits)
     at_start = np.linalg.solve(
         np.array(GENERAL.inertia), kr.quaternion.turn_back(HEAVY.attitude, HEAVY.momentum)
     )

@@ -1,0 +1,226 @@
+/* Strong damping. Where damping takes the angular velocity W about an axis much sooner than anything
+ * else happens, W follows its torque: the motion has come to its slow manifold, on which
+ *     D W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
+ * determines the Taylor coefficients of W about that axis from the next ones, by iteration. All
+ * others follow from the recurrence of taylor.h. Their radius of convergence is that of the slow
+ * motion, which takes long steps where the recurrence alone takes them as short as A / D. What is
+ * neglected is as exp(-D t / A) over the time t of the slow motion, below any rounding (Fenichel
+ * 1979). Before it comes there, the motion moves by the recurrence, to a tolerance relative to the
+ * small W to which it decays. */
+#include <string.h>
+#include "numbers/dd.h"
+#include "slow.h"
+
+enum { Q = 0, P = 4, W = 7, ROWS = 10, SWEEPS = 64 };
+/* Damping is strong where its rate is so many times all others: those of other axes, or where there
+ * are none, only those that gravity and inertia allow. */
+#define STRONG 256.0
+#define STRONG_ALONE 32.0
+/* An angular velocity below this, over the rate of damping, counts as none. */
+#define NOTHING 0x1p-400
+#define RESTS 900.0
+
+/* Axes about which damping is strong, the largest rate of the motion on the slow manifold, and the
+ * largest at which a top falls there; in the units of the motion. */
+typedef struct slow_axes {
+    int is_slow[3];
+    double rate, fall;
+} slow_axes;
+
+/* Returns the size of the angular velocity that follows its torque about an axis. Products of two
+ * that follow theirs are left out, being smaller than both. */
+static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
+{
+    const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
+    const double *p = s->end_x + 5, *w = s->end_w + 1;
+    const double turning = slow->is_slow[j] && slow->is_slow[k] ? 0.0 : s->k[i] * w[j] * w[k];
+    return (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k]) + fabs(turning)) / fabs(s->drag[i]);
+}
+
+#define number double
+#define NAME(x) plain_##x
+#define of(hi, lo) ((void)(lo), (double)(hi))
+#define high(a) (a)
+#define low(a) ((void)(a), 0.0)
+#define add(a, b) ((a) + (b))
+#define minus(a, b) ((a) - (b))
+#define mul(a, b) ((a) * (b))
+#define over(a, b) ((a) / (b))
+#include "slow_terms.h"
+#undef number
+#undef NAME
+#undef of
+#undef high
+#undef low
+#undef add
+#undef minus
+#undef mul
+#undef over
+#define number dd
+#define NAME(x) deep_##x
+#define of(hi, lo) dd_make((double)(hi), (lo))
+#define high(a) ((a).hi)
+#define low(a) ((a).lo)
+#define add dd_add
+#define minus dd_sub
+#define mul dd_mul
+#define over dd_div
+#include "slow_terms.h"
+
+/* Returns a bound of all rates that the energy allows. */
+static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
+{
+    const kr_vec3 A = motion->inertia;
+    const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever);
+    return sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
+}
+/* Takes for slow all axes whose rate of damping is not below that of axis `least`. Returns whether
+ * damping is strong about these. */
+static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, slow_axes *slow)
+{
+    const double undamped = undamped_rate(motion, velocity), pull = v_length(motion->lever);
+    double A[3], D[3], others = undamped, weakest = INFINITY;
+    int count = 0;
+    v_put(A, motion->inertia);
+    v_put(D, motion->damping);
+    slow->fall = 0.0;
+    for (int i = 0; i < 3; i++) {
+        slow->is_slow[i] = D[i] / A[i] >= D[least] / A[least];
+        count += slow->is_slow[i];
+        if (slow->is_slow[i])
+            weakest = fmin(weakest, D[i]);
+        else
+            others = fmax(others, D[i] / A[i]);
+        slow->fall = fmax(slow->fall, slow->is_slow[i] ? pull / D[i] : sqrt(pull / A[i]));
+    }
+    slow->rate = 2.0 * pull / weakest + (count < 3 ? 2.0 * others : 0.0);
+    return D[least] / A[least] > (count < 3 ? STRONG : STRONG_ALONE) * others;
+}
+
+static void scale_series(kr_series s[2], double longer)
+{
+    for (int i = 0; i < 2; i++) {
+        s[i].t *= longer;
+        s[i].end *= longer;
+        for (int k = 0; k < 4; k++) s[i].end_w[k] /= longer;
+    }
+}
+/* Goes on in another unit of time, 1 / rate of a power of two. */
+static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
+{
+    if (rate == p->rate) return;
+    scale_series(p->series, rate / p->rate);
+    p->rate = rate;
+    kr_taylor_set_constants(p->series, motion, rate);
+}
+/* Returns log2 of the largest coefficient of number n. Where all are zero the motion rests, and a
+ * step is so long that no power of it overflows. */
+static double log2_size(const kr_series *s, int n)
+{
+    double size = 0.0;
+    for (int i = 0; i < 8; i++) size = fmax(size, fabs(s->x[n][i]));
+    for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
+    return size > 0.0 ? log2(size) : -RESTS;
+}
+/* Returns log2 of the step at whose end term n is as large as the tolerance, and so the one
+ * before. */
+static double log2_step(const kr_series *s, int n, double log2_tol)
+{
+    return fmin((log2_tol - log2_size(s, n)) / n, (log2_tol - log2_size(s, n - 1)) / n);
+}
+/* Lowers the tolerance, which is relative to the largest number, to one relative to the least that
+ * follows its torque. */
+static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
+{
+    double least = 1.0, most = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const double size = slow->is_slow[i] ? slow_size(p->series, slow, i) : 0.0;
+        most = fmax(most, fabs(p->series->end_w[i + 1]));
+        if (size > 0.0) least = fmin(least, size);
+    }
+    return p->log2_tol + log2(fmax(fmin(least, most), NOTHING));
+}
+
+/* Ends the step where the tolerance says. In double-double the terms behind the head are rounded to
+ * doubles, so that they must be small there. */
+static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
+                     const slow_axes *slow, double log2_tol)
+{
+    kr_series *s = p->series;
+    const int order = kernel->order, head = motion->digits > 20 ? KR_HEAD_30 : KR_HEAD_20;
+    double step = log2_step(s, order, log2_tol);
+    if (motion->digits > 16) step = fmin(step, log2_step(s, head + 2, log2_tol + 52.0));
+    const double longest = slow->fall > 0.0 ? order / 6.0 * (p->rate / slow->fall) : INFINITY;
+    s[0].t = s[0].end;
+    s[1].t = s[1].end;
+    s[0].end = s[0].at = s[0].t + fmin(exp2(step), longest);
+    s[1].end = s[1].at = 0.0;
+    kernel->look(s);
+    for (int i = 0; i < 2; i++) {
+        memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
+        memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
+    }
+}
+/* Says whether the motion is near enough to the slow manifold for its expansion to be worth
+ * while. */
+static int is_near(const kr_series *s, const slow_axes *slow)
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const double *p = s->end_x + 5, *w = s->end_w + 1;
+        const double follows =
+            -(s->k[i + 1] * w[j] * w[k] + s->up[i + 1] * p[j] + s->down[i + 1] * p[k]) /
+            s->drag[i + 1];
+        if (slow->is_slow[i] && fabs(w[i] - follows) > fmax(0.25 * slow_size(s, slow, i), NOTHING))
+            return 0;
+    }
+    return 1;
+}
+static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
+                            const slow_axes *slow, const slow_axes *strong)
+{
+    const double before = p->rate, near = exp2(p->log2_tol + 6.0);
+    int exponent;
+    if (!is_near(p->series, slow)) return 0;
+    frexp(slow->rate, &exponent);
+    if (slow->rate > 0.0) set_rate(p, motion, ldexp(1.0, exponent));
+    const int is_found = motion->digits > 16
+                             ? deep_expand(p->series, slow, kernel->order, near, 0x1p-96)
+                             : plain_expand(p->series, slow, kernel->order, near, 0x1p-48);
+    if (is_found)
+        end_step(p, motion, kernel, slow, strong ? relative_tolerance(p, strong) : p->log2_tol);
+    else
+        set_rate(p, motion, before);
+    return is_found;
+}
+/* Orders the axes by their rates of damping, the least first. */
+static void order_axes(const kr_motion *motion, int axes[3])
+{
+    const kr_vec3 rate = v_over(motion->damping, motion->inertia);
+    double rates[3];
+    v_put(rates, rate);
+    for (int i = 0; i < 3; i++) {
+        int place = 0;
+        for (int j = 0; j < 3; j++) place += rates[j] < rates[i] || (rates[j] == rates[i] && j < i);
+        axes[place] = i;
+    }
+}
+int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
+{
+    kr_taylor *p = (kr_taylor *)motion->work;
+    const kr_vec3 velocity = v_scale(p->rate, v_of(p->series->end_w + 1));
+    const slow_axes *strong = NULL; /* all axes that will be slow later on */
+    slow_axes slow[3];
+    int axes[3];
+    *log2_tol = p->log2_tol;
+    if (p->series->damped == 0.0 || motion->step < 0.0 || p->is_followed != 0.0) return 0;
+    order_axes(motion, axes);
+    for (int i = 0; i < 3; i++) {
+        if (!take_slow_axes(motion, velocity, axes[i], &slow[i])) continue;
+        if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;
+        if (!strong) strong = &slow[i];
+    }
+    set_rate(p, motion, p->first_rate);
+    if (strong) *log2_tol = relative_tolerance(p, strong);
+    return 0;
+}

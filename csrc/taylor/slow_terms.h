@@ -1,0 +1,133 @@
+/* Taylor coefficients of a strongly damped top on its slow manifold (slow.c). This is source,
+ * included once for doubles and once for double-doubles: `number` is the type of a coefficient,
+ * of, high, low, add, minus, mul and over are its operations, and NAME makes the names. */
+
+typedef struct NAME(terms) {
+    number c[ROWS][KR_TAYLOR_MAX + 2];
+    number k[3], up[3], down[3], drag[3];
+} NAME(terms);
+
+/* Returns the n-th coefficient of the product of rows `a` and `b`. */
+static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
+{
+    number sum = of(0.0, 0.0);
+    for (int j = 0; j <= n; j++) sum = add(sum, mul(s->c[a][j], s->c[b][n - j]));
+    return sum;
+}
+/* Returns the n-th coefficient of the angular acceleration about an axis, without damping. */
+static number NAME(torque)(const NAME(terms) * s, int axis, int n)
+{
+    const int j = (axis + 1) % 3, k = (axis + 2) % 3;
+    const number weight = add(mul(s->up[axis], s->c[P + j][n]), mul(s->down[axis], s->c[P + k][n]));
+    return add(mul(s->k[axis], NAME(product)(s, W + j, W + k, n)), weight);
+}
+/* Sets coefficient n + 1 of the vertical. */
+static void NAME(turn_vertical)(NAME(terms) * s, int n)
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const number rate =
+            minus(NAME(product)(s, P + j, W + k, n), NAME(product)(s, P + k, W + j, n));
+        s->c[P + i][n + 1] = over(rate, of(n + 1, 0.0));
+    }
+}
+/* Sets coefficient n + 1 of the attitude. */
+static void NAME(turn_attitude)(NAME(terms) * s, int n)
+{
+    number rate = of(0.0, 0.0);
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const number along = NAME(product)(s, Q, W + i, n),
+                     across = minus(NAME(product)(s, Q + 1 + j, W + k, n),
+                                    NAME(product)(s, Q + 1 + k, W + j, n));
+        rate = minus(rate, NAME(product)(s, Q + 1 + i, W + i, n));
+        s->c[Q + 1 + i][n + 1] = over(add(along, across), of(2 * (n + 1), 0.0));
+    }
+    s->c[Q][n + 1] = over(rate, of(2 * (n + 1), 0.0));
+}
+/* Improves the coefficients of the slow axes once, by their equations solved for W_n, and sets all
+ * others that follow. Returns the largest change in the first half. */
+static double NAME(improve)(NAME(terms) * s, const int is_slow[3], int order)
+{
+    double moved = 0.0;
+    for (int n = 0; n <= order; n++) {
+        for (int i = 0; i < 3; i++) {
+            number *w = s->c[W + i];
+            if (!is_slow[i]) continue;
+            const number last = w[n], next = mul(of(n + 1, 0.0), w[n + 1]);
+            w[n] = over(minus(next, NAME(torque)(s, i, n)), s->drag[i]);
+            if (2 * n <= order) moved = fmax(moved, fabs(high(minus(w[n], last))));
+        }
+        if (n == order) break;
+        for (int i = 0; i < 3; i++)
+            if (!is_slow[i])
+                s->c[W + i][n + 1] = over(
+                    add(NAME(torque)(s, i, n), mul(s->drag[i], s->c[W + i][n])), of(n + 1, 0.0));
+        NAME(turn_vertical)(s, n);
+    }
+    return moved;
+}
+static void NAME(read_vector)(number to[3], const double a[4], const double b[4])
+{
+    for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
+}
+/* Reads the constants and the end of a series; all later coefficients become zero. */
+static void NAME(begin)(NAME(terms) * s, const kr_series from[2])
+{
+    memset(s, 0, sizeof *s);
+    NAME(read_vector)(s->k, from[0].k, from[1].k);
+    NAME(read_vector)(s->up, from[0].up, from[1].up);
+    NAME(read_vector)(s->down, from[0].down, from[1].down);
+    NAME(read_vector)(s->drag, from[0].drag, from[1].drag);
+    for (int i = 0; i < 4; i++) s->c[Q + i][0] = of(from[0].end_x[i], from[1].end_x[i]);
+    for (int i = 0; i < 3; i++) {
+        s->c[P + i][0] = of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
+        s->c[W + i][0] = of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
+    }
+}
+/* Writes all coefficients up to the order. */
+static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
+{
+    for (int n = 0; n <= order; n++)
+        for (int row = 0; row < ROWS; row++) {
+            const number value = s->c[row][n];
+            double *hi = row < P   ? &to[0].x[n][row]
+                         : row < W ? &to[0].x[n][row + 1]
+                                   : &to[0].w[n][row - W + 1];
+            double *lo = row < P   ? &to[1].x[n][row]
+                         : row < W ? &to[1].x[n][row + 1]
+                                   : &to[1].w[n][row - W + 1];
+            *hi = high(value);
+            *lo = low(value);
+        }
+}
+/* Says whether the angular velocity at the end of a series is that of the slow manifold, within
+ * `near` of the terms of its size. */
+static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
+                                const slow_axes *slow, double near)
+{
+    for (int i = 0; i < 3; i++) {
+        const number end = of(series[0].end_w[1 + i], series[1].end_w[1 + i]);
+        const double off = fabs(high(minus(end, s->c[W + i][0]))),
+                     allowed = slow->is_slow[i] ? near * slow_size(series, slow, i) : INFINITY;
+        if (off > fmax(allowed, NOTHING)) return 0;
+    }
+    return 1;
+}
+/* Expands the motion on the slow manifold from the end of a series, up to `noise` of the size of W.
+ * Returns 0 where the series does not end on the manifold, or the expansion is not found. */
+static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
+                        double noise)
+{
+    NAME(terms) s;
+    double moved = INFINITY, size = 0.0;
+    NAME(begin)(&s, series);
+    for (int i = 0; i < 3; i++)
+        if (slow->is_slow[i]) size = fmax(size, slow_size(series, slow, i));
+    for (int sweep = 0; sweep < SWEEPS && moved > noise * size; sweep++)
+        moved = NAME(improve)(&s, slow->is_slow, order);
+    if (moved > noise * size || !NAME(is_on_manifold)(&s, series, slow, near)) return 0;
+    for (int n = 0; n < order; n++) NAME(turn_attitude)(&s, n);
+    NAME(write)(&s, order, series);
+    return 1;
+}

@@ -1,0 +1,121 @@
+"""Damping far stronger than all else: the number of steps follows the slow motion, not the damping,
+and every verb gives the numbers of independent solutions."""
+
+import math
+
+import kreisel as kr
+import numpy as np
+import pytest
+from decimal_series import Series, attitude_error
+
+BODY = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), made_up=True)
+
+
+def scene(damping, **changes):
+    return kr.Scene(
+        BODY, momentum=(0.3, 0.4, 1.0), attitude=(0.8, 0.6, 0, 0), damping=damping
+    ).replace(**changes)
+
+
+@pytest.mark.parametrize(
+    "damping", [1e3, 1e4, (0, 1e4, 1e4), (0.3, 0, 1e4), (50, 100, 1e4), (1e2, 2e3, 1e4)]
+)
+@pytest.mark.parametrize("t", [0.001, 0.05])
+def test_paths_agree_with_the_series(damping, t):
+    top = scene(damping)
+    q, m = Series(top).to(t)
+    for digits, tolerance in ((None, 1e-14), (20, 1e-19), (30, 1e-29)):
+        path = kr.solve(top, [t], digits=digits, max_steps=200)
+        low = path.q_low[0] if path.q_low is not None else (0, 0, 0, 0)
+        assert attitude_error(q, path.q[0], low) < tolerance
+        size = max(abs(float(x)) for x in m)
+        assert np.abs(path.m[0] - np.array(m, float)).max() < 1e-12 * size
+
+
+@pytest.mark.parametrize("damping", [200.0, 3e3, (300.0, 1e4, 2e3)])
+def test_paths_agree_with_an_implicit_integrator(damping):
+    integrate = pytest.importorskip("scipy.integrate")
+    top, t = scene(damping), 100.0
+    inertia, lever = np.array(BODY.moments), np.array(BODY.principal_com)
+
+    def rates(_, y):
+        w, up = y[:3], y[3:]
+        torque = np.cross(inertia * w, w) + np.cross(up, lever) - np.array(top.damping) * w
+        return [*(torque / inertia), *np.cross(up, w)]
+
+    up = kr.quaternion.turn_back(top.attitude, (0, 0, 1))
+    w = np.array(kr.quaternion.turn_back(top.attitude, top.momentum)) / inertia
+    truth = integrate.solve_ivp(rates, (0, t), [*w, *up], "Radau", rtol=1e-11, atol=1e-14)
+    path = kr.solve(top, [t], max_steps=100)
+    assert np.abs(path.body_vertical[0] - truth.y[3:, -1]).max() < 1e-8
+    assert np.allclose(path.body_velocity[0], truth.y[:3, -1], rtol=1e-7, atol=1e-14)
+
+
+def creeping(t, damping, height=1.0):
+    """Return the nutation of a symmetric top that creeps in a vertical plane, to 1 / damping^2."""
+    return 2.0 * math.atan(math.tan(0.25) * math.exp((t - height / damping) / damping))
+
+
+@pytest.mark.parametrize("damping", [1e6, 1e9, 1e15])
+def test_a_top_creeps_for_as_long_as_it_takes_to_fall(damping):
+    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True)
+    attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
+    top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
+    times = np.array([0.1, 1.0, 3.0]) * damping
+    path = kr.solve(top, times, max_steps=100)
+    assert np.abs(path.nutation - [creeping(t, damping) for t in times]).max() < 1e-11
+    assert path.error < 1e-14
+
+
+@pytest.mark.parametrize("damping", [1e4, 1e9])
+def test_a_free_body_comes_to_rest_and_stays(damping):
+    body = kr.Body(1, (1, 1, 1), (0, 0, 0))
+    top = kr.Scene(body, velocity=(0, 0, 3), damping=damping)
+    times = np.array([1.0, 20.0, 200.0, 1e3, 1e9]) / damping
+    path = kr.solve(top, times, max_steps=300)
+    left = np.exp(-damping * times)
+    assert np.abs(path.m[:, 2] - 3 * left).max() < 1e-15
+    assert np.allclose(path.m[:, 2], 3 * left, rtol=1e-8, atol=1e-100)
+    assert (
+        np.abs(2 * np.arctan2(path.q[:, 3], path.q[:, 0]) - 3 / damping * (1 - left)).max() < 1e-16
+    )
+
+
+def test_every_verb_takes_the_same_steps():
+    top, times = scene(1e7), [1e-6, 1.0, 1e6, 1e7]
+    path = kr.solve(top, times, max_steps=200)
+    run = kr.start(top)
+    run.to(times[1])
+    assert np.array_equal(kr.resume(run.checkpoint).to(times[2:]).states, path.states[2:])
+    streamed = np.concatenate([piece.states for piece in kr.stream(top, times, chunk=1)])
+    assert np.array_equal(streamed, path.states)
+    tops = kr.Ensemble.of([top, kr.scenes.thesis])
+    assert np.array_equal(kr.solve(tops, times, max_steps=200)[0].states, path.states)
+
+
+def test_events_are_met_on_the_slow_manifold():
+    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True)
+    attitude, damping = (math.cos(0.25), math.sin(0.25), 0, 0), 1e8
+    top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
+    level = kr.events.plane((0, 0, 1), of="apex")
+    found = kr.solve(top, 5 * damping, events=[level]).events
+    want = damping * math.log(1 / math.tan(0.25)) + 1 / damping
+    assert len(found) == 1 and abs(found.path.t[0] / want - 1) < 1e-13
+    assert abs(kr.section(top, level, n=1, wait=5 * damping).t[0] / want - 1) < 1e-13
+
+
+def test_tangents_of_strongly_damped_tops_are_those_of_short_steps():
+    top, t = scene(1e3), 0.5
+    path = kr.solve(top, [t], tangents="gravity")
+    assert kr.attitude_error(path.q, kr.solve(top, [t]).q)[0] < 1e-14
+    h = 2.0**-12
+    ends = [kr.solve(top.replace(gravity=1.0 + s * h), [t], digits=30) for s in (1, -1)]
+    push = (ends[0].m[0] - ends[1].m[0] + ends[0].m_low[0] - ends[1].m_low[0]) / (2 * h)
+    assert np.allclose(path.tangents[0, 3:, 0], push, rtol=1e-6)
+
+
+def test_back_in_time_damping_drives():
+    top = scene(1e3)
+    path = kr.solve(top, [-0.01], digits=20)
+    q, _ = Series(top).to(-0.01)
+    assert attitude_error(q, path.q[0], path.q_low[0]) < 1e-18
