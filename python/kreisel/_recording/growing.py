@@ -20,8 +20,9 @@ from .path import Error, Interrupted, path_of
 from .top_rows import INTERRUPTED, STATUSES, Codes
 
 # Columns of the core's rows: ln of the tangent's size, the mean of MEGNO, the largest ln so far,
-# and how far the changes of energy and <m, e3> by it are from constant.
-LOG, MEGNO, MOST, ENERGY, MOMENTUM = range(5)
+# how far the changes of energy and <m, e3> by the tangent are from constant, and the largest last
+# term of its series.
+LOG, MEGNO, MOST, ENERGY, MOMENTUM, REST = range(6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +32,9 @@ class Indicator:
 
     t            (k,) the times of the curve [T]
     curve        (*shape, k) the indicator over the way from the start to these times
-    certificate  (*shape,) the largest error of the tangent on the way, as its conserved forms tell:
-                 how far the changes of energy and <m, e3> by it are from what they were at the
-                 start, over its size
+    certificate  (*shape,) the largest error of the tangent on the way, over its size: of the changes
+                 of energy and <m, e3> by the tangent, which are constant, and of the series, by
+                 its last term
     status       (*shape,) how each run went: "OK", or the reason's name, and NaN in the curve
     """
 
@@ -64,7 +65,7 @@ class Indicator:
         return f"<kreisel.Indicator: {shape} tops at t = {self.t[-1]:g}, {self.failed.size} failed>"
 
 
-Reader = Callable[[Array, Array], Array]  # of a curve, from rows (n, k, 5) and the times
+Reader = Callable[[Array, Array], Array]  # of a curve, from rows (n, k, 6) and the times
 
 
 def grown(
@@ -89,7 +90,7 @@ def grown(
         codes, rows = part
         here = slice(begin, begin + len(codes))
         status[here], curve[here] = codes, reader(rows, t)
-        worst[here] = np.maximum(rows[..., ENERGY], rows[..., MOMENTUM]).max(axis=1)
+        worst[here] = rows[..., [ENERGY, MOMENTUM, REST]].max(axis=(1, 2))
 
     def told() -> Indicator:
         names = np.array(STATUSES)[status].reshape(tops.shape)
@@ -117,7 +118,7 @@ def _rows(
 ) -> tuple[Codes, Array]:
     status, out = (
         np.full(end - begin, INTERRUPTED, dtype=np.int8),
-        np.empty((end - begin, t.size, 5)),
+        np.empty((end - begin, t.size, 6)),
     )
     growth(tops._tops, begin, end, t, *steering, status, out, work)
     out[status == INTERRUPTED] = np.nan

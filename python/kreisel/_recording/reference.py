@@ -62,14 +62,15 @@ def told_error(
     grown: Callable[[], float],
 ) -> float:
     """The attitude error of a path of this method and these digits, by how far second runs are
-    apart from it, and how far a rounding of the start has grown."""
+    apart from it, and how far a rounding of the start has grown; pi where that is all that is
+    known."""
     if not digits and method != EXACT and closed_form_holds(scene):
         error = apart(CLOSED_FORM)
         if error >= ROUNDINGS * ROUNDING * grown():
             return error
     if digits == 30:
         errors = sorted(apart(other) for other in SHORTER_STEPS)
-        return max(errors[len(errors) // 2], ROUNDING**2 * grown())
+        return min(max(errors[len(errors) // 2], ROUNDING**2 * grown()), math.pi)
     error = 0.0 if digits else apart(LONGER_SERIES)
     # A closed form makes its roundings once: the series may magnify its own to more than these.
     is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING

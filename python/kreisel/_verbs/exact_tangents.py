@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from .._ground.arguments import Array
 from .._model.scene import Scene
-from .._recording.path import Path
+from .._recording.path import Error, Path
 from .solve import solve
 
 Decimals = npt.NDArray[np.object_]  # of decimals
@@ -216,10 +216,8 @@ def _no_period(scene: Scene) -> ValueError:
     )
 
 
-def floquet(scene: Scene, period: float, back: bool) -> Floquet:
-    """The tangents of one period, forward or back in time. Raises ValueError on a separatrix."""
-    body = _Body.of(scene)
-    start = _Point.of(body, solve(scene, [0.0], digits=30), 0)
+def _about_one_period(scene: Scene, body: _Body, start: _Point, period: float) -> float:
+    """Return the period up to roundings. Raises ValueError on a separatrix."""
     turning = _rate_of_axis(start, body)
     if turning is not None:
         about = _period_about(start, body, turning, scene._fastest)
@@ -227,8 +225,21 @@ def floquet(scene: Scene, period: float, back: bool) -> Floquet:
         about = period * (1.0 if body.axis is not None else 2.0)
     if not math.isfinite(about):
         raise _no_period(scene)
+    return about
+
+
+def floquet(scene: Scene, period: float, back: bool, longest: float) -> Floquet:
+    """Compute the tangents of one period, forward or back in time. Where no time is longer than
+    `longest`, and that lies within the first period, they are not needed and left out. Raises
+    ValueError on a separatrix."""
+    body = _Body.of(scene)
+    start = _Point.of(body, solve(scene, [0.0], digits=30), 0)
+    turning = _rate_of_axis(start, body)
+    about = _about_one_period(scene, body, start, period)
+    if longest < about:
+        return Floquet(body, Decimal(-about if back else about), _each(_AXES), _each(np.eye(6)), start)
     tau = -about if back else about
-    path = solve(scene, [0.0, tau], digits=30, tangents="start")
+    path = _solve(scene, [0.0, tau])
     end = _Point.of(body, path, 1)
     phi, late = _in_body(end, start, body, path, 1), Decimal(0)
     if turning is None:
@@ -258,12 +269,27 @@ def tangents_at(scene: Scene, period: float, t: Array, q: Array) -> Array:
         for back in (False, True):
             chosen = np.flatnonzero(t < 0.0 if back else t >= 0.0)
             if chosen.size:
-                _fill(scene, floquet(scene, period, back), t, q, chosen, out)
+                longest = float(np.abs(t[chosen]).max())
+                _fill(scene, floquet(scene, period, back, longest), t, q, chosen, out)
     endless = ~np.isfinite(out).all(axis=(1, 2))
     if endless.any():
-        end = float(t[endless][0])
-        raise ValueError(f"by t = {end!r} a tangent has grown beyond what doubles hold")
+        raise _too_large(float(t[endless][0]))
     return out
+
+
+def _too_large(t: float) -> ValueError:
+    return ValueError(f"by t = {t!r} a tangent has grown beyond what doubles hold")
+
+
+def _solve(scene: Scene, times: list[float]) -> Path:
+    """Compute the path and its tangents with 30 digits. Raises ValueError for tangents beyond
+    doubles."""
+    try:
+        return solve(scene, times, digits=30, tangents="start")
+    except Error as stopped:
+        if stopped.status != "ERR_TANGENT":
+            raise
+        raise _too_large(times[-1]) from None
 
 
 def _fill(
@@ -273,7 +299,7 @@ def _fill(
     counts = [int(time / of.tau) for time in times]
     rests = [time - count * of.tau for time, count in zip(times, counts, strict=True)]
     order = np.argsort([abs(float(rest)) for rest in rests], kind="stable")
-    path = solve(scene, [float(rests[j]) for j in order], digits=30, tangents="start")
+    path = _solve(scene, [float(rests[j]) for j in order])
     powers: dict[int, tuple[Any, Any]] = {}
     for k, j in enumerate(order.tolist()):
         count, point = counts[j], _Point.of(of.body, path, k)
