@@ -273,7 +273,7 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     return power * power * deviation_dot(last, last);
 }
 /* Return the share of h at whose end the last term of a deviation, which is `all` after h, is small
- * enough. The share is estimated unless it is 1. */
+ * enough: 1, or an estimate below 1. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -285,9 +285,8 @@ INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, deviation all)
     const wide share =
         0.9 * rough_exp2((rough_log2(most) - rough_log2(wide_max(rest, wide_splat(0x1p-1000)))) *
                          (0.5 / order));
-    const wide estimate =
-        wide_choose(is_finite, wide_min(wide_max(share, least), one), least);
-    return wide_choose(is_small, one, estimate);
+    const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
+    return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
 }
 /* Shorten a part of length h until the last term at its end is small enough. Returns its length: 0
  * where no length is. */

@@ -4,8 +4,8 @@
  * know of them. */
 #include "tangents.h"
 
-/* Limits of the parts of a step, and of how often a part is shortened. */
-enum { PARTS = 1024, TRIES = 32 };
+/* The limit of the parts of a step, and of how often a part is shortened. */
+enum { PARTS = 64, TRIES = 32 };
 /* How far above the path's tolerance their last terms may lie, over the size of a deviation. Those
  * of most paths do by less. */
 static const double allowed = 0x1p9;

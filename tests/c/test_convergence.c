@@ -37,8 +37,11 @@ typedef struct {
 static grid grid_of(int order, int is_reversible)
 {
     const grid first = {64, 7}, second = {32, 5}, fourth = {16, 5}, slow = {64, 6}, high = {6, 5};
-    return order == 1 ? first : order == 2 ? second : order > 4 ? high
-           : is_reversible ? fourth : slow;
+    return order == 1      ? first
+           : order == 2    ? second
+           : order > 4     ? high
+           : is_reversible ? fourth
+                           : slow;
 }
 /* Hold a method to its order on a scene: by the slope of the errors at the last two levels that
  * rounding leaves alone, and by what extrapolation leaves. */

@@ -37,7 +37,7 @@ def trusted(case):
         scale = math.sqrt(2 * max(i1, i3) * (kinetic + 2 * abs(lever)))
         return Lagrange(i1, i3, lever, cases.unit(q), m), scale
     inertia, q, m = case
-    return Euler(inertia, cases.unit(q), m), float(np.linalg.norm(m))
+    return Euler(inertia, cases.unit(q), m, cases.digits(case)), float(np.linalg.norm(m))
 
 
 def momentum_error(truth, m, scale):
@@ -187,19 +187,18 @@ def header():
     for name, case in {**cases.LAGRANGE, **cases.EULER}.items():
         inertia, lever = cases.inertia_and_lever(case)
         truth, q = trusted(case)[0], cases.unit(case[-2])
-        for t in TRUTH_TIMES:
+        for t in (*TRUTH_TIMES, *cases.TRANSITS.get(name, ())):
             attitude, momentum = truth(t)
             line = (
                 f'{{"{name}", {row(inertia)}, {lever:.17g}, {row(q)}, {row(case[-1])}, {t:g}, '
                 f"{{{row(attitude)}, {row(momentum)}}}}},"
             )
             lines.append(fill(line, 100, initial_indent=" " * 4, subsequent_indent=" " * 5))
-    print(HEADER.replace("ORIGIN", ORIGIN).replace("ROWS", "\n".join(lines)), end="")
+    print(HEADER.replace("ROWS", "\n".join(lines)), end="")
 
 
-ORIGIN = "by quadrature in 50 digits; `python -m validation.bench.exact_truth --header`"
-HEADER = """/* Where tops are, ORIGIN
- * prints this file. */
+HEADER = """/* Where tops are, by quadrature in 50 digits or more. This file is printed by
+ * `python -m validation.bench.exact_truth --header`. */
 /* clang-format off */
 #ifndef KR_EXACT_TRUTH_H
 #define KR_EXACT_TRUTH_H

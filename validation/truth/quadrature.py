@@ -210,10 +210,12 @@ class Lagrange:
 
 
 class Euler:
-    """The free body, of three different moments, not turning about one of its axes only."""
+    """The free body, of three different moments, not turning about one of its axes only. Beside
+    its middle axis the digits must resolve the square of its distance from there."""
 
-    def __init__(self, inertia, q, m):
-        with mp.workdps(DIGITS):
+    def __init__(self, inertia, q, m, digits=DIGITS):
+        self.digits = digits
+        with mp.workdps(digits):
             self.q, self.m = unit(q), [mp.mpf(x) for x in m]
             self.size = mp.sqrt(dot(self.m, self.m))
             body = turn(conj(self.q), self.m)
@@ -283,7 +285,7 @@ class Euler:
         ), angle / 2
 
     def __call__(self, t):
-        with mp.workdps(DIGITS):
+        with mp.workdps(self.digits):
             here, angle = self._angles(t)
             first = product(
                 product(self.upright, product(self.q, self.relabel)), conj(self.start[0])

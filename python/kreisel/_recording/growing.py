@@ -32,9 +32,9 @@ class Indicator:
 
     t            (k,) the times of the curve [T]
     curve        (*shape, k) the indicator over the way from the start to these times
-    certificate  (*shape,) the largest error of the tangent on the way, over its size: of the changes
-                 of energy and <m, e3> by the tangent, which are constant, and of the series, by
-                 its last term
+    certificate  (*shape,) the largest error of the tangent on the way, over its size: of the
+                 changes of energy and <m, e3> by the tangent, which are constant, and of its
+                 series, by the last term
     status       (*shape,) how each run went: "OK", or the reason's name, and NaN in the curve
     """
 

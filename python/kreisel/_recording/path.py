@@ -119,7 +119,8 @@ class Path(Tables):
         """The largest attitude error of the states [rad], as a second run tells: the closed form
         where it holds to the bit and is far nearer, or the Taylor series with 20 digits (30 for a
         path of 20, and for a closed form that is far from that of 20). Of 30 digits it is a guess,
-        by three runs of shorter steps and what roundings grow to.
+        by three runs of shorter steps and what roundings grow to. It is pi where nothing is known
+        of an attitude.
         Without the attitude it is the largest on all of the way, where solve was given an error."""
         if not len(self):
             return 0.0

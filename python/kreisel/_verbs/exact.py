@@ -142,8 +142,9 @@ class Exact(_Rates):
             >>> bool(abs(told - kr.solve(scene, [20.0], tangents="start").tangents).max() < 1e-11)
             True
 
-        Raises ValueError for a motion on a separatrix, which has no period, and where a tangent
-        has grown beyond what doubles hold. It takes about a millisecond a time.
+        Times within the first period come from the Taylor series with 30 digits. Raises ValueError
+        for later times of a motion on a separatrix, which has no period, and where a tangent has
+        grown beyond what doubles hold. It takes about a millisecond a time.
         """
         from .exact_tangents import tangents_at
 

@@ -237,7 +237,9 @@ def floquet(scene: Scene, period: float, back: bool, longest: float) -> Floquet:
     turning = _rate_of_axis(start, body)
     about = _about_one_period(scene, body, start, period)
     if longest < about:
-        return Floquet(body, Decimal(-about if back else about), _each(_AXES), _each(np.eye(6)), start)
+        return Floquet(
+            body, Decimal(-about if back else about), _each(_AXES), _each(np.eye(6)), start
+        )
     tau = -about if back else about
     path = _solve(scene, [0.0, tau])
     end = _Point.of(body, path, 1)
