@@ -278,6 +278,16 @@ static double carry(const kr_motion *motion, double *memory, size_t n, double to
     }
     return INFINITY;
 }
+/* Carry as above, and where that fails make the tangents there no numbers. */
+static double carry_or_spoil(const kr_motion *motion, double *memory, size_t n, double to,
+                             double to_low)
+{
+    const double rest = carry(motion, memory, n, to, to_low);
+    const size_t all = structs(n) * words_of(motion->digits);
+    for (size_t i = 0; i < all && !(rest < INFINITY); i++)
+        for (int k = 0; k < 8; k++) tangent(motion, memory, 0)[i].end[k] = NAN;
+    return rest;
+}
 static kr_status follow(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = path_of(motion)->series;
@@ -288,7 +298,7 @@ static kr_status follow(const kr_motion *motion, double *memory, size_t n)
         memcpy(first[i].begin, first[i].end, sizeof first->end);
     c->from = s->t;
     c->to = s->end;
-    const double last = carry(motion, memory, n, s->end, 0.0);
+    const double last = carry_or_spoil(motion, memory, n, s->end, 0.0);
     if (last > first->rest) first->rest = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
@@ -311,7 +321,7 @@ static void look(const kr_motion *motion, double *memory, size_t n)
         memcpy(first[i].at, first[i].end, sizeof first->end);
     if (at_end) return;
     const double parts = c->parts;
-    carry(motion, memory, n, s->at, s[1].at);
+    carry_or_spoil(motion, memory, n, s->at, s[1].at);
     for (size_t i = 0; i < structs(n) * words; i++)
         for (int k = 0; k < 8; k++) {
             const double end = first[i].at[k];

@@ -62,7 +62,7 @@ def test_fast_tops_about_the_vertical_are_regular(spin, attitude):
 def test_the_fastest_sleeping_tops_are_regular():
     body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
     assert_regular(kr.Scene(body, velocity=(0.0, 0.0, 1e4), gravity=1.0), 10.0)
-    toy = kr.Body.symmetric(0.1, 1.6e-4, 2.7e-5, 0.045)
+    toy = kr.Body.symmetric(0.1, 2.6e-4, 2.7e-5, 0.045)
     assert_regular(kr.Scene(toy, velocity=(0.0, 0.0, 300.0), gravity=9.81), 1.0)
 
 
