@@ -55,8 +55,12 @@ extern "C" {
     X(ERR_CONVERGENCE, FAILURE,   "a step did not converge, or was too large where it began")     \
     X(ERR_NOT_FINITE,  FAILURE,   "the state stopped being finite")                               \
     X(ERR_EVENT,       FAILURE,   "the event did not come again in the time that it was given")   \
-    X(ERR_TANGENT,     FAILURE,   "a tangent grew beyond what doubles hold")                      \
-    X(ERR_INTERRUPTED, INTERRUPT, "interrupted")
+    X(ERR_TANGENT,     FAILURE,   "a tangent grew beyond what doubles hold, or faster than its "  \
+                                  "series follows")                                               \
+    X(ERR_INTERRUPTED, INTERRUPT, "interrupted")                                                  \
+    X(ERR_NO_METHOD,   INPUT,     "there is no method: it is NULL, as kr_method_find returns it " \
+                                  "for an unknown name")                                          \
+    X(ERR_NO_STEP,     INPUT,     "there is no step: a method of fixed steps needs one")
 typedef enum kr_status {
 #define X(name, what, text) KR_##name,
     KR_STATUS_LIST(X)
@@ -485,14 +489,17 @@ typedef struct kr_reduction {
  * in the top's own units and begins with size 1. The flow and the rotation about the vertical,
  * which never grow, are projected out. The numbers refer to the way from the start: the logarithm
  * of the size (divided by the time, the Lyapunov exponent); the mean of MEGNO; the largest
- * logarithm (the orthogonal indicator); and the relative errors of the derivatives of energy and
- * <m, e3> along the tangent, which are constant in exact arithmetic. */
+ * logarithm (the orthogonal indicator); the relative errors of the derivatives of energy and
+ * <m, e3> along the tangent, which are constant in exact arithmetic; and the largest last term of
+ * the tangent's series, relative to its size. A step of the path that is too long for this series
+ * ends earlier. KR_ERR_TANGENT where no step is short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
     KR_GROWTH_MOST,
     KR_GROWTH_ENERGY,
     KR_GROWTH_MOMENTUM,
+    KR_GROWTH_REST,
     KR_GROWTH_COUNT
 };
 typedef struct kr_outcome {

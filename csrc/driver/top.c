@@ -209,7 +209,7 @@ static kr_status check(const kr_scene *scene, const kr_method *method, const kr_
     if (digits_of(method, config) < 0) return KR_ERR_ARGUMENT;
     if (config->leave_heading && (!(method->flags & KR_HEADLESS) || config->digits > 16))
         return KR_ERR_ARGUMENT;
-    if (step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_ARGUMENT;
+    if (step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_NO_STEP;
     if (config->tangents && !kr_tangents_suit(method, config)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
@@ -264,7 +264,8 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
 {
     kr_top *top = NULL;
     kr_status status = kr_scene_check(scene);
-    if (status == KR_OK) status = method && out ? check(scene, method, &config) : KR_ERR_ARGUMENT;
+    if (status == KR_OK && !method) status = KR_ERR_NO_METHOD;
+    if (status == KR_OK) status = out ? check(scene, method, &config) : KR_ERR_ARGUMENT;
     if (status == KR_OK) status = kr_top_blank(method, &config, &top);
     if (status != KR_OK) return status;
     status = begin(top, scene, method, &config);

@@ -15,15 +15,17 @@ static double near_horizon(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Whether a top's times are all on one side of its start, ever further from it, and not too far. */
-static int is_plain(const kr_tops *tops, size_t i)
+/* Return whether a top's times are all on one side of its start, ever further from it, not too far,
+ * and not more than the steps that `config` allows: the closed form takes a step for each. */
+static int is_plain(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
     const double *t = kr_worker_times(tops, i), start = scene->start.t,
                  horizon = near_horizon(scene);
     const double forward = tops->times > 0 && t[tops->times - 1] < start ? -1.0 : 1.0;
     double before = start;
-    int plain = fabs(start) < horizon;
+    int plain = fabs(start) < horizon &&
+                (config->max_steps <= 0 || tops->times <= (uint64_t)config->max_steps);
     for (size_t k = 0; k < tops->times; k++) {
         plain &= fabs(t[k]) < horizon && forward * (t[k] - before) >= 0.0;
         before = t[k];
@@ -99,7 +101,7 @@ void kr_closed_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
     kr_exact_do(&asked);
     for (size_t i = 0; i < n && !worker->interrupted; i++) {
         if (status[i] != KR_OK) continue;
-        if (!is_plain(tops, from + i))
+        if (!is_plain(&worker->config, tops, from + i))
             kr_worker_alone(worker, worker->closed, from + i);
         else if (at_once)
             accept(worker, from + i);

@@ -38,7 +38,7 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
 static void begin_growth(kr_growth *growth, int lane)
 {
     growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
-    growth->most[lane] = growth->last[lane] = 0.0;
+    growth->most[lane] = growth->last[lane] = growth->rest[lane] = 0.0;
     growth->scale[lane] = 1.0;
 }
 static void rest_tangent(kr_lane_tangents *g, int lane)
@@ -289,6 +289,13 @@ kr_state kr_fleet_look(kr_worker *worker, int lane, double t)
     worker->isa->look(l);
     return seen(l, lane, t);
 }
+/* Return whether a lane's tangent, if it has one, was carried to the time looked at. */
+static int has_growth(const kr_lanes *l, int lane)
+{
+    double sum = 0.0;
+    for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
+    return isfinite(sum);
+}
 /* Takes the state of a lane that was looked at, and aims at the next time. Returns whether that
  * lies in the same piece. */
 static int take(kr_worker *worker, int lane)
@@ -296,7 +303,7 @@ static int take(kr_worker *worker, int lane)
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
     const kr_state s = seen(l, lane, slot->asked);
-    if (!kr_state_is_good(s.q, s.m)) {
+    if (!kr_state_is_good(s.q, s.m) || !has_growth(l, lane)) {
         kr_fleet_give_up(worker, lane);
         return 0;
     }

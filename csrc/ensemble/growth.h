@@ -8,10 +8,11 @@
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "heading.h"
 
-/* How far above the tolerance, in powers of two, a deviation's last term may lie over its size; and
- * how many parts a step has at most. */
+/* The limit of a deviation's last term, over its size and the tolerance, in powers of two. A step
+ * of the path has at most GROWTH_PARTS parts and ends where the last of them does. A part is
+ * shortened at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
-enum { GROWTH_PARTS = 64 };
+enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
 
 typedef struct {
     triple turn, push;
@@ -222,9 +223,10 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
                                  0.18923747814892349};
 #define END_WEIGHT (1.0 / 30.0)
 
-/* The integrals of ln|delta| and of it times ln t, the largest, and the last. */
+/* The integrals of ln|delta| and of ln|delta| ln t, the largest and the last ln|delta|, and the
+ * square of the largest last term over the size of its deviation. */
 typedef struct {
-    wide area, moment, most, last;
+    wide area, moment, most, last, rest;
 } growth_areas;
 /* Adds the share of time that ln|delta| stands for, which is the last one; t is that time. A lane
  * that has arrived has no share. */
@@ -235,6 +237,13 @@ INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
     a.moment = wide_fma(weight, close_log(wide_max(forward * t, wide_splat(0x1p-1000))), a.moment);
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
+}
+/* Counts the last term of a deviation, by its square. */
+INLINE void add_rest(growth_areas *a, wide last, deviation d)
+{
+    const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
+    const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
+    a->rest = wide_max(rest, a->rest);
 }
 /* Adds the path from l->t over h, up to whose begin the last one is known, by Lobatto's rule:
  * the logarithm turns sharply where the deviation is short. At the end the deviation is d, without
@@ -255,21 +264,43 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, deviation
     return add_look(l, a, END_WEIGHT * h, t + h);
 }
 
-/* The share of h at whose end the last terms of a deviation, which is `all` after h, are small
- * enough. */
-INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, deviation all)
+/* Returns the square of the last term of a deviation after h. */
+INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
 {
-    const wide one = wide_splat(1.0), zero = wide_splat(0.0);
     wide power = wide_splat(1.0);
     for (int n = 0; n < order; n++) power = power * h;
     const deviation last = deviation_load(g->x[order]);
-    const wide size = deviation_dot(all, all), rest = power * power * deviation_dot(last, last);
+    return power * power * deviation_dot(last, last);
+}
+/* Return the share of h at whose end the last term of a deviation, which is `all` after h, is small
+ * enough: 1, or an estimate below 1. */
+INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, deviation all)
+{
+    const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
+    const wide size = deviation_dot(all, all), rest = last_square(g, order, h);
     const wide most = wide_splat(g->rest) * size;
-    const mask is_small = mask_or(wide_at_most(rest, most), wide_equal(size, zero));
+    const mask is_finite = wide_less(size, wide_splat(INFINITY));
+    const mask is_small =
+        mask_and(is_finite, mask_or(wide_at_most(rest, most), wide_equal(size, zero)));
     const wide share =
         0.9 * rough_exp2((rough_log2(most) - rough_log2(wide_max(rest, wide_splat(0x1p-1000)))) *
                          (0.5 / order));
-    return wide_choose(is_small, one, wide_min(wide_max(share, wide_splat(0.01)), one));
+    const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
+    return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
+}
+/* Shorten a part of length h until the last term at its end is small enough. Returns its length: 0
+ * where no length is. */
+INLINE wide shortened(kr_lane_tangents *g, int order, wide h)
+{
+    const wide one = wide_splat(1.0);
+    mask is_long = wide_less(one, one);
+    for (int i = 0; i < GROWTH_TRIES; i++) {
+        const wide share = share_allowed(g, order, h, sum_growth(g, order, h));
+        is_long = wide_less(share, one);
+        if (!mask_any(is_long)) return h;
+        h = share * h;
+    }
+    return wide_choose(is_long, wide_splat(0.0), h);
 }
 INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, deviation start)
 {
@@ -301,32 +332,33 @@ INLINE point chosen(mask m, const point *yes, const point *no)
                      wide_splat(0.0)};
     return r;
 }
-/* Takes the deviation from where the piece begins to a time inside it, in parts where its series
- * asks for shorter ones than the path's. A lane that has arrived stays where it is, to the bit.
- * Returns it without what is known; `at` is the path there. */
-INLINE deviation carry(kr_lanes *l, kr_lane_tangents *g, wide to, const point *at,
-                       growth_areas *areas)
+/* Carries the deviation from the begin of the piece to a time inside it, where the path is `at`, in
+ * at most `most` parts where its series asks for shorter ones than the path's. Gives the time that
+ * each lane has reached. A lane that has arrived stays where it is, to the bit. Returns the
+ * deviation without the known solutions. */
+INLINE deviation carry(kr_lanes *l, kr_lane_tangents *g, wide to, const point *at, int most,
+                       growth_areas *areas, wide *reached)
 {
     kr_lanes *path = l;
     deviation d = deviation_load(g->begin.d);
-    for (int parts = 0;; parts++) {
+    for (int parts = 1;; parts++) {
         const wide t = wide_load(path->t), left = to - t;
         expand_growth(path, g, d);
         const deviation all = sum_growth(g, l->order, left);
         const wide share = share_allowed(g, l->order, left, all);
         const mask whole_way = wide_equal(share, wide_splat(1.0));
-        if (mask_all(whole_way) || parts == GROWTH_PARTS) {
-            const deviation own = purified(g, at, all);
-            *areas = add_part(path, g, left, own, *areas);
-            return own;
-        }
-        const wide h = share * left;
+        const int arrived = mask_all(whole_way);
+        const wide h = arrived ? left : shortened(g, l->order, share * left);
         kr_lane_number time;
-        wide_store(time, wide_choose(whole_way, to, t + h));
-        d = sum_growth(g, l->order, h);
-        const point there = sum_series(path, wide_load(time), 1),
-                    here = chosen(whole_way, at, &there);
-        *areas = add_part(path, g, h, purified(g, &here, d), *areas);
+        *reached = wide_choose(whole_way, to, t + h);
+        wide_store(time, *reached);
+        d = arrived ? all : sum_growth(g, l->order, h);
+        const point there = arrived ? *at : sum_series(path, wide_load(time), 1),
+                    here = arrived ? *at : chosen(whole_way, at, &there);
+        const deviation own = purified(g, &here, d);
+        add_rest(areas, last_square(g, l->order, h), d);
+        *areas = add_part(path, g, h, own, *areas);
+        if (arrived || parts == most) return own;
         begin_part(l, g, time);
         path = &g->part;
     }
@@ -334,36 +366,46 @@ INLINE deviation carry(kr_lanes *l, kr_lane_tangents *g, wide to, const point *a
 INLINE growth_areas areas_of(kr_lane_tangents *g)
 {
     const growth_areas a = {wide_load(g->begin.area), wide_load(g->begin.moment),
-                            wide_load(g->begin.most), wide_load(g->begin.last)};
+                            wide_load(g->begin.most), wide_load(g->begin.last),
+                            wide_load(g->begin.rest)};
     return a;
 }
-/* Takes the deviation over the step that has just been made: without what is known, and by a power
- * of two about as large as it was. */
-INLINE void follow(kr_lanes *l, kr_lane_tangents *g)
+/* Carries the deviation over the step that has just been made, without the known solutions, and
+ * scales it by a power of two to about the size that it had. Returns the time that each lane has
+ * reached, before the end of the step where that would take too many parts. */
+INLINE wide follow(kr_lanes *l, kr_lane_tangents *g)
 {
     const point at = {triple_load(l->end_p), triple_load(l->end_w), wide_splat(0.0)};
     memcpy(&g->begin, &g->end, sizeof g->end);
     growth_areas areas = areas_of(g);
-    const deviation d = carry(l, g, wide_load(l->end), &at, &areas), nothing = {none(), none()};
+    wide reached;
+    const deviation d = carry(l, g, wide_load(l->end), &at, GROWTH_PARTS, &areas, &reached),
+                    nothing = {none(), none()};
     wide_store(g->end.area, areas.area);
     wide_store(g->end.moment, areas.moment);
     wide_store(g->end.most, areas.most);
     wide_store(g->end.last, areas.last);
+    wide_store(g->end.rest, areas.rest);
     const wide moved = 0x1.8p52 - 0.5 * rough_log2(deviation_dot(d, d)),
                power = wide_of_bits((wide_bits(moved) + 1023) << 52);
     deviation_store(g->end.d, deviation_axpy(power, d, nothing));
     wide_store(g->end.power, wide_load(g->begin.power) - (moved - 0x1.8p52));
     wide_store(g->end.scale, wide_load(g->begin.scale) * power);
+    return reached;
 }
-/* Tells of the growth at the times `at`, which lie inside the pieces. */
+/* Writes the growth at the times `at`, which lie inside the pieces; NaN where the deviation cannot
+ * be carried there. Its parts differ from those of the step and may be more. */
 INLINE void tell_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
     const wide t = wide_max(wide_load(l->forward) * at, tiny);
     const point here = sum_series(l, at, 1);
     growth_areas areas = areas_of(g);
-    const deviation d = carry(l, g, at, &here, &areas);
-    wide_store(g->out[KR_GROWTH_LOG], areas.last);
+    wide reached;
+    const deviation d = carry(l, g, at, &here, 2 * GROWTH_PARTS, &areas, &reached);
+    const mask is_there = wide_equal(reached, at);
+    wide_store(g->out[KR_GROWTH_LOG], wide_choose(is_there, areas.last, wide_splat(NAN)));
+    wide_store(g->out[KR_GROWTH_REST], wide_sqrt(areas.rest));
     wide_store(g->out[KR_GROWTH_MEGNO],
                2.0 * wide_fma(areas.area, 1.0 - wide_log(t), areas.moment) / t);
     wide_store(g->out[KR_GROWTH_MOST], areas.most);

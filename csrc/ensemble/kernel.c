@@ -3,6 +3,16 @@
 #include "growth.h"
 #include "screen.h"
 
+/* Ends the piece of every lane at a time. */
+INLINE point end_piece(kr_lanes *l, wide end, int headless)
+{
+    const point r = sum_series(l, end, headless);
+    wide_store(l->end, end);
+    triple_store(l->end_p, r.p);
+    triple_store(l->end_w, r.w);
+    if (!headless) quat_store(l->end_q, attitude(l, &r, headless));
+    return r;
+}
 /* Computes the next piece of every lane, from the end of this one. Returns the lanes that need
  * somebody's attention. */
 INLINE unsigned step(kr_lanes *l, int headless)
@@ -13,13 +23,14 @@ INLINE unsigned step(kr_lanes *l, int headless)
     triple_store(l->w[0], triple_load(l->end_w));
     if (!headless) quat_store(l->q, quat_load(l->end_q));
     expand(l, headless);
-    const wide forward = wide_load(l->forward), end = wide_fma(forward, step_size(l, headless), t);
-    const point r = sum_series(l, end, headless);
-    wide_store(l->end, end);
-    triple_store(l->end_p, r.p);
-    triple_store(l->end_w, r.w);
-    if (!headless) quat_store(l->end_q, attitude(l, &r, headless));
-    if (l->tangents) follow(l, l->tangents);
+    const wide forward = wide_load(l->forward);
+    wide end = wide_fma(forward, step_size(l, headless), t);
+    point r = end_piece(l, end, headless);
+    if (l->tangents) {
+        const wide reached = follow(l, l->tangents);
+        if (!mask_all(wide_equal(reached, end))) r = end_piece(l, reached, headless);
+        end = reached;
+    }
     const wide steps = wide_load(l->steps) + 1.0;
     wide_store(l->steps, steps);
     const wide size = triple_dot(r.p, r.p) + triple_dot(r.w, r.w) + wide_abs(r.turn);

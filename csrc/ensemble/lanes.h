@@ -63,6 +63,7 @@ typedef struct kr_growth {
     kr_lane_number power, scale;
     kr_lane_number area, moment; /* int ln|delta| dt, and of that times ln t */
     kr_lane_number most, last;   /* the largest ln|delta|, and the last */
+    kr_lane_number rest;         /* the square of the largest last term, over its deviation */
 } kr_growth;
 /* A tangent a lane, in the words of taylor/tangents.h. */
 typedef struct kr_lane_tangents {

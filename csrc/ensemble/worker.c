@@ -201,7 +201,8 @@ static kr_status equip(kr_worker *worker)
         status = kr_top_blank(&kr_method_exact, &worker->config, &worker->closed);
     if (status != KR_OK) return status;
     status = kr_top_become(worker->alone ? worker->alone : worker->closed, &scene, &worker->config);
-    return status == KR_ERR_ARGUMENT || status == KR_ERR_MEMORY ? status : KR_OK;
+    return status == KR_ERR_ARGUMENT || status == KR_ERR_NO_STEP || status == KR_ERR_MEMORY ? status
+                                                                                            : KR_OK;
 }
 kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                            const kr_reduction reduction[], kr_worker **out)

@@ -147,16 +147,30 @@ static void euler_series(kr_exact *exact, const body_axes *a, double c2, double 
         theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
     }
 }
-/* Returns the phase at the start [turns]: M1 and M2 are cn and sn of it up to constants. */
-static double euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
+/* The least value of k^2, k'^2 and 1 - c^2, so that quotients stay finite: it is far below that of
+ * every motion which `steady` leaves. Below CLOSE the start is measured from the middle axis. */
+#define LEAST_SQUARE 1e-280
+#define CLOSE 1e-36
+
+/* Return the phase at the start [turns]: M1 and M2 are cn and sn of it up to constants. With
+ * sn(K - x) = cn/dn it is measured from the middle axis, sn = +-1, where that is near and a
+ * difference of two long times would cancel. */
+static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
-    const double way = a->sense < 0.0 ? -1.0 : 1.0;
+    const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
     const double cn = a->momentum[0].hi * sqrt(i31.hi / a->inertia[0].hi);
     const double sn = way * a->momentum[1].hi * sqrt(i32.hi / a->inertia[1].hi);
     const double r = cn * cn + sn * sn, c2 = cn * cn / r, s2 = sn * sn / r;
+    if (kp2 < CLOSE && c2 < s2) {
+        const double d2 = c2 + kp2 * s2;
+        const double left =
+            mean * sqrt(c2 / d2) * elliptic_rf(kp2 * s2 / d2, kp2 / d2, 1.0) / (2.0 * pi);
+        const dd x = two_sum(0.25, cn < 0.0 ? left : -left);
+        return sn < 0.0 ? dd_neg(x) : x;
+    }
     double x = mean * sqrt(s2) * elliptic_rf(c2, c2 + kp2 * s2, 1.0);
-    if (cn < 0.0) x = 3.14159265358979323846 - x;
-    return (sn < 0.0 ? -x : x) / 6.283185307179586477;
+    if (cn < 0.0) x = pi - x;
+    return dd_of((sn < 0.0 ? -x : x) / 6.283185307179586477);
 }
 /* Sets up the motion of a body with three different moments, about none of its axes. */
 static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
@@ -164,7 +178,7 @@ static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
     const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])),
              i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
     const dd i21 = dd_abs(dd_sub(a->inertia[1], a->inertia[0])), den = dd_mul(i32, a->d1),
-             least = dd_of(1e-36);
+             least = dd_of(LEAST_SQUARE);
     const dd k2 = dd_max(dd_div(dd_mul(i21, a->d3), den), least);
     const dd kp2 = dd_max(dd_div(dd_mul(i31, a->dm), den), least);
     /* c2 is c^2, and `flat` is 1 - c^2. */
@@ -180,7 +194,7 @@ static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
     double f[6], s, c;
     euler_series(exact, a, c2.hi, flat.hi, k2, kp2.hi, mean);
     exact->nutation = phase_of(dd_mul(lambda, mean));
-    phase_start(&exact->nutation, dd_of(euler_start(a, i31, i32, kp2.hi, mean.hi)));
+    phase_start(&exact->nutation, euler_start(a, i31, i32, kp2.hi, mean.hi));
     factors_at(exact, 0.0, f);
     exact->first = exact->second = phase_of(k);
     const dd first = turns_between(f[0], f[1], target.w, target.z),

@@ -212,7 +212,8 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
     const kr_exact_map empty = {.pole = {{1.0}, {0.0}}};
     described_top top;
-    if (!isfinite(step) || step == 0.0) return KR_ERR_ARGUMENT;
+    if (step == 0.0) return KR_ERR_NO_STEP;
+    if (!isfinite(step)) return KR_ERR_ARGUMENT;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK && !(kr_method_applies(&kr_method_bobenko_suris, &scene->body) &&
                              v_largest(scene->damping) == 0.0))

@@ -174,7 +174,7 @@ kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *
     kr_config config = {.tol = tol, .poll = is_out_of_breath, .context = stage};
     kr_status status = place(stage, scene, step, against);
     if (status != KR_OK) return status;
-    if (!method) return KR_ERR_ARGUMENT;
+    if (!method) return KR_ERR_NO_METHOD;
     const unsigned flags = kr_method_flags(method);
     kr_actor *a = &stage->actor[stage->tops];
     a->restarts = (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;

@@ -4,7 +4,8 @@
  * know of them. */
 #include "tangents.h"
 
-enum { PARTS = 64 /* of a step, at most */ };
+/* The limit of the parts of a step, and of how often a part is shortened. */
+enum { PARTS = 64, TRIES = 32 };
 /* How far above the path's tolerance their last terms may lie, over the size of a deviation. Those
  * of most paths do by less. */
 static const double allowed = 0x1p9;
@@ -231,34 +232,62 @@ static void go_on_from_there(const kr_motion *motion, double *memory, size_t n)
         memcpy(g->x[0], g->end, sizeof g->end);
     }
 }
-/* Takes all tangents from where the last step of the path begins to a time inside it, which is
- * given in two words. Returns the largest last term. */
+/* Shorten a part, whose largest last term at `to` is `worst`, until that is at most `most`. Returns
+ * the largest last term at its end. */
+static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
+                      double most)
+{
+    carrier *c = carrier_of(memory);
+    const double from = tangent(motion, memory, 0)->t;
+    const int order = order_of(motion);
+    double h = to - from;
+    c->path[1].at = 0.0;
+    for (int i = 0; i < TRIES && !(worst <= most); i++) {
+        const double share = pow(most / worst, 1.0 / order);
+        h = share > 0.01 ? h * 0.9 * share : 0.01 * h;
+        c->path[0].at = from + h;
+        worst = sum_all(motion, memory, n);
+    }
+    return worst;
+}
+/* Carry all tangents from the begin of the path's last step to a time inside it, which is given in
+ * two words. Returns the largest last term of all parts; infinity where the tangents outgrow
+ * doubles or a part cannot be made short enough. */
 static double carry(const kr_motion *motion, double *memory, size_t n, double to, double to_low)
 {
     const size_t words = words_of(motion->digits);
-    const int order = order_of(motion);
     const double most = allowed * exp2(path_of(motion)->log2_tol);
     carrier *c = carrier_of(memory);
-    double worst;
+    double rest = 0.0;
     for (size_t i = 0; i < structs(n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = i % words ? 0.0 : c->from;
         memcpy(g->x[0], g->begin, sizeof g->begin);
     }
     memcpy(c->path, path_of(motion)->series, words * sizeof(kr_series));
-    for (int parts = 1;; parts++) {
-        kr_tangent *g = tangent(motion, memory, 0);
+    for (int parts = 1; parts <= PARTS; parts++) {
         expand_all(motion, memory, n);
         c->path[0].at = to;
         c->path[1].at = to_low;
-        worst = sum_all(motion, memory, n);
         c->parts = parts;
-        if (!(worst > most && worst < INFINITY) || parts == PARTS) return worst;
-        c->path[0].at = g->t + (to - g->t) * 0.9 * pow(most / worst, 1.0 / order);
-        c->path[1].at = 0.0;
-        sum_all(motion, memory, n);
+        double worst = sum_all(motion, memory, n);
+        if (worst <= most) return fmax(rest, worst);
+        worst = shorten(motion, memory, n, to, worst, most);
+        if (!(worst <= most)) return INFINITY;
+        rest = fmax(rest, worst);
         go_on_from_there(motion, memory, n);
     }
+    return INFINITY;
+}
+/* Carry as above, and where that fails make the tangents there no numbers. */
+static double carry_or_spoil(const kr_motion *motion, double *memory, size_t n, double to,
+                             double to_low)
+{
+    const double rest = carry(motion, memory, n, to, to_low);
+    const size_t all = structs(n) * words_of(motion->digits);
+    for (size_t i = 0; i < all && !(rest < INFINITY); i++)
+        for (int k = 0; k < 8; k++) tangent(motion, memory, 0)[i].end[k] = NAN;
+    return rest;
 }
 static kr_status follow(const kr_motion *motion, double *memory, size_t n)
 {
@@ -270,7 +299,7 @@ static kr_status follow(const kr_motion *motion, double *memory, size_t n)
         memcpy(first[i].begin, first[i].end, sizeof first->end);
     c->from = s->t;
     c->to = s->end;
-    const double last = carry(motion, memory, n, s->end, 0.0);
+    const double last = carry_or_spoil(motion, memory, n, s->end, 0.0);
     if (last > first->rest) first->rest = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
@@ -293,7 +322,7 @@ static void look(const kr_motion *motion, double *memory, size_t n)
         memcpy(first[i].at, first[i].end, sizeof first->end);
     if (at_end) return;
     const double parts = c->parts;
-    carry(motion, memory, n, s->at, s[1].at);
+    carry_or_spoil(motion, memory, n, s->at, s[1].at);
     for (size_t i = 0; i < structs(n) * words; i++)
         for (int k = 0; k < 8; k++) {
             const double end = first[i].at[k];

@@ -347,7 +347,7 @@ static void test_refusals(void)
     random_fleet(&f);
     IS(kr_worker_create(taylor(), no_tol, 0, NULL, &worker) == KR_ERR_ARGUMENT);
     IS(kr_worker_create(taylor(), digits, 0, NULL, &worker) == KR_ERR_ARGUMENT);
-    IS(kr_worker_create(kr_method_find("rk4"), config, 0, NULL, &worker) == KR_ERR_ARGUMENT);
+    IS(kr_worker_create(kr_method_find("rk4"), config, 0, NULL, &worker) == KR_ERR_NO_STEP);
     IS(kr_worker_create(NULL, config, 1, &none, &worker) == KR_ERR_ARGUMENT);
     IS(kr_worker_create(NULL, config, 1, NULL, &worker) == KR_ERR_ARGUMENT);
     IS(kr_worker_create(NULL, config, 1, &beyond, &worker) == KR_ERR_ARGUMENT);

@@ -55,7 +55,8 @@ static void test_independence(void)
         IS(memcmp(alone.rows, with.rows[i * TIMES], sizeof alone.rows[0] * TIMES) == 0);
         IS(with.outcomes[i].status == KR_OK && with.rows[i * TIMES][KR_GROWTH_LOG] == 0.0);
         for (size_t k = i * TIMES; k < (i + 1) * TIMES; k++)
-            IS(with.rows[k][KR_GROWTH_ENERGY] < 1e-13 && with.rows[k][KR_GROWTH_MOMENTUM] < 1e-13);
+            for (int form = KR_GROWTH_ENERGY; form <= KR_GROWTH_REST; form++)
+                IS(with.rows[k][form] < 1e-13);
     }
     kr_worker_free(worker);
     kr_worker_free(plain);
@@ -232,6 +233,60 @@ static void test_equilibria(void)
         NEAR(rows[i][KR_GROWTH_MEGNO], 0.0, 2.0);
     }
 }
+/* Tops about the vertical and free bodies about principal axes, whose path is constant as the body
+ * sees it: a step of the path is longer than any series of the tangent. */
+static void test_steady_rotations(void)
+{
+    const double t[LOOKS] = {1.0, -1.0, 40.0};
+    double row[1][KR_GROWTH_COUNT];
+    for (int i = 0; i < 12; i++) {
+        const int axis = i % 3;
+        kr_scene s = kr_scene_default();
+        s.start.q = q_one();
+        if (i < 6) {
+            IS(kr_body_symmetric(1.0, 1.0, 0.5, 0.5, &s.body) == KR_OK);
+            s.gravity = i % 2 ? -1.0 : 1.0;
+            s.start.m = v3(0.0, 0.0, i < 2 ? 25.0 : i < 4 ? 500.0 : -5000.0);
+        } else {
+            const double tensor[9] = {1.0, 0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 0.0, 2.0};
+            IS(kr_body_from_tensor(1.0, tensor, v3(0.0, 0.0, 0.0), &s.body) == KR_OK);
+            const double size = i < 9 ? 10.0 : -100.0;
+            s.start.m = v3(axis == 0 ? size : 0.0, axis == 1 ? size : 0.0, axis == 2 ? size : 0.0);
+        }
+        const int is_unstable = i >= 6 && axis == 1;
+        for (int k = 0; k < LOOKS; k++) {
+            const double rate = is_unstable ? v_length(s.start.m) / 1.5 / sqrt(8.0) : 0.0;
+            grow(&s, 1, &t[k], row);
+            NEAR(row[0][KR_GROWTH_LOG], rate * fabs(t[k]), 10.0);
+            IS(row[0][KR_GROWTH_REST] > 0.0 && row[0][KR_GROWTH_REST] < 1e-13);
+        }
+    }
+}
+/* A tangent whose parts are never short enough is a failure, not a number. */
+static void test_unreachable_tolerance(void)
+{
+    static came got;
+    kr_scene scenes[TOPS];
+    kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
+    const kr_tops tops = {.n = 2,
+                          .scenes = scenes + 2,
+                          .times = TIMES,
+                          .t = times,
+                          .states = got.states,
+                          .outcomes = got.outcomes,
+                          .growth = got.rows[0]};
+    some(scenes);
+    worker->tops = &tops;
+    kr_fleet_begin(worker);
+    for (size_t i = 0; i < 2; i++) kr_fleet_add(worker, i);
+    worker->lanes->tangents->rest = -1.0;
+    kr_fleet_finish(worker);
+    for (int i = 0; i < 2; i++) {
+        IS(got.outcomes[i].status == KR_ERR_TANGENT && got.outcomes[i].done == 0);
+        for (int k = 0; k < TIMES; k++) IS(isnan(got.rows[i * TIMES + k][KR_GROWTH_LOG]));
+    }
+    kr_worker_free(worker);
+}
 int main(void)
 {
     test_independence();
@@ -241,6 +296,8 @@ int main(void)
     test_directions();
     test_empty_lanes();
     test_equilibria();
+    test_steady_rotations();
+    test_unreachable_tolerance();
     const kr_scene scenes[] = {kr_scene_default(), tilted(), asymmetric()};
     for (int i = 0; i < 3; i++) test_means(&scenes[i], 20.0);
     return check_result();

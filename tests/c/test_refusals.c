@@ -98,14 +98,16 @@ static void test_configs(void)
                     wrong[] = {{.step = 0.0}, {.step = NAN}, {.step = INFINITY}},
                     loose[] = {{.tol = NAN}, {.tol = -1e-9}, {.tol = INFINITY}, {.step = NAN}};
     kr_top *top = NULL;
-    for (int i = 0; i < 3; i++) IS(kr_top_create(&s, strang, wrong[i], &top) != KR_OK);
+    for (int i = 0; i < 3; i++)
+        IS(kr_top_create(&s, strang, wrong[i], &top) ==
+           (i == 0 ? KR_ERR_NO_STEP : KR_ERR_ARGUMENT));
     for (int i = 0; i < 4; i++) IS(kr_top_create(&s, extrap, loose[i], &top) != KR_OK);
     for (size_t i = 0; i < kr_method_count(); i++) { /* as much as there is to err by, or more */
         const kr_config none = {.step = 0.1, .tol = i % 2 ? 1.0 : 18.0};
         IS(kr_top_create(&s, kr_method_at(i), none, &top) != KR_OK && !top);
     }
     IS(kr_top_create(NULL, strang, good, &top) == KR_ERR_ARGUMENT);
-    IS(kr_top_create(&s, NULL, good, &top) == KR_ERR_ARGUMENT);
+    IS(kr_top_create(&s, NULL, good, &top) == KR_ERR_NO_METHOD);
     IS(kr_top_create(&s, strang, good, NULL) == KR_ERR_ARGUMENT && !top);
 }
 static void test_queries(void)

@@ -221,7 +221,7 @@ static void test_refusals(void)
     kr_scene scene = kr_scene_default();
     const kr_method *method = kr_method_find("rk4");
     kr_stage_clear(&stage);
-    IS(kr_stage_add(&stage, &scene, NULL, step1, 0.0, -1) == KR_ERR_ARGUMENT);
+    IS(kr_stage_add(&stage, &scene, NULL, step1, 0.0, -1) == KR_ERR_NO_METHOD);
     IS(kr_stage_add(&stage, &scene, method, 0, 0.0, -1) == KR_ERR_ARGUMENT);
     IS(kr_stage_add(&stage, &scene, method, step1, 0.0, 0) == KR_ERR_ARGUMENT);
     IS(kr_stage_add(&stage, &scene, method, step1, 0.0, -3) == KR_ERR_ARGUMENT);

@@ -166,9 +166,9 @@ static void test_refusals(void)
     IS(kr_method_find("nope") == NULL && kr_method_find(NULL) == NULL &&
        kr_method_at(1000) == NULL);
     IS(kr_top_create(NULL, rk4, config, &top) == KR_ERR_ARGUMENT &&
-       kr_top_create(&s, NULL, config, &top) == KR_ERR_ARGUMENT);
+       kr_top_create(&s, NULL, config, &top) == KR_ERR_NO_METHOD);
     odd.step = 0.0;
-    IS(kr_top_create(&s, rk4, odd, &top) == KR_ERR_ARGUMENT);
+    IS(kr_top_create(&s, rk4, odd, &top) == KR_ERR_NO_STEP);
     odd.step = NAN;
     IS(kr_top_create(&s, rk4, odd, &top) == KR_ERR_ARGUMENT);
     bad.start.m.x = INFINITY;

@@ -8,6 +8,7 @@ void call_values(void); /* quantities and other functions of a state */
 void call_closed(void); /* closed forms and the map's */
 void call_axes(void);   /* one motion in two orders of axes */
 void call_many(void);   /* workers */
+void call_steady(void); /* motions that have a formula */
 void call_stage(void);  /* the stage of the page, and its pictures */
 void call_top(void);    /* one call of one of a few tops */
 /* Whether its tops may go so far that a call takes hundreds of steps, which most rounds forgo. */

@@ -65,7 +65,10 @@ static void one_of_all(void)
         call_axes();
         break;
     case 7:
-        call_many();
+        if (odds(98))
+            call_many();
+        else
+            call_steady();
         break;
     default:
         call_top();

@@ -39,6 +39,64 @@ def test_a_free_body_leaves_its_middle_axis_at_the_rate_of_the_formula():
         assert abs(slope(scene, rate, 2.0 * np.pi / 1.3) - rate) <= 1e-10 * rate
 
 
+INDICATORS = (kr.lyapunov, kr.megno, kr.oli)
+
+
+def assert_regular(scene, t):
+    """Assert that a tangent grows by no more than a linear law allows."""
+    exponent, mean, largest = (indicator(scene, t) for indicator in INDICATORS)
+    bound = np.log(1.0 + abs(t)) + 5.0
+    assert exponent.value * abs(t) < bound and largest.value < bound and mean.value < 3.0
+    assert max(exponent.certificate, mean.certificate, largest.certificate) < 1e-12
+
+
+@pytest.mark.parametrize("attitude", [UP, (0.0, 1.0, 0.0, 0.0)], ids=["sleeping", "hanging"])
+@pytest.mark.parametrize("spin", [50.0, 200.0, 1000.0, -1000.0])
+def test_fast_tops_about_the_vertical_are_regular(spin, attitude):
+    body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
+    scene = kr.Scene(body, attitude=attitude, velocity=(0.0, 0.0, spin), gravity=1.0)
+    for t in (10.0, -10.0, 100.0):
+        assert_regular(scene, t)
+
+
+def test_the_fastest_sleeping_tops_are_regular():
+    body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
+    assert_regular(kr.Scene(body, velocity=(0.0, 0.0, 1e4), gravity=1.0), 10.0)
+    toy = kr.Body.symmetric(0.1, 2.6e-4, 2.7e-5, 0.045)
+    assert_regular(kr.Scene(toy, velocity=(0.0, 0.0, 300.0), gravity=9.81), 1.0)
+
+
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("moments", [(1.11, 0.9375, 0.996), (1.0, 1.5, 2.0), (2.0, 1.0, 1.6)])
+def test_free_bodies_about_principal_axes_grow_as_the_formula_says(moments, axis):
+    own, one, other = np.roll(moments, -axis)
+    square = 1.25**2 * (own - one) * (other - own) / (one * other)
+    turns = ((1.0, 0.0, 0.0, 0.0), (0.5, 0.5, 0.5, 0.5), (0.5, -0.5, -0.5, -0.5))
+    for attitude in turns:
+        velocity = 1.25 * np.eye(3)[axis]
+        body = kr.Body(mass=1.0, inertia=moments, com=(0.0, 0.0, 0.0))
+        scene = kr.Scene(body, attitude=attitude, body_velocity=velocity, gravity=0.0)
+        for sign in (1.0, -1.0):
+            if square > 0.0:
+                turn = 2.0 * np.pi / 1.25
+                t = sign * turn * np.round(np.array([300.0, 900.0]) / turn)
+                told = kr.lyapunov(scene, t)
+                first, last = told.curve * np.abs(t)
+                rate = (last - first) / abs(t[1] - t[0])
+                assert abs(rate - np.sqrt(square)) < 1e-9 and told.certificate < 1e-12
+            else:
+                assert_regular(scene, sign * 1000.0)
+
+
+def test_many_times_inside_a_long_step_give_the_numbers_of_one():
+    body = kr.Body.symmetric(1.0, 1.0, 0.5, 0.5)
+    tops = kr.Ensemble(body, velocity=[(0.0, 0.0, s) for s in (3.0, 50.0, 400.0)], gravity=1.0)
+    curve = kr.lyapunov(tops, np.linspace(0.1, 20.0, 200))
+    for i in range(3):
+        alone = kr.lyapunov(tops[i], [20.0])
+        assert alone.value == curve.value[i] and curve.status[i] == "OK"
+
+
 def test_staude_rotations_are_left_at_the_rate_of_their_biquadratic():
     one, two, three, height = 1.0, 1.6, 2.1, 0.5
     body = kr.Body(mass=1.0, inertia=(one, two, three), com=(0.0, 0.0, height))

@@ -118,6 +118,18 @@ def test_a_top_that_fails_loses_nothing_else():
     assert set(bounded.status_names[failed]) == {"ERR_LIMIT"} and (bounded.steps <= 12).all()
 
 
+def test_a_limit_of_steps_means_the_same_for_one_top_and_for_many():
+    times = [1.0, 2.0, 3.0, 5.0]
+    for limit in (1, 2, 3):
+        many = kr.solve(kr.Ensemble.of([kr.scenes.thesis]), times, max_steps=limit)
+        with pytest.raises(kr.Error) as alone:
+            kr.solve(kr.scenes.thesis, times, max_steps=limit)
+        assert many.status_names.tolist() == [alone.value.status] == ["ERR_LIMIT"]
+        assert same_path(many[0], alone.value.path)
+    enough = kr.solve(kr.Ensemble.of([kr.scenes.thesis]), times, max_steps=4)
+    assert enough.failed.size == 0
+
+
 def test_a_failure_has_the_path_of_a_run_that_fails():
     bounded = kr.solve(UNDAMPED, [1.0, 100.0], "rk4", step=0.01, max_steps=500)
     assert len(bounded.failed) == len(UNDAMPED)

@@ -63,7 +63,7 @@ def test_a_separatrix_has_no_period():
     body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), made_up=True)
     falls = kr.Scene(body, attitude=(0.0, 1.0, 0.0, 0.0), momentum=(2.0, 0.0, 0.0))
     with pytest.raises(ValueError, match="lies on a separatrix"):
-        floquet_tangents(falls, 1.0)
+        floquet_tangents(falls, 1e4)
     with pytest.raises(ValueError, match="finite"):
         floquet_tangents(TOPS["thesis"], np.nan)
 
@@ -73,7 +73,7 @@ def test_a_top_that_leaves_the_vertical_at_once_has_no_period(tilt):
     body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), made_up=True)
     leaves = kr.Scene(body, attitude=(1.0, tilt, 0.0, 0.0), momentum=(0.0, 0.0, 0.3))
     with pytest.raises(ValueError, match="lies on a separatrix"):
-        floquet_tangents(leaves, 1.0)
+        floquet_tangents(leaves, 1e3)
 
 
 @pytest.mark.parametrize("t", [1e5, -1e7])
@@ -86,3 +86,14 @@ def test_a_free_body_at_rest_has_no_period():
     rest = kr.Scene(kr.scenes.dzhanibekov.body, momentum=(0.0, 0.0, 0.0))
     with np.errstate(invalid="ignore"), pytest.raises(ValueError, match=r"those of kreisel\.solve"):
         floquet_tangents(rest, [1.0])
+
+
+def test_times_within_the_first_period_need_no_tangents_of_a_whole_one():
+    body = kr.Body(1.0, (1.2, 1.2, 1.1), (0.0, 0.0, 1.5), made_up=True)
+    slow = kr.Scene(body, momentum=(0.0, 0.0, -0.03))
+    for t in (-0.43, 0.43, -3.0):
+        path = kr.solve(slow, [t], digits=30, tangents="start")
+        error = np.abs(floquet_tangents(slow, [t]) - path.tangents).max()
+        assert error <= 1e-14 * np.abs(path.tangents).max()
+    with pytest.raises(ValueError, match="grown beyond what doubles hold"):
+        floquet_tangents(slow, [-1e4])

@@ -38,7 +38,7 @@ def reference_solution(case):
         scale = math.sqrt(2 * max(i1, i3) * (kinetic + 2 * abs(lever)))
         return Lagrange(i1, i3, lever, cases.normalize(q), m), scale
     inertia, q, m = case
-    return Euler(inertia, cases.normalize(q), m), float(np.linalg.norm(m))
+    return Euler(inertia, cases.normalize(q), m, cases.digits(case)), float(np.linalg.norm(m))
 
 
 def momentum_error(truth, m, scale):
@@ -194,7 +194,7 @@ def print_header():
     for name, case in {**cases.LAGRANGE, **cases.EULER}.items():
         inertia, lever = cases.inertia_and_lever(case)
         truth, q = reference_solution(case)[0], cases.normalize(case[-2])
-        for t in TRUTH_TIMES:
+        for t in (*TRUTH_TIMES, *cases.TRANSITS.get(name, ())):
             attitude, momentum = truth(t)
             line = (
                 f'{{"{name}", {row(inertia)}, {lever:.17g}, {row(q)}, {row(case[-1])}, {t:g}, '
@@ -204,7 +204,7 @@ def print_header():
     print(HEADER.replace("ROWS", "\n".join(lines)), end="")
 
 
-HEADER = """/* States of tops by quadrature in 50 digits. This file is printed by
+HEADER = """/* States of tops by quadrature in 50 digits or more. This file is printed by
  * `python -m validation.benchmarks.closed_form_accuracy --header`. */
 /* clang-format off */
 #ifndef KR_EXACT_TRUTH_H

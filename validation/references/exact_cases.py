@@ -119,9 +119,17 @@ EULER = {  # moments, attitude, momentum
     "free": ((1.0, 2.0, 2.5), ODD, (0.3, 0.7, 1.1)),
     "free, about the middle axis 1e-2": ((1.0, 2.0, 2.5), UPRIGHT, (0.01, 2.0, 0.02)),
     "free, about the middle axis 1e-9": ((1.0, 2.0, 2.5), UPRIGHT, (1e-9, 2.0, 2e-9)),
+    "free, about the middle axis 1e-20": ((1.0, 2.0, 2.5), UPRIGHT, (1e-20, 2.0, 0.0)),
+    "free, about the middle axis 1e-30": ((2.5, 1.0, 2.0), UPRIGHT, (0.0, -1e-30, -2.0)),
+    "free, about the middle axis 1e-74": ((2.0, 2.5, 1.0), UPRIGHT, (2.0, 1e-74, -2e-74)),
     "free, nearly symmetric": ((1.0, 1.0 + 1e-10, 1.5), ODD, (0.3, 0.7, 1.1)),
     "free, nearly spherical": ((1.0, 1.0 + 1e-8, 1.0 + 3e-8), ODD, (0.3, 0.7, 1.1)),
     "free, a plate": ((1.0, 2.0, 3.0), ODD, (30.0, -70.0, 11.0)),
+}
+TRANSITS = {  # times at which bodies that begin beside their middle axis leave it
+    "free, about the middle axis 1e-20": (-106.0, 106.0),
+    "free, about the middle axis 1e-30": (-156.5, 156.5),
+    "free, about the middle axis 1e-74": (-382.0, 382.0),
 }
 
 
@@ -168,6 +176,12 @@ def random_euler(rng):
 
 def random_time(rng):
     return float(10 ** rng.uniform(-2, 6))
+
+
+def digits(case):
+    """Return the digits that resolve a free body's distance from its middle axis."""
+    least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
+    return 50 if least > 1e-12 else 50 - int(5 * math.log10(least))
 
 
 def is_lagrange(case):

@@ -213,10 +213,8 @@ def _no_period(scene: kr.Scene) -> ValueError:
     )
 
 
-def floquet(scene: kr.Scene, period: float, back: bool) -> Floquet:
-    """The tangents of one period, forward or back in time. Raises ValueError on a separatrix."""
-    body = _Body.of(scene)
-    start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)
+def _about_one_period(scene: kr.Scene, body: _Body, start: _Point, period: float) -> float:
+    """Return the period up to rounding errors. Raises ValueError on a separatrix."""
     turning = _rate_of_axis(start, body)
     if turning is not None:
         about = _period_about(start, body, turning, scene._fastest)
@@ -224,8 +222,25 @@ def floquet(scene: kr.Scene, period: float, back: bool) -> Floquet:
         about = period * (1.0 if body.axis is not None else 2.0)
     if not math.isfinite(about):
         raise _no_period(scene)
+    return about
+
+
+def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
+    """Return the tangents of one period, forward or back in time.
+
+    If `longest`, the longest time of interest, lies within the first period, they are not computed.
+    Raises ValueError on a separatrix.
+    """
+    body = _Body.of(scene)
+    start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)
+    turning = _rate_of_axis(start, body)
+    about = _about_one_period(scene, body, start, period)
+    if longest < about:
+        return Floquet(
+            body, Decimal(-about if back else about), _each(_AXES), _each(np.eye(6)), start
+        )
     tau = -about if back else about
-    path = kr.solve(scene, [0.0, tau], digits=30, tangents="start")
+    path = _solve(scene, [0.0, tau])
     end = _Point.of(body, path, 1)
     phi, late = _in_body(end, start, body, path, 1), Decimal(0)
     if turning is None:
@@ -261,12 +276,29 @@ def floquet_tangents(scene: kr.Scene, times: object) -> Array:
         for back in (False, True):
             chosen = np.flatnonzero(t < 0.0 if back else t >= 0.0)
             if chosen.size:
-                _fill(scene, floquet(scene, period, back), t, q, chosen, out)
+                longest = float(np.abs(t[chosen]).max())
+                _fill(scene, floquet(scene, period, back, longest), t, q, chosen, out)
     endless = ~np.isfinite(out).all(axis=(1, 2))
     if endless.any():
-        end = float(t[endless][0])
-        raise ValueError(f"by t = {end!r} a tangent has grown beyond what doubles hold")
+        raise _too_large(float(t[endless][0]))
     return out
+
+
+def _too_large(t: float) -> ValueError:
+    return ValueError(f"by t = {t!r} a tangent has grown beyond what doubles hold")
+
+
+def _solve(scene: kr.Scene, times: list[float]) -> kr.Path:
+    """Return the path and its tangents with 30 digits.
+
+    Raises ValueError for tangents beyond doubles.
+    """
+    try:
+        return kr.solve(scene, times, digits=30, tangents="start")
+    except kr.Error as stopped:
+        if stopped.status != "ERR_TANGENT":
+            raise
+        raise _too_large(times[-1]) from None
 
 
 def _fill(
@@ -276,7 +308,7 @@ def _fill(
     counts = [int(time / of.tau) for time in times]
     rests = [time - count * of.tau for time, count in zip(times, counts, strict=True)]
     order = np.argsort([abs(float(rest)) for rest in rests], kind="stable")
-    path = kr.solve(scene, [float(rests[j]) for j in order], digits=30, tangents="start")
+    path = _solve(scene, [float(rests[j]) for j in order])
     powers: dict[int, tuple[Any, Any]] = {}
     for k, j in enumerate(order.tolist()):
         count, point = counts[j], _Point.of(of.body, path, k)

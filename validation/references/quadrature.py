@@ -221,10 +221,14 @@ class Lagrange:
 
 
 class Euler:
-    """The free body with three different moments that does not rotate about one axis only."""
+    """The free body with three different moments that does not rotate about one axis only.
 
-    def __init__(self, inertia, q, m):
-        with mp.workdps(DIGITS):
+    Beside the middle axis, `digits` must resolve the square of the distance from it.
+    """
+
+    def __init__(self, inertia, q, m, digits=DIGITS):
+        self.digits = digits
+        with mp.workdps(digits):
             self.q, self.m = normalize(q), [mp.mpf(x) for x in m]
             self.size = mp.sqrt(dot(self.m, self.m))
             body = rotate(conjugate(self.q), self.m)
@@ -300,7 +304,7 @@ class Euler:
         ), angle / 2
 
     def __call__(self, t):
-        with mp.workdps(DIGITS):
+        with mp.workdps(self.digits):
             here, angle = self._angles(t)
             first = product(
                 product(self.upright, product(self.q, self.relabel)), conjugate(self.start[0])

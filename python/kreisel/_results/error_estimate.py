@@ -65,7 +65,7 @@ def estimate_error(
     """Return the attitude error of a path, by the method and the digits that it has.
 
     `angle_to` returns the largest angle to a second run, `growth` how far a rounding of the start
-    has grown.
+    has grown. The error is pi if nothing is known of the attitude.
     """
     if not digits and method != EXACT and closed_form_holds(scene):
         error = angle_to(CLOSED_FORM)
@@ -73,7 +73,7 @@ def estimate_error(
             return error
     if digits == 30:
         errors = sorted(angle_to(other) for other in SHORTER_STEPS)
-        return max(errors[len(errors) // 2], ROUNDING**2 * growth())
+        return min(max(errors[len(errors) // 2], ROUNDING**2 * growth()), math.pi)
     error = 0.0 if digits else angle_to(LONGER_SERIES)
     # A closed form makes its roundings once: the series may magnify its own to more than these.
     is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING

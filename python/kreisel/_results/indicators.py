@@ -18,8 +18,9 @@ from .executor import Job, SliceTask, WorkerPool
 from .path import Error, Interrupted, make_path
 
 # Columns of the core's rows: ln of the tangent's size, the mean of MEGNO, the largest ln so far,
-# and how far the changes of energy and <m, e3> by it are from constant.
-LOG, MEGNO, MOST, ENERGY, MOMENTUM = range(5)
+# how far the changes of energy and <m, e3> by the tangent are from constant, and the largest last
+# term of its series.
+LOG, MEGNO, MOST, ENERGY, MOMENTUM, REST = range(6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +30,8 @@ class Indicator(ReadOnlyArrays):
 
     t            (k,) the times of the curve [T]
     curve        (*shape, k) the indicator over the way from the start to these times
-    certificate  (*shape,) the largest error of the tangent on the way, by its conserved forms: how
-                 far its changes of energy and <m, e3> are from those at the start, over its size
+    certificate  (*shape,) the largest relative error of the tangent on the way: of its derivatives
+                 of energy and <m, e3>, which are constant, and of its series, by the last term
     status       (*shape,) "OK", or the name of the failure; the curve of a failure is NaN
     """
 
@@ -61,7 +62,7 @@ class Indicator(ReadOnlyArrays):
         return f"<kreisel.Indicator: {shape} tops at t = {self.t[-1]:g}, {self.failed.size} failed>"
 
 
-CurveFunction = Callable[[Array, Array], Array]  # a curve of rows (n, k, 5) and the times
+CurveFunction = Callable[[Array, Array], Array]  # a curve of rows (n, k, 6) and the times
 
 
 def compute_indicator(
@@ -86,7 +87,7 @@ def compute_indicator(
         codes, rows = part
         here = slice(begin, begin + len(codes))
         status[here], curve[here] = codes, function(rows, t)
-        worst[here] = np.maximum(rows[..., ENERGY], rows[..., MOMENTUM]).max(axis=1)
+        worst[here] = rows[..., [ENERGY, MOMENTUM, REST]].max(axis=(1, 2))
 
     def result() -> Indicator:
         names = np.array(STATUSES)[status].reshape(tops.shape)
@@ -114,7 +115,7 @@ def _rows(
 ) -> tuple[Codes, Array]:
     status, out = (
         np.full(end - begin, INTERRUPTED, dtype=np.int8),
-        np.empty((end - begin, t.size, 5)),
+        np.empty((end - begin, t.size, 6)),
     )
     growth(tops._core_scenes, begin, end, t, *steering, status, out, work)
     out[status == INTERRUPTED] = np.nan

@@ -109,7 +109,7 @@ class Path(ReadOnlyArrays, Tables):
         Taylor series with 20 digits. It has 30 digits for a path of 20 digits, and for a closed
         form that is far from the series of 20. The error of 30 digits is estimated by three runs of
         shorter steps and the growth of roundings. Without the attitude it is the largest error on
-        the way, if solve was given an error.
+        the way, if solve was given an error. It is pi if nothing is known of the attitude.
 
         """
         if not len(self):
