@@ -189,64 +189,6 @@ def test_nutation_near_a_pole_loses_no_digits():
     assert read.greatest < 1e-6 and read.least < 1e-15
 
 
-def test_scaled_units_are_those_of_the_cuboid():
-    """Erratum 4 and 5: I1, alpha and the lever as the cuboid has them, not as 4.2.1 prints them."""
-    n, t = 0.8, 1.0
-    units = kr.scaled_units(CUBOID)
-    scaled = units.into(THESIS)
-    assert scaled.body.moments == pytest.approx((1, 1, 2 * n * n / (n * n + 4 * t * t)), rel=1e-15)
-    assert scaled.body.com == (0, 0, 1)
-    assert scaled.body.mass * scaled.gravity == pytest.approx(
-        3 * t * t / (n * n + 4 * t * t), rel=1e-15
-    )
-    back = units.back(scaled)
-    assert back.momentum == pytest.approx(THESIS.momentum, rel=1e-15)
-    assert back.body.inertia == pytest.approx(THESIS.body.inertia, rel=1e-15)
-    assert (back.body.mass, back.gravity) == pytest.approx((THESIS.body.mass, 1.0), rel=1e-15)
-
-
-def test_scaled_units_leave_time_and_attitudes():
-    """Time is not scaled: attitudes are the same at the same times."""
-    body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
-    scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
-    scaled = kr.scaled_units(body).into(scene)
-    one, other = (kr.solve(s, 2.0, method="strang", step=0.01) for s in (scene, scaled))
-    assert kr.attitude_error(one.q[-1], other.q[-1]) < 1e-12
-
-
-def test_the_energy_that_bobenko_suris_keeps_in_the_texts_words():
-    scaled = kr.scaled_units(CUBOID).into(THESIS)
-    step = 0.2
-    path = kr.solve(scaled, 100, method="bobenko_suris", step=step, every=1)
-    p = np.array((0, 0, scaled.body.mass * scaled.gravity))
-    text = (path.m**2).sum(-1) / 2 + path.apex @ p + step / 2 * np.cross(path.apex, path.m) @ p
-    assert kr.h_eps(path, step) == pytest.approx(text, abs=1e-13)
-    assert np.ptp(text) < 1e-13
-    assert kr.h_eps(kr.solve(THESIS, 1, method="rk4", step=0.1, every=1), step)[0] == pytest.approx(
-        text[0], abs=1e-14
-    )
-
-
-def test_scaled_units_are_for_lagrange_tops():
-    with pytest.raises(ValueError, match="for Lagrange tops, not for a body of kind 'kowalewski'"):
-        kr.scaled_units(kr.scenes.kowalewski.body)
-
-
-@pytest.mark.parametrize("name", ["cusps", "steady_precession", "thesis"])
-def test_an_isotropic_rod_is_round_and_untwisted(name):
-    pytest.importorskip("matplotlib")
-    rod = kr.rod(kr.solve(getattr(kr.scenes, name), np.linspace(0, 12, 1201)))
-    (tube,) = rod.plot(thickness=0.4).collections
-    seen = [path.vertices[:4] for path in tube.get_paths()]
-    across, up = rod.centre[:, 0], rod.centre[:, 2] * np.cos(np.radians(20))
-    up = up + rod.centre[:, 1] * np.sin(np.radians(20))
-    line = np.stack([across, up], axis=-1)
-    away = [np.hypot(*(line - corner).T).min() for face in seen for corner in face]
-    assert max(away) < 0.2 + 1e-3, "nothing sticks out"
-    lengths = np.array([np.linalg.norm(np.diff(face, axis=0), axis=1).max() for face in seen])
-    assert np.median(lengths) < 0.09, "a side of sixteen is 0.08 wide"
-
-
 def test_rods_are_drawn():
     pytest.importorskip("matplotlib")
     path = kr.solve(kr.scenes.kowalewski, np.linspace(0, 10, 101))

@@ -218,11 +218,11 @@ def test_of_no_tops_there_are_no_indicators(verb):
 
 
 def test_the_curve_of_a_number_has_three_decades():
-    told = chaos._times(20.0)
+    told = chaos._parse_times(20.0)
     assert told.size == 32 and told[-1] == 20.0 and told[0] == pytest.approx(0.02, rel=1e-12)
     np.testing.assert_allclose(told[1:] / told[:-1], 10 ** (3 / 31), rtol=1e-12)
-    assert (chaos._times(-20.0) == -told).all()
-    assert chaos._times([1.0, 2.0]).tolist() == [1.0, 2.0]
+    assert (chaos._parse_times(-20.0) == -told).all()
+    assert chaos._parse_times([1.0, 2.0]).tolist() == [1.0, 2.0]
 
 
 def test_a_curve_of_a_number_ends_as_that_of_a_list():

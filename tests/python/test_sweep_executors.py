@@ -210,8 +210,8 @@ def test_a_part_depends_on_the_plan_and_its_number_alone(tmp_path):
     name = "part-000004.parquet"
     assert (one / name).read_bytes() == (other / name).read_bytes()
     tops = SOURCE[256:300]
-    words = {name: REDUCED[name] for name in ("reduce", "max_steps")}
-    alone = kr.solve(tops, REDUCED["t"], **words)
+    limit = REDUCED["max_steps"]
+    alone = kr.reduce(tops, REDUCED["t"], REDUCED["reduce"], max_steps=limit)
     part = kr.read_sweep(other).part(4)
     assert np.array_equal(part["nutation_max"], alone["nutation"]["max"], equal_nan=True)
     assert np.array_equal(part["status"], alone.status)

@@ -278,7 +278,7 @@ class Scene:
 
     @classmethod
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
-        """Read a scene from a TOML file, or from TOML text.
+        r"""Read a scene from a TOML file, or from TOML text.
 
         A str with several lines is TOML text; any other argument names a file. The keys are the
         parameters of the constructors. A table [from_euler] or [spinning] replaces the keys of
