@@ -1,5 +1,5 @@
-/* Many states of a Kowalewski top: as many times at once as there are lanes, each with the bits of a
- * time alone. This file is compiled once per instruction set. */
+/* Many states of a Kowalewski top: as many times at once as there are lanes, each with the bits
+ * of a time alone. This file is compiled once per instruction set. */
 #define KR_EXACT_LANES
 #include "kowalewski_state.h"
 

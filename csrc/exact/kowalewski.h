@@ -2,8 +2,8 @@
  * axes -> space) has w + iz = i (S - T) e/2D and x + iy = (S + T) e/2D, and the angular velocity
  * there is P/D, Q/D, R/D, with a number e that turns at a constant rate and
  *     S, T, P, Q, R = sum of c[k1, k2] exp(i (k1 theta1 + k2 theta2)/2),  2 D^2 = |S|^2 + |T|^2.
- * theta1 and theta2 grow with time. c is real, or imaginary where k2 is odd and the sum is not Q; P,
- * Q and R are real. (Bobenko, Reyman, Semenov-Tian-Shansky, Comm. Math. Phys. 122 (1989) 321, have
+ * theta1 and theta2 grow with time. c is real, or imaginary where k2 is odd and the sum is not Q.
+ * P, Q and R are real. (Bobenko, Reyman, Semenov-Tian-Shansky, Comm. Math. Phys. 122 (1989) 321, have
  * theta functions of the same curve.) */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H

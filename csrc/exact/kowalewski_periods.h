@@ -235,8 +235,8 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds to b `part` of the normalised integral over a path to a pole, whose x has tan^2(x/2) = `most`
- * there, on the sheet where F = i l. The path begins at root number `from`. */
+/* Adds to b `part` of the normalised integral over a path to a pole, on the sheet where F = i l. At
+ * the pole tan^2(x/2) = `most`. The path begins at root number `from`. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)

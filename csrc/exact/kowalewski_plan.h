@@ -92,7 +92,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         }
     }
 }
-/* Returns the coefficient of a term in a sum, which is number `which` of the two that are listed. */
+/* Returns the coefficient of a term in a sum, number `which` of the two that are listed. */
 static double coefficient(const theta_work *t, int sum, const sum_term *n, int which)
 {
     return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];

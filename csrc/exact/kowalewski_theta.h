@@ -19,7 +19,7 @@ enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
 /* The kinds: three real roots; five in the order e -k e e k, or e e -k e k, or another. */
 enum { KIND_THREE, KIND_A, KIND_B, KIND_C, KINDS };
 
-/* One term without its class's constant: its size, with the sign that it has in each of two sums. */
+/* One term without its class's constant: its size, with its sign in each of two sums. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
