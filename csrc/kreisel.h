@@ -569,25 +569,14 @@ KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states, with the bits of kr_exact_state, but faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
-/* The closed form of a Kowalewski top: the state at any time, by theta functions of two variables.
- * It needs memory, which the caller gives and keeps: kr_kowalewski_size() bytes, aligned as doubles
- * are. kr_kowalewski_plan writes a plan there and points `out` to its head. It returns
- * KR_ERR_METHOD for other bodies, for a damped top, and where `refusal` of the head in `memory` says
- * why: exact degenerate motions have no such form, and near a separatrix it loses digits. `bound` is
- * the largest certificate that is accepted; 0 stands for KR_KOWALEWSKI_BOUND.
- *
- * The body's moments may miss 2 : 2 : 1 by KR_KIND_RTOL. The plan is that of exact moments, and
- * leaves the body's motion by about `mismatch` times the angle by which the top turns. */
-#define KR_KOWALEWSKI_BOUND 1e-11
-/* Why there is no plan: X(name, what it says). */
+/* Why a Kowalewski top has no closed form: X(name, what it says). */
 /* clang-format off */
 #define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
     X(PLANNED,     "there is a plan")                                                             \
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
-    X(ARCS,        "the variables lie on arcs of the curve that are not known")                   \
     X(INTEGRALS,   "a period of its curve does not converge")                                     \
-    X(START,       "the start cannot be found on its curve")                                      \
+    X(START,       "the start does not lie on the arcs of its curve that are known")              \
     X(SUMS,        "no theta functions fit the motion")                                           \
     X(TERMS,       "its theta functions have too many terms")                                     \
     X(CERTIFICATE, "its theta functions miss the motion by more than is allowed")
@@ -598,24 +587,27 @@ typedef enum kr_kowalewski_refusal {
     KR_KOWALEWSKI_REFUSAL_COUNT
 } kr_kowalewski_refusal;
 /* clang-format on */
+/* Returns what a refusal says, or NULL if there is none of this number. */
 KR_API const char *kr_kowalewski_refusal_text(int refusal);
+/* The closed form of a Kowalewski top. Each frequency of its attitude's matrix is a sum of whole
+ * multiples of `first`, `second` and twice `heading` [T^-1]. The attitude's error is at most about
+ * ten times the `certificate`, a relative miss. The plan is of moments 2 : 2 : 1 exactly, which the
+ * body misses by `mismatch`: it leaves the body's motion by about that times the angle turned. */
 typedef struct kr_kowalewski {
-    /* The rates of the two angles of its torus, and that of the heading beside them [T^-1]. Every
-     * frequency of the attitude's matrix is a sum of whole multiples of the first two and of twice
-     * the third. */
-    double first, second, heading;
-    /* The largest relative miss of the plan: of its equations, of the state at the start, and of e3
-     * and the momentum seen from the body a moment later. The attitude's error is about ten times as
-     * much at most. */
-    double certificate;
-    double mismatch; /* by how much, relatively, the body misses the kind */
-    int refusal;     /* a kr_kowalewski_refusal */
+    double first, second, heading, certificate, mismatch;
+    int refusal; /* a kr_kowalewski_refusal */
 } kr_kowalewski;
+#define KR_KOWALEWSKI_BOUND 1e-11
+/* Returns the bytes of memory that kr_kowalewski_plan takes. */
 KR_API size_t kr_kowalewski_size(void);
+/* Plans in `memory`, aligned for doubles, which stays the caller's; `out` points to its head.
+ * KR_ERR_METHOD for other bodies, with damping, and for a motion with a `refusal` in its head, as a
+ * certificate above `bound` is (0: KR_KOWALEWSKI_BOUND). */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
+/* Returns the state at time t, as kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Many states at once have the same bits, and come faster. */
+/* Writes n states, with the bits of kr_kowalewski_state, but faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 

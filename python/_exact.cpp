@@ -33,6 +33,33 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
+// A Kowalewski top's plan in the memory that it needs, and what its head tells.
+static py::tuple kowalewski_plan(const kr_scene &scene, double bound)
+{
+    doubles memory(py::ssize_t((kr_kowalewski_size() + sizeof(double) - 1) / sizeof(double)));
+    const kr_kowalewski *head = nullptr;
+    const kr_status status = kr_kowalewski_plan(&scene, bound, memory.mutable_data(), &head);
+    const auto *found = reinterpret_cast<const kr_kowalewski *>(memory.data());
+    const bool known = status == KR_OK || status == KR_ERR_METHOD;
+    const kr_kowalewski told = known ? *found : kr_kowalewski{};
+    return py::make_tuple(name_of(status), kr_kowalewski_refusal_text(told.refusal),
+                          py::make_tuple(told.first, told.second, 2.0 * told.heading),
+                          told.certificate, told.mismatch, memory);
+}
+// As exact_states.
+static py::object kowalewski_states(const doubles &plan, const py::object &t, double most)
+{
+    const auto *top = reinterpret_cast<const kr_kowalewski *>(plan.data());
+    given_times times;
+    if (!times.take(t) || !times.are_below(most)) return py::none();
+    const py::ssize_t n = py::ssize_t(times.size());
+    doubles out({n, py::ssize_t(8)});
+    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        kr_kowalewski_states(top, size_t(end - i), times.data() + i, states + i);
+    });
+    return std::move(out);
+}
 // Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and
 // its status.
 template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
@@ -159,6 +186,8 @@ void bind_exact(py::module_ &m)
 {
     m.def("exact_plan", exact_plan, "scene"_a);
     m.def("exact_states", exact_states, "plan"_a, "t"_a, "most"_a);
+    m.def("kowalewski_plan", kowalewski_plan, "scene"_a, "bound"_a);
+    m.def("kowalewski_states", kowalewski_states, "plan"_a, "t"_a, "most"_a);
     py::list names;
     for (const char *course : courses) names.append(course);
     m.attr("courses") = names;

@@ -36,11 +36,12 @@ static kowalewski_body body_of(const kr_body *b, kr_vec3 com, double gravity)
 }
 /* What leads from the own units of kowalewski_curve.h back to the scene. */
 typedef struct kowalewski_way {
-    dd time;         /* the unit of time, in units of the power of two `units.time` */
-    double momentum; /* [M L^2 T^-1] */
+    dd time;                       /* the unit of time, in units of the power of two `units.time` */
+    double momentum, own_momentum; /* the unit of momentum, in the user's units and in `units` */
     kr_units units;
     kr_quat attitude; /* the start's, of the working axes */
-    kr_quat axes;     /* working axes -> frame of description */
+    kr_quat turn;     /* these axes -> working axes */
+    kr_quat axes;     /* these axes -> frame of description */
 } kowalewski_way;
 
 /* Returns the turn about the third axis by an angle with this cosine and sine. */
@@ -75,6 +76,7 @@ static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, kow
     if (!(own.hi > LEAST_LEVER)) return KR_ERR_METHOD;
     way->time = dd_sqrt(dd_div(moment, own));
     const dd unit = dd_div(moment, way->time);
+    way->own_momentum = unit.hi;
     way->momentum = unit.hi * (u->moment / u->time);
     const kr_quat q = scene->start.q;
     const kr_vec3 m = v_scale(u->time, v_scale(1.0 / u->moment, scene->start.m));
@@ -87,8 +89,8 @@ static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, kow
     for (int i = 0; i < 3; i++) top->state[i] = dd_scale(i < 2 ? 0.5 : 1.0, dd_div(seen[i], unit));
     seen_from_body(turn, up, &b, top->state + 3);
     top->l = dd_div(dd_of(m.z), unit);
-    way->axes =
-        q_unit(q_mul(q_mul(scene->body.axes, working.axes), turn_about_third(b.c.hi, b.s.hi)));
+    way->turn = turn_about_third(b.c.hi, b.s.hi);
+    way->axes = q_unit(q_mul(q_mul(scene->body.axes, working.axes), way->turn));
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
@@ -100,23 +102,25 @@ static void set_phase(kr_theta_sums *plan, kr_quat q)
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     phase_start(&plan->turn[2], turns_of(both.im, both.re));
 }
-/* Brings the plan to the user's units, and to the frame of description. */
-static void bring_back(kr_theta_sums *plan, const kowalewski_way *way, double start)
+/* Brings the plan to the user's units, and to the frame of description. With `own` it goes to the
+ * units and the working axes of the method `exact`, and begins at time 0. */
+static void bring_back(kr_theta_sums *plan, const kowalewski_way *way, double start, int own)
 {
+    const double unit = own ? 1.0 : way->units.time;
     double rate[3];
     for (int i = 0; i < 3; i++) {
         kr_phase *p = &plan->turn[i];
         const dd turns = dd_div(dd_make(p->fast, p->slow), way->time);
-        p->fast = turns.hi / way->units.time;
-        p->slow = turns.lo / way->units.time;
-        rate[i] = two_pi * (i < 2 ? 2.0 : 1.0) * p->fast;
+        p->fast = turns.hi / unit;
+        p->slow = turns.lo / unit;
+        rate[i] = two_pi * p->fast;
     }
     plan->head.first = rate[0];
     plan->head.second = rate[1];
     plan->head.heading = rate[2];
-    plan->begin = start;
-    plan->momentum = way->momentum;
-    plan->frame = q_conj(way->axes);
+    plan->begin = own ? 0.0 : start;
+    plan->momentum = own ? way->own_momentum : way->momentum;
+    plan->frame = q_conj(own ? way->turn : way->axes);
 }
 /* Returns by how much a body's moments and centre of mass miss those of a Kowalewski top. */
 static double mismatch_of(const kr_body *body)
@@ -147,7 +151,7 @@ static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top,
     }
     return miss;
 }
-static kr_status plan_scene(const kr_scene *scene, double bound, kowalewski_memory *memory)
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, kowalewski_memory *memory)
 {
     kr_theta_sums *plan = &memory->plan;
     kr_kowalewski *head = &plan->head;
@@ -169,14 +173,14 @@ static kr_status plan_scene(const kr_scene *scene, double bound, kowalewski_memo
     set_phase(plan, way.attitude);
     const double moment = 0.03125 / (1.0 + sqrt(fabs(memory->work.curve.h.hi)));
     head->certificate = fmax(head->certificate, miss_of_plan(plan, &top, moment, way.attitude));
-    bring_back(plan, &way, scene->start.t);
+    bring_back(plan, &way, scene->start.t, own);
     if (!(head->certificate <= (bound > 0.0 ? bound : KR_KOWALEWSKI_BOUND)))
         head->refusal = KR_KOWALEWSKI_CERTIFICATE;
     return head->refusal == KR_KOWALEWSKI_PLANNED ? KR_OK : KR_ERR_METHOD;
 }
-static kr_status plan_one(const kr_scene *scene, double bound, void *memory)
+static kr_status plan_one(const kr_scene *scene, int own, double bound, void *memory)
 {
-    return plan_scene(scene, bound, memory);
+    return plan_scene(scene, own, bound, memory);
 }
 static size_t size_of_memory(void) { return sizeof(kowalewski_memory); }
 /* Returns the state at a time; that of the start, which has every integral, where the time is too

@@ -31,10 +31,10 @@ typedef struct kr_theta_sums {
 } kr_theta_sums;
 
 /* kowalewski.c makes these: they make one plan and read one state. `memory` has room for
- * kr_kowalewski_size() bytes. */
+ * kr_kowalewski_size() bytes. With `own` a plan is in working axes and own units, from time 0. */
 typedef struct kr_kowalewski_one {
     size_t (*size)(void);
-    kr_status (*plan)(const kr_scene *scene, double bound, void *memory);
+    kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
     kr_state (*state)(const kr_theta_sums *plan, double t);
 } kr_kowalewski_one;
 extern const kr_kowalewski_one kr_kowalewski_one_base, kr_kowalewski_one_avx2;
@@ -48,6 +48,9 @@ typedef struct kr_kowalewski_isa {
     const kr_kowalewski_one *one;
     kr_kowalewski_many *many;
 } kr_kowalewski_isa;
+/* Makes a plan in working axes and own units from time 0, for the method `exact`. A plan begins with
+ * kr_theta_sums, which can be copied. */
+kr_status kr_kowalewski_own(const kr_scene *scene, void *memory);
 /* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
 const kr_kowalewski_isa *kr_kowalewski_isa_at(int i);
 #endif

@@ -25,9 +25,13 @@ kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                              const kr_kowalewski **out)
 {
     if (!memory || !out || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
-    const kr_status status = here()->one->plan(scene, bound, memory);
+    const kr_status status = here()->one->plan(scene, 0, bound, memory);
     if (status == KR_OK) *out = memory;
     return status;
+}
+kr_status kr_kowalewski_own(const kr_scene *scene, void *memory)
+{
+    return here()->one->plan(scene, 1, 0.0, memory);
 }
 static const kr_theta_sums *plan_of(const kr_kowalewski *top)
 {

@@ -233,7 +233,7 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
     find_roots(o);
     if (!(least_distance(o) > 1e-16)) return KR_KOWALEWSKI_COINCIDENT;
     if (!(separatrix_error(o) < 1e-16)) return KR_KOWALEWSKI_SEPARATRIX;
-    if (!is_on_arcs(o, top->state)) return KR_KOWALEWSKI_ARCS;
+    if (!is_on_arcs(o, top->state)) return KR_KOWALEWSKI_START;
     make_arcs(o, w->arc);
     if (!average_arcs(o, w->arc, &w->table, &w->samples, &w->rates) ||
         !make_periods(o, w->arc, &w->rates, &t->matrix))

@@ -37,7 +37,7 @@ from ._sweeping.source import Source
 from ._sweeping.sweep import SweepInterrupted, sweep
 from ._sweeping.swept import Swept, read_sweep
 from ._verbs.chaos import lyapunov, megno, oli
-from ._verbs.exact import Exact, ExactMap, exact
+from ._verbs.exact import Exact, ExactKowalewski, ExactMap, exact
 from ._verbs.exact_many import ExactEnsemble
 from ._verbs.load import load
 from ._verbs.plans import ManyPlan, plan
@@ -61,6 +61,7 @@ __all__ = [
     "Events",
     "Exact",
     "ExactEnsemble",
+    "ExactKowalewski",
     "ExactMap",
     "Frequencies",
     "Indicator",

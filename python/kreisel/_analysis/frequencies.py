@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from .._ground.arguments import Array, frozen, instance, whole
 from .._recording.path import Path
-from .._request.methods import EXACT
+from .._request.methods import EXACT, is_kowalewski
 from .._verbs.exact import exact
 
 Waves = npt.NDArray[np.complex128]
@@ -112,7 +112,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
     lines, amplitudes, rest = _lines(t, seen, count)
     told = frozen(lines), amplitudes, rest
-    if path.method == EXACT:
+    if path.method == EXACT and not is_kowalewski(path.scene):
         form = exact(path.scene)
         return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)
     return Frequencies(*_rates(t, _signals(path)), *told, False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final, Literal, overload
@@ -15,6 +15,8 @@ from .._core import (
     exact_map_states,
     exact_plan,
     exact_states,
+    kowalewski_plan,
+    kowalewski_states,
     statuses,
     turning_potential,
 )
@@ -22,7 +24,7 @@ from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, turning
 from .._recording.path import Path, Stats
-from .._request.methods import EXACT, fitting
+from .._request.methods import EXACT, fitting, is_kowalewski
 from .._request.times import refuse_endless
 from .exact_many import ExactEnsemble, ensemble_of, form_of, no_form, row_of
 
@@ -126,9 +128,10 @@ class Exact(_Rates):
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        states = exact_states(self._plan, t, self.scene._within)
+        read = self._read()
+        states = read(self._plan, t, self.scene._within)
         if states is None:
-            states = exact_states(self._plan, self._times(t), math.inf)
+            states = read(self._plan, self._times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, EXACT, None, None, _NO_STEPS, _asked=EXACT)
 
@@ -150,10 +153,53 @@ class Exact(_Rates):
         path = self(t)
         return tangents_at(self.scene, self.period, path.t, path.q)
 
+    def _read(self) -> Callable[[Array, object, float], Array | None]:
+        """Return the function of the core that reads states of the plan."""
+        return exact_states
+
     def _times(self, t: Numbers) -> Array:
         times = row_of(t)
         refuse_endless(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
+
+
+@dataclass(frozen=True)
+class ExactKowalewski(Exact):
+    """The motion of a Kowalewski top in closed form, by theta functions of two variables; call it
+    with a time or an array of times for a kreisel.Path.
+
+    frequencies  (first, second, precession): each frequency of the attitude's matrix in space is a
+                 sum of whole multiples of them; of what is seen from the body, of the first two
+                 [T^-1]
+    certificate  the largest relative miss of the plan's equations, and of the states at its start;
+                 the attitude's error is at most about ten times as much, at any time
+    mismatch     how far, relatively, the body's moments and centre of mass are from those of a
+                 Kowalewski top: the closed form is of exact ones, and leaves the body's motion by
+                 about `mismatch` times the angle by which the top turns
+
+    Such a motion has no period, precession and spin of the axis alone: these are NaN.
+
+        >>> import kreisel as kr
+        >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), made_up=True)
+        >>> top = kr.exact(kr.Scene(body, momentum=(0.3, 1.1, 0.8)))
+        >>> top.certificate < 1e-13, top.mismatch
+        (True, 0.0)
+        >>> round(float(top(1e6).m[0, 2]), 12)
+        0.8
+    """
+
+    frequencies: tuple[float, float, float]
+    certificate: float
+    mismatch: float
+
+    def _read(self) -> Callable[[Array, object, float], Array | None]:
+        return kowalewski_states
+
+    def tangents(self, t: Numbers) -> Array:
+        """Raises ValueError: no derivatives of this closed form are known here."""
+        raise ValueError(
+            "the closed form of a Kowalewski top gives no tangents: ask kreisel.solve for them"
+        )
 
 
 @dataclass(frozen=True)
@@ -191,8 +237,8 @@ def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactM
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact | ExactEnsemble | ExactMap:
-    """The closed form of a scene: of a Lagrange top, a spherical body, and any body on which no
-    torque acts.
+    """The closed form of a scene: of a Lagrange top, a spherical body, any body on which no torque
+    acts, and, as a kreisel.ExactKowalewski, of a Kowalewski top.
 
     scene  or many, as a kreisel.Ensemble or a list of scenes
     map    "bobenko_suris": that of the integrable map instead, for Lagrange tops
@@ -209,6 +255,8 @@ def exact(
         return _exact_map(top, map, step)
     if step is not None:
         raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
+    if is_kowalewski(top):
+        return _exact_kowalewski(top)
     status, period, precession, spin, plan = exact_plan(top._block)
     if status != "OK":
         raise no_form(status, top)
@@ -232,3 +280,15 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")
     return ExactMap(scene, period, precession, spin, plan, h)
+
+
+def _exact_kowalewski(scene: Scene) -> ExactKowalewski:
+    status, refusal, frequencies, certificate, mismatch, plan = kowalewski_plan(scene._block, 0.0)
+    if status == "ERR_METHOD":
+        if scene._is_damped:
+            raise no_form(status, scene)
+        raise ValueError(f"this motion of a Kowalewski top has no closed form: {refusal}: {scene!r}")
+    if status != "OK":
+        raise ValueError(f"{statuses[status][1]}: {scene!r}")
+    rates = math.nan, math.nan, math.nan
+    return ExactKowalewski(scene, *rates, plan, frequencies, certificate, mismatch)

@@ -205,7 +205,7 @@ def _no_turning(status: str, scene: Scene, where: str) -> ValueError:
 
 def form_of(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """The closed forms of an ensemble; ValueError, which names it, for the first without one."""
-    first, count = unsuited(tops._tops, EXACT)
+    first, count = unsuited(tops._tops, "auto")
     if count:
         more = f", the first of {count} such" if count > 1 else ""
         where = f"{word}{place(index_of(first, tops.shape))}{more}: "

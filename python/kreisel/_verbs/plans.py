@@ -174,7 +174,7 @@ def _ways(tops: Ensemble, asked: Order) -> tuple[int, int]:
     if asked.alone or asked.request.method.name != ELSE:
         return 0, 0
     damped = int(np.count_nonzero((tops.damping > 0.0).any(axis=-1)))
-    closed = tops.size - unsuited(tops._tops, EXACT)[1] if asked.mixed else 0
+    closed = tops.size - unsuited(tops._tops, "auto")[1] if asked.mixed else 0
     return closed, tops.size - closed - damped
 
 
