@@ -142,7 +142,7 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
     sample_at(o, arc, poles, pole, table, GRID, v);
     for (int n = 1; n <= GRID; n *= 2) {
         const int stride = GRID / n;
-        int settled = n >= 16;
+        int settled = n >= (mends ? 64 : 16);
         refine_cosines(table, stride);
         for (int i = stride; i < GRID; i += 2 * stride) sample_at(o, arc, poles, pole, table, i, v);
         if (mends && n >= 8) mend_end(v, arc->low == NO_ROOT ? 0 : GRID, stride);

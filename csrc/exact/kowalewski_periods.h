@@ -296,11 +296,11 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
 /* Adds the complex pole i y, whose conjugate gives as much: from the complex root along the circle
  * through its conjugate, or from the nearest real root along a line. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
-                            const kowalewski_rates *rates, double y, kowalewski_matrix *out)
+                            const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {
     if (o->pair) {
-        const cx z = cx_div(cx_of(-o->root[1].hi, y - o->root[2].hi),
-                            cx_of(-o->root[1].hi, y + o->root[2].hi));
+        const cx z = cx_div(cx_of(-o->root[1].hi, dd_sub(y, o->root[2]).hi),
+                            cx_of(-o->root[1].hi, y.hi + o->root[2].hi));
         const double size = cx_abs(z);
         const cx C = size > 0.0 ? cx_sqrt(cx_scale(-1.0 / size, z)) : cx_of(1.0, 0.0);
         const kowalewski_path p = path_between(o, 1, 2, C, cx_conj(C));
@@ -309,7 +309,7 @@ static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[
     int from = 0;
     for (int i = 1; i < ROOTS; i++)
         if (fabs(o->root[i].hi) < fabs(o->root[from].hi)) from = i;
-    const kowalewski_path p = path_along_line(o, from, cx_of(0.0, y));
+    const kowalewski_path p = path_along_line(o, from, cx_of(0.0, y.hi));
     return add_path(o, arc, rates, &p, from, 1.0, 1.0, out);
 }
 /* Makes B and b. Returns 0 where an integral does not converge. */
@@ -318,7 +318,7 @@ static int make_periods(const kowalewski_curve *o, const kowalewski_arc arc[2],
 {
     memset(out, 0, sizeof *out);
     if (!make_matrix(o, arc, rates, out)) return 0;
-    if (o->c.hi > 0.0) return add_complex_pole(o, arc, rates, dd_sqrt(o->c).hi, out);
+    if (o->c.hi > 0.0) return add_complex_pole(o, arc, rates, dd_sqrt(o->c), out);
     const dd pole = dd_sqrt(dd_neg(o->c));
     return add_real_pole(o, arc, rates, pole, out) &&
            add_real_pole(o, arc, rates, dd_neg(pole), out);

@@ -212,29 +212,36 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
     memcpy(k->sign, sign, sizeof sign);
     return best;
 }
-/* Finds the signs, and the angles of the torus at the start of the motion. Returns how far the
- * state a moment after it is missed. */
+/* Makes the points of both arcs at a state, by where w1 and w2 move until a later one. */
+static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
+                          const dd later[6], double least, arc_point point[2])
+{
+    dd w[2], next[2];
+    separate(o, at[0], at[1], w);
+    separate(o, later[0], later[1], next);
+    return make_point_at(o, &arc[0], w[0], next[0], least, &point[0]) &&
+           make_point_at(o, &arc[1], w[1], next[1], least, &point[1]);
+}
+/* Finds the signs, and the angles of the torus at the start of the motion: from a state soon after
+ * it that is not near an end of an arc. Returns how far that state is missed. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])
 {
     const double moment = 0.00390625 / (1.0 + sqrt(fabs(o->h.hi)));
-    dd series[6][ORDER + 1];
+    dd series[6][ORDER + 1], at[6], later[6];
     make_roots(o, k);
-    expand(start, series);
-    for (int i = 0; i < 16; i++) {
-        const double span = (i % 8 + 1) * moment, least = i < 8 ? 0.02 : 1e-4;
-        dd at[6], later[6], w[2], next[2];
+    memcpy(at, start, sizeof at);
+    for (int step = 0; step < 160; step++) {
+        const int i = step % 8;
         arc_point point[2];
-        sum_series(series, span, at);
-        sum_series(series, span + 0.125 * moment, later);
-        separate(o, at[0], at[1], w);
-        separate(o, later[0], later[1], next);
-        if (!make_point_at(o, &arc[0], w[0], next[0], least, &point[0])) continue;
-        if (!make_point_at(o, &arc[1], w[1], next[1], least, &point[1])) continue;
+        if (i == 0) expand(at, series);
+        sum_series(series, (i + 1) * moment, at);
+        sum_series(series, (i + 1.125) * moment, later);
+        if (!make_points_at(o, arc, at, later, step < 8 ? 0.02 : 0.002, point)) continue;
         for (int j = 0; j < 2; j++)
-            theta[j] =
-                point[j].angle + (point[0].theta[j] + point[1].theta[j]) - span * rates->rate[j].hi;
+            theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
+                       (step + 1) * moment * rates->rate[j].hi;
         return find_signs(o, k, point, at);
     }
     return INFINITY;
