@@ -247,7 +247,7 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
     X(DENSE,            64, "dense",          "evaluates the state anywhere in its last step")    \
     X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
-    X(INTEGRABLE,      256, "integrable",     "for Lagrange tops and free bodies")                \
+    X(INTEGRABLE,      256, "integrable",     "for Lagrange and Kowalewski tops and free bodies") \
     X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
     X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
     X(DIGITS,         2048, "digits",         "can compute more digits than a double has")        \

@@ -1,7 +1,8 @@
-/* The closed form as a method, for the Lagrange top and for any body on which no torque acts: it
- * needs no steps, and its error does not grow. A step goes wherever it is asked to; a step without
- * an end takes one period of the nutation. Klein and Sommerfeld (Theorie des Kreisels) give it for
- * the Lagrange top, Jacobi (1849) for the free body. It keeps every integral. */
+/* The closed form as a method, for Lagrange tops, Kowalewski tops and any body on which no torque
+ * acts: it needs no steps, and its error does not grow. A step goes wherever it is asked to; a step
+ * without an end takes one period of the nutation, or of the first angle of a Kowalewski top. Klein
+ * and Sommerfeld (Theorie des Kreisels) give it for the Lagrange top, Jacobi (1849) for the free
+ * body, Kowalevski (1889) and Koetter (1893) up to the heading for hers. It keeps every integral. */
 #include "dispatch.h"
 #include "kowalewski.h"
 #include "method.h"
@@ -86,7 +87,7 @@ const kr_method kr_method_exact = {
     .name = "exact",
     .text = "closed form by theta functions",
     .conserves = "all integrals",
-    .reference = "Klein and Sommerfeld 1897; Jacobi 1849",
+    .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_REVERSIBLE | KR_SYMPLECTIC | KR_INTEGRABLE,
     .work = sizeof(kr_exact) / sizeof(double),

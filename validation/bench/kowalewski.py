@@ -30,9 +30,7 @@ def draw(rng):
     momentum = rng.normal(size=3) * 2 * unit / tau * 10.0 ** rng.uniform(-1, 1)
     body = kr.Body(1.0, tuple(inertia), tuple(com), made_up=True)
     attitude /= np.linalg.norm(attitude)
-    return kr.Scene(
-        body, momentum=tuple(momentum), attitude=tuple(attitude), gravity=gravity
-    ), tau
+    return kr.Scene(body, momentum=tuple(momentum), attitude=tuple(attitude), gravity=gravity), tau
 
 
 def miss(scene, top, t):
@@ -81,10 +79,14 @@ def measure(tops, checked, late, seed):
         say("attitude error over 1e-15 + certificate", errors[:, 0] / (1e-15 + errors[:, 2]))
         for row in errors[errors[:, 3] >= 1e6]:
             print(f"  at 1e6 units: {row[0]:.1e} rad, certificate {row[2]:.1e}")
-    print(f"a plan: median {np.median(planned) * 1e6:.0f} us, 99 % "
-          f"{np.quantile(planned, 0.99) * 1e6:.0f} us of processor time")
-    print(f"a state of 2000 at once: median {np.median(batches) * 1e9:.0f} ns; "
-          f"one alone, with the call from Python: {np.median(states) * 1e9:.0f} ns")
+    print(
+        f"a plan: median {np.median(planned) * 1e6:.0f} us, 99 % "
+        f"{np.quantile(planned, 0.99) * 1e6:.0f} us of processor time"
+    )
+    print(
+        f"a state of 2000 at once: median {np.median(batches) * 1e9:.0f} ns; "
+        f"one alone, with the call from Python: {np.median(states) * 1e9:.0f} ns"
+    )
 
 
 def time_of_a_state(top, tau, at_once=2000):

@@ -61,8 +61,13 @@ def draw(number, rng):
         momentum *= number < 50
     time = LATE.get(number, 10.0 ** rng.uniform(0, 2.3) * rng.choice([-1, 1]))
     time = round(time / rate * 2**20) / 2**20
-    return Top(*(tuple(map(float, x)) for x in (inertia, com)), gravity, tuple(map(float, attitude)),
-               tuple(map(float, momentum)), time)
+    return Top(
+        *(tuple(map(float, x)) for x in (inertia, com)),
+        gravity,
+        tuple(map(float, attitude)),
+        tuple(map(float, momentum)),
+        time,
+    )
 
 
 def integrator():

@@ -287,7 +287,9 @@ def _exact_kowalewski(scene: Scene) -> ExactKowalewski:
     if status == "ERR_METHOD":
         if scene._is_damped:
             raise no_form(status, scene)
-        raise ValueError(f"this motion of a Kowalewski top has no closed form: {refusal}: {scene!r}")
+        raise ValueError(
+            f"this motion of a Kowalewski top has no closed form: {refusal}: {scene!r}"
+        )
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: {scene!r}")
     rates = math.nan, math.nan, math.nan

@@ -16,7 +16,7 @@ from .._ground.names import MethodName, QuantityName
 from .._model.scene import Ensemble, Scene
 from .._recording.top_rows import TopRows, fill
 from .._request.many import Order, Reductions, member, threads_of, times_of
-from .._request.methods import ELSE, EXACT
+from .._request.methods import ELSE
 from .._request.plan import BY_TRIAL, Plan, plan_of
 from .._request.plan import plan as plan_one
 from .._request.request import checked_every
