@@ -175,8 +175,8 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
     }
     return 1;
 }
-/* Makes the work anew of a method whose memory is not all in a checkpoint. Returns whether this start
- * has one; where not, the work stays as it was. */
+/* Makes the work anew of a method whose memory is not all in a checkpoint. Returns 0 if the method
+ * refuses this start: then the work stays as it was. */
 static int is_begun(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;

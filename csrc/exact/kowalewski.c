@@ -168,7 +168,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, kowale
     if (status != KR_OK) return status;
     plan->momentum = 1.0;
     plan->frame = q_one();
-    head->refusal = make_plan(&top, &memory->work, plan);
+    head->refusal = (int)make_plan(&top, &memory->work, plan);
     if (head->refusal != KR_KOWALEWSKI_PLANNED) return KR_ERR_METHOD;
     set_phase(plan, way.attitude);
     const double moment = 0.03125 / (1.0 + sqrt(fabs(memory->work.curve.h.hi)));

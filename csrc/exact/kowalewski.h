@@ -3,8 +3,8 @@
  * there is P/D, Q/D, R/D, with a number e that turns at a constant rate and
  *     S, T, P, Q, R = sum of c[k1, k2] exp(i (k1 theta1 + k2 theta2)/2),  2 D^2 = |S|^2 + |T|^2.
  * theta1 and theta2 grow with time. c is real, or imaginary where k2 is odd and the sum is not Q.
- * P, Q and R are real. (Bobenko, Reyman, Semenov-Tian-Shansky, Comm. Math. Phys. 122 (1989) 321, have
- * theta functions of the same curve.) */
+ * P, Q and R are real. (Bobenko, Reyman, Semenov-Tian-Shansky, Comm. Math. Phys. 122 (1989) 321,
+ * have theta functions of the same curve.) */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "kreisel.h"
@@ -48,8 +48,8 @@ typedef struct kr_kowalewski_isa {
     const kr_kowalewski_one *one;
     kr_kowalewski_many *many;
 } kr_kowalewski_isa;
-/* Makes a plan in working axes and own units from time 0, for the method `exact`. A plan begins with
- * kr_theta_sums, which can be copied. */
+/* Makes a plan in working axes and own units from time 0, for the method `exact`. A plan begins
+ * with kr_theta_sums, which can be copied. */
 kr_status kr_kowalewski_own(const kr_scene *scene, void *memory);
 /* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
 const kr_kowalewski_isa *kr_kowalewski_isa_at(int i);

@@ -1,8 +1,8 @@
 /* The curve of a Kowalewski top, its two arcs and their averages, in double-double.
  *
  * Units and axes: moments (2, 2, 1), mass |gravity| |com| = 1, axis 1 along -sign(gravity) com,
- * axis 3 along the odd principal axis. With the angular velocity (p, q, r) and e3 = (g1, g2, g3) seen
- * from the body
+ * axis 3 along the odd principal axis. With the angular velocity (p, q, r) and e3 = (g1, g2, g3)
+ * seen from the body
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
  * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F1/(w1 - w2)

@@ -97,18 +97,17 @@ static double coefficient(const theta_work *t, int sum, const sum_term *n, int w
 {
     return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
 }
-/* Adds to the heading's rate the half multiples of the torus' rates that the classes leave open: by
- * the rate of the larger of A = S + T and B = S - T at the start, where
- * A' = -i r A/2 + i (p + iq) B/2 and B' = i r B/2 + i (p - iq) A/2 up to what D contributes. */
-static dd find_heading(kowalewski_work *w, const dd state[6])
+/* Writes S and T at the start, and their derivatives by time. */
+static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slope[2])
 {
-    theta_work *t = &w->theta;
-    const double rate[2] = {w->rates.rate[0].hi, w->rates.rate[1].hi}, r = state[2].hi;
-    cx sum[2] = {{0.0, 0.0}}, slope[2] = {{0.0, 0.0}};
-    for (int j = 0; j < 2; j++) make_waves(w->start[j], t->terms.wide[j], t->wave[j]);
+    const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
+    for (int j = 0; j < 2; j++) {
+        make_waves(w->start[j], t->terms.wide[j], t->wave[j]);
+        sum[j] = slope[j] = cx_of(0.0, 0.0);
+    }
     for (int i = 0; i < t->terms.count; i++) {
         const sum_term *n = &t->terms.term[i];
-        const double grows = 0.5 * (n->k1 * rate[0] + n->k2 * rate[1]);
+        const double grows = 0.5 * (n->k1 * first + n->k2 * second);
         cx wave = cx_mul(t->wave[0][WIDE_MOST + n->k1], t->wave[1][WIDE_MOST + n->k2]);
         if (odd(n->k2)) wave = cx_of(-wave.im, wave.re);
         for (int j = 0; j < 2; j++) {
@@ -117,9 +116,18 @@ static dd find_heading(kowalewski_work *w, const dd state[6])
             slope[j] = cx_add(slope[j], cx_scale(c * grows, cx_of(-wave.im, wave.re)));
         }
     }
+}
+/* Adds to the heading's rate the half multiples of the torus' rates that the classes leave open: by
+ * the rate of the larger of A = S + T and B = S - T at the start, where
+ * A' = -i r A/2 + i (p + iq) B/2 and B' = i r B/2 + i (p - iq) A/2 up to what D contributes. */
+static dd find_heading(kowalewski_work *w, const dd state[6])
+{
+    const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
+    cx sum[2], slope[2];
+    sum_start(w, &w->theta, sum, slope);
     cx a = cx_add(sum[0], sum[1]), b = cx_sub(sum[0], sum[1]), da = cx_add(slope[0], slope[1]),
        x = cx_of(state[0].hi, state[1].hi);
-    double spin = -0.5 * r;
+    double spin = -0.5 * state[2].hi;
     if (cx_square(b) > cx_square(a)) {
         const cx other = a;
         a = b, b = other;
@@ -134,10 +142,10 @@ static dd find_heading(kowalewski_work *w, const dd state[6])
     for (int i = -6; i <= 6; i++)
         for (int j = -6; j <= 6; j++) {
             const double miss =
-                fabs(need - 0.5 * (i * rate[0] + j * rate[1])) + 1e-9 * (abs(i) + abs(j));
+                fabs(need - 0.5 * (i * first + j * second)) + 1e-9 * (abs(i) + abs(j));
             if (miss < best) best = miss, n1 = i, n2 = j;
         }
-    w->rate_miss = fabs(need - 0.5 * (n1 * rate[0] + n2 * rate[1]));
+    w->rate_miss = fabs(need - 0.5 * (n1 * first + n2 * second));
     return dd_add(w->rates.heading,
                   dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
 }
