@@ -2,7 +2,8 @@
  * acts: it needs no steps, and its error does not grow. A step goes wherever it is asked to; a step
  * without an end takes one period of the nutation, or of the first angle of a Kowalewski top. Klein
  * and Sommerfeld (Theorie des Kreisels) give it for the Lagrange top, Jacobi (1849) for the free
- * body, Kowalevski (1889) and Koetter (1893) for hers, up to the heading. All integrals are kept. */
+ * body, Kowalevski (1889) and Koetter (1893) for hers, up to the heading. It keeps every one of
+ * the integrals. */
 #include "dispatch.h"
 #include "kowalewski.h"
 #include "method.h"
