@@ -66,6 +66,8 @@ def test_motions_without_closed_form_are_refused_by_name():
     for scene in (rest, pendulum):
         with pytest.raises(ValueError, match="no closed form"):
             kr.exact(scene)
+        with pytest.raises(ValueError, match=r"does not apply: this motion.*coincide"):
+            kr.solve(scene, 1.0, method="exact")
     with pytest.raises(ValueError, match="damping"):
         kr.exact(SCENE.replace(damping=(0.1, 0.1, 0.1)))
     with pytest.raises(ValueError, match="one by one"):

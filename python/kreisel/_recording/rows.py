@@ -8,6 +8,7 @@ from .._core import Work, record, start
 from .._ground.arguments import Array
 from .._ground.refusals import refusal
 from .._model.scene import Scene
+from .._request.methods import is_kowalewski, no_closed_form
 from .._request.request import Progress, Request
 
 # The name of the status, 'OK' where all went well; (n, 8) t, q, m of the states that were reached,
@@ -59,6 +60,8 @@ def refused(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
     """The exception for a top that the core did not make, with a step that would do."""
+    if status == "ERR_METHOD" and is_kowalewski(scene):
+        return ValueError(f"the method {method!r} does not apply: {no_closed_form(scene)}")
     would = ""
     if status == "ERR_STEP_SIZE" and step:
         fits = step

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, cast
 
 from .._core import flags as FLAGS
-from .._core import method_applies, method_suits
+from .._core import kowalewski_plan, method_applies, method_suits
 from .._core import methods as core_methods
 from .._ground.arguments import instance, shown
 from .._ground.names import MethodName
@@ -167,7 +167,10 @@ def no_closed_form(scene: Scene) -> str:
     if not methods[EXACT].applies_to(scene.body):
         return f"no closed form is known for {told(scene)} under gravity"
     if is_kowalewski(scene):
-        return "the closed forms of Kowalewski tops are made one by one"
+        status, refusal = kowalewski_plan(scene._block, 0.0)[:2]
+        if status == "OK":
+            return "the closed forms of Kowalewski tops are made one by one"
+        return f"this motion of a Kowalewski top has no closed form: {refusal}"
     return (
         "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
         "the start, and yet does not stand"

@@ -24,7 +24,7 @@ from .._ground.arguments import Array, Numbers, array, instance, number, shown
 from .._model.scene import Ensemble, Scene
 from .._model.turning import Turnings, turning
 from .._recording.path import Path, Stats
-from .._request.methods import EXACT, fitting, is_kowalewski
+from .._request.methods import EXACT, fitting, is_kowalewski, no_closed_form
 from .._request.times import refuse_endless
 from .exact_many import ExactEnsemble, ensemble_of, form_of, no_form, row_of
 
@@ -283,13 +283,9 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
 
 
 def _exact_kowalewski(scene: Scene) -> ExactKowalewski:
-    status, refusal, frequencies, certificate, mismatch, plan = kowalewski_plan(scene._block, 0.0)
+    status, _, frequencies, certificate, mismatch, plan = kowalewski_plan(scene._block, 0.0)
     if status == "ERR_METHOD":
-        if scene._is_damped:
-            raise no_form(status, scene)
-        raise ValueError(
-            f"this motion of a Kowalewski top has no closed form: {refusal}: {scene!r}"
-        )
+        raise ValueError(f"{no_closed_form(scene)}: {scene!r}")
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: {scene!r}")
     rates = math.nan, math.nan, math.nan
