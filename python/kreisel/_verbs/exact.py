@@ -11,6 +11,7 @@ from typing import Final, Literal, overload
 import numpy as np
 
 from .._core import (
+    KowalewskiPlan,
     exact_map_plan,
     exact_map_states,
     exact_plan,
@@ -128,10 +129,9 @@ class Exact(_Rates):
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        read = self._read()
-        states = read(self._plan, t, self.scene._within)
+        states = self._states(t, self.scene._within)
         if states is None:
-            states = read(self._plan, self._times(t), math.inf)
+            states = self._states(self._times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, EXACT, None, None, _NO_STEPS, _asked=EXACT)
 
@@ -153,9 +153,9 @@ class Exact(_Rates):
         path = self(t)
         return tangents_at(self.scene, self.period, path.t, path.q)
 
-    def _read(self) -> Callable[[Array, object, float], Array | None]:
-        """Return the function of the core that reads states of the plan."""
-        return exact_states
+    def _states(self, t: object, most: float) -> Array | None:
+        """Return rows of states; None if `t` has to be looked at, or is not below `most`."""
+        return exact_states(self._plan, t, most)
 
     def _times(self, t: Numbers) -> Array:
         times = row_of(t)
@@ -191,9 +191,13 @@ class ExactKowalewski(Exact):
     frequencies: tuple[float, float, float]
     certificate: float
     mismatch: float
+    _sums: KowalewskiPlan = field(repr=False, compare=False)
 
-    def _read(self) -> Callable[[Array, object, float], Array | None]:
-        return kowalewski_states
+    def _states(self, t: object, most: float) -> Array | None:
+        return kowalewski_states(self._sums, t, most)
+
+    def __reduce__(self) -> tuple[Callable[[Scene], ExactKowalewski], tuple[Scene]]:
+        return _exact_kowalewski, (self.scene,)
 
     def tangents(self, t: Numbers) -> Array:
         """Raises ValueError: no derivatives of this closed form are known here."""
@@ -289,4 +293,5 @@ def _exact_kowalewski(scene: Scene) -> ExactKowalewski:
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: {scene!r}")
     rates = math.nan, math.nan, math.nan
-    return ExactKowalewski(scene, *rates, plan, frequencies, certificate, mismatch)
+    none = np.empty(0)
+    return ExactKowalewski(scene, *rates, none, frequencies, certificate, mismatch, plan)
