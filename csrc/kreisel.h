@@ -252,7 +252,7 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
     X(DENSE,            64, "dense",          "evaluates the state anywhere in its last step")    \
     X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
-    X(INTEGRABLE,      256, "integrable",     "for Lagrange tops and free bodies")                \
+    X(INTEGRABLE,      256, "integrable",     "for Lagrange and Kowalewski tops and free bodies") \
     X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
     X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
     X(DIGITS,         2048, "digits",         "can compute more digits than a double has")        \
@@ -576,6 +576,48 @@ KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states, with the bits of kr_exact_state, but faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
+
+/* Why a Kowalewski top has no closed form: X(name, what it says). */
+/* clang-format off */
+#define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
+    X(PLANNED,     "there is a plan")                                                             \
+    X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
+    X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
+    X(INTEGRALS,   "a period of its curve does not converge")                                     \
+    X(START,       "the start does not lie on the arcs of its curve that are known")              \
+    X(SUMS,        "no theta functions fit the motion")                                           \
+    X(TERMS,       "its theta functions have too many terms")                                     \
+    X(CERTIFICATE, "its theta functions miss the motion by more than is allowed")
+typedef enum kr_kowalewski_refusal {
+#define X(name, text) KR_KOWALEWSKI_##name,
+    KR_KOWALEWSKI_REFUSAL_LIST(X)
+#undef X
+    KR_KOWALEWSKI_REFUSAL_COUNT
+} kr_kowalewski_refusal;
+/* clang-format on */
+/* Returns what a refusal says, or NULL if there is none of this number. */
+KR_API const char *kr_kowalewski_refusal_text(int refusal);
+/* The closed form of a Kowalewski top. Each frequency of its attitude's matrix is a sum of whole
+ * multiples of `first`, `second` and twice `heading` [T^-1]. The attitude's error is at most about
+ * ten times the `certificate`, a relative miss. The plan is of moments 2 : 2 : 1 exactly, which the
+ * body misses by `mismatch`: it leaves the body's motion by about that times the angle turned. */
+typedef struct kr_kowalewski {
+    double first, second, heading, certificate, mismatch;
+    int refusal; /* a kr_kowalewski_refusal */
+} kr_kowalewski;
+#define KR_KOWALEWSKI_BOUND 1e-11
+/* Returns the bytes of memory that kr_kowalewski_plan takes. */
+KR_API size_t kr_kowalewski_size(void);
+/* Plans in `memory`, aligned for doubles, which stays the caller's; `out` points to its head.
+ * KR_ERR_METHOD for other bodies, with damping, and for a motion with a `refusal` in its head, as a
+ * certificate above `bound` is (0: KR_KOWALEWSKI_BOUND). */
+KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
+                                    const kr_kowalewski **out);
+/* Returns the state at time t, as kr_exact_state. */
+KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
+/* Writes n states, with the bits of kr_kowalewski_state, but faster. */
+KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
+                                 kr_state out[]);
 
 /* Turning points of the apex of a Lagrange top, or of a free body symmetric about the apex. The
  * course is "resting", "circle" (both free), "sleeping", "hanging", "steady", "separatrix",

@@ -81,6 +81,9 @@ struct kr_method {
     int order;
     unsigned flags; /* without KR_DENSE, which follows from `at` */
     size_t work;
+    /* The doubles that a scene needs behind `work`. They are no part of a checkpoint: `reset` at a
+     * scene's start makes them. NULL: none. */
+    size_t (*more)(const kr_scene *scene);
     /* Begins anew at a state (q, m; its t is not used): at the start, and whenever the state is
      * set. A dense method that refuses leaves work and aux as they were. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);

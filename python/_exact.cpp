@@ -1,5 +1,7 @@
 // The closed form. A plan goes to Python as the doubles that it is made of.
 #include <algorithm>
+#include <memory>
+#include <vector>
 #include "times.hpp"
 #include "tops.hpp"
 
@@ -31,6 +33,38 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
             kr_exact_states(&p, size_t(end - i), times.data() + i, states + i);
         });
+    return std::move(out);
+}
+// A Kowalewski top's plan, in memory that Python cannot write.
+struct kowalewski_memory {
+    std::vector<double> doubles;
+    const kr_kowalewski *top = nullptr;
+};
+// The plan, and what its head tells.
+static py::tuple kowalewski_plan(const kr_scene &scene, double bound)
+{
+    auto memory = std::make_unique<kowalewski_memory>();
+    memory->doubles.resize((kr_kowalewski_size() + sizeof(double) - 1) / sizeof(double));
+    const kr_status status =
+        kr_kowalewski_plan(&scene, bound, memory->doubles.data(), &memory->top);
+    kr_kowalewski head;
+    std::memcpy(&head, memory->doubles.data(), sizeof head);
+    return py::make_tuple(name_of(status), kr_kowalewski_refusal_text(head.refusal),
+                          py::make_tuple(head.first, head.second, 2.0 * head.heading),
+                          head.certificate, head.mismatch, std::move(memory));
+}
+// As exact_states.
+static py::object kowalewski_states(const kowalewski_memory &plan, const py::object &t, double most)
+{
+    if (!plan.top) throw py::value_error("there is no plan");
+    given_times times;
+    if (!times.take(t) || !times.are_below(most)) return py::none();
+    const py::ssize_t n = py::ssize_t(times.size());
+    doubles out({n, py::ssize_t(8)});
+    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        kr_kowalewski_states(plan.top, size_t(end - i), times.data() + i, states + i);
+    });
     return std::move(out);
 }
 // Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and
@@ -159,6 +193,9 @@ void bind_exact(py::module_ &m)
 {
     m.def("exact_plan", exact_plan, "scene"_a);
     m.def("exact_states", exact_states, "plan"_a, "t"_a, "most"_a);
+    py::class_<kowalewski_memory>(m, "KowalewskiPlan");
+    m.def("kowalewski_plan", kowalewski_plan, "scene"_a, "bound"_a);
+    m.def("kowalewski_states", kowalewski_states, "plan"_a, "t"_a, "most"_a);
     py::list names;
     for (const char *course : courses) names.append(course);
     m.attr("courses") = names;

@@ -289,7 +289,8 @@ static void values_of_tops(const std::string &name, const tops &all, const doubl
 // one before, but for its start: exact, which minds that too, says so when it runs.
 static py::tuple unsuited(const tops &all, const std::string &name)
 {
-    const kr_method *method = method_of(name);
+    const bool chosen = name == "auto";
+    const kr_method *method = method_of(chosen ? "exact" : name);
     size_t first = all.size(), count = 0;
     kr_scene suited = {};
     bool found = false;
@@ -305,7 +306,9 @@ static py::tuple unsuited(const tops &all, const std::string &name)
             kr_scene scene;
             all.fill(i, i + 1, &scene);
             if (is_like(scene)) continue;
-            if (kr_method_suits(method, &scene)) {
+            const bool left = chosen && scene.gravity != 0.0 &&
+                              kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KOWALEWSKI;
+            if (kr_method_suits(method, &scene) && !left) {
                 suited = scene;
                 found = true;
             } else if (count++ == 0)

@@ -175,6 +175,14 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
     }
     return 1;
 }
+/* Makes the work anew of a method whose memory is not all in a checkpoint. Returns 0 if the method
+ * refuses this start: then the work stays as it was. */
+static int is_begun(kr_top *top, const kr_scene *scene)
+{
+    kr_motion motion = top->main;
+    motion.scene = scene;
+    return top->method->reset(&motion, &scene->start) == KR_OK;
+}
 kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
 {
     const unsigned char *from = memory;
@@ -190,6 +198,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (memcmp(&head, &own, sizeof head) != 0 || !alike(&image, top)) return KR_ERR_CHECKPOINT;
     if (!is_sound(top, &image, work)) return KR_ERR_CHECKPOINT;
     if (!load_events(top, image.steps, from + bare_size(top), 0)) return KR_ERR_CHECKPOINT;
+    if (top->method->more && !is_begun(top, &image.scene)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
     image.inspect_at = image.steps; /* max_steps may be another */
@@ -199,7 +208,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     memcpy(top, &image, SAVED);
     top->horizon = kr_top_horizon(top, &top->scene);
     load_events(top, image.steps, from + bare_size(top), 1);
-    memcpy(top->main.work, work, work_size(top));
+    if (!top->method->more) memcpy(top->main.work, work, work_size(top));
     if (motions(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));
     if (top->tangents)
         memcpy(top->tangents, from + bare_size(top) - tangents_size(top), tangents_size(top));

@@ -37,7 +37,8 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
     const kr_vec3 moments = kr_body_working(body).inertia;
     const int symmetric = fabs(moments.x - moments.y) <= KR_KIND_RTOL * moments.x;
     if (flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
-    if (flags & KR_INTEGRABLE) return kind == KR_LAGRANGE || kind == KR_EULER;
+    if (flags & KR_INTEGRABLE)
+        return kind == KR_LAGRANGE || kind == KR_EULER || kind == KR_KOWALEWSKI;
     if (flags & KR_SYMMETRIC_ONLY) return symmetric;
     return !(flags & KR_EULER_ONLY) || kind == KR_EULER;
 }
@@ -47,6 +48,6 @@ int kr_method_suits(const kr_method *method, const kr_scene *scene)
     if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_DAMPED)) return 0;
     if (method->flags & KR_INTEGRABLE)
         return (scene->gravity == 0.0 || kr_method_applies(method, &scene->body)) &&
-               kr_exact_resolves(scene);
+               (kr_exact_is_kowalewski(scene) || kr_exact_resolves(scene));
     return kr_method_applies(method, &scene->body);
 }

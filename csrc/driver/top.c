@@ -248,10 +248,10 @@ static void share_memory(kr_top *top, int has_tangents)
     top->kept.work = top->main.work + work;
     top->side.work = top->kept.work + work;
 }
-kr_status kr_top_blank(const kr_method *method, const kr_config *config, kr_top **top)
+kr_status kr_top_blank(const kr_method *method, const kr_config *config, size_t more, kr_top **top)
 {
     const size_t tangents = kr_tangents_size(method, config),
-                 doubles = 2 * LINE + work_of_all(method) + tangents;
+                 doubles = 2 * LINE + work_of_all(method) + tangents + more;
     kr_top *made = calloc(1, sizeof *made + doubles * sizeof(double));
     if (!made) return KR_ERR_MEMORY;
     made->method = method;
@@ -266,7 +266,8 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK && !method) status = KR_ERR_NO_METHOD;
     if (status == KR_OK) status = out ? check(scene, method, &config) : KR_ERR_ARGUMENT;
-    if (status == KR_OK) status = kr_top_blank(method, &config, &top);
+    if (status == KR_OK)
+        status = kr_top_blank(method, &config, method->more ? method->more(scene) : 0, &top);
     if (status != KR_OK) return status;
     status = begin(top, scene, method, &config);
     if (status == KR_OK) {

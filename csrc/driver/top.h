@@ -82,9 +82,9 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 }
 /* The horizon of such a top with this scene. */
 double kr_top_horizon(const kr_top *top, const kr_scene *scene);
-/* Allocates a top for this method and the tangents of this config, which is that of no scene
- * yet. */
-kr_status kr_top_blank(const kr_method *method, const kr_config *config, kr_top **top);
+/* Allocates a top with `more` doubles behind the method's work, for this method and the tangents of
+ * this config, which is that of no scene yet. */
+kr_status kr_top_blank(const kr_method *method, const kr_config *config, size_t more, kr_top **top);
 /* Whether a method has the tangents that a config asks for. */
 int kr_tangents_suit(const kr_method *method, const kr_config *config);
 /* The doubles that the tangents of a config take: 0 for none. */

@@ -1,6 +1,7 @@
 /* Many tops, one worker: it allocates once, gives each top to the lanes or moves it alone, and
  * tells what became of it. Whoever moves a top, its numbers depend on that top alone. */
 #include "worker.h"
+#include "exact/dispatch.h"
 #include <stdlib.h>
 
 enum { LINE = 8 /* doubles on 64 bytes */ };
@@ -196,9 +197,9 @@ static kr_status equip(kr_worker *worker)
     const kr_scene scene = kr_scene_default();
     kr_status status = KR_OK;
     if (worker->method != &kr_method_exact)
-        status = kr_top_blank(method, &worker->config, &worker->alone);
+        status = kr_top_blank(method, &worker->config, 0, &worker->alone);
     if (status == KR_OK && worker->plans)
-        status = kr_top_blank(&kr_method_exact, &worker->config, &worker->closed);
+        status = kr_top_blank(&kr_method_exact, &worker->config, kr_exact_more(), &worker->closed);
     if (status != KR_OK) return status;
     status = kr_top_become(worker->alone ? worker->alone : worker->closed, &scene, &worker->config);
     return status == KR_ERR_ARGUMENT || status == KR_ERR_NO_STEP || status == KR_ERR_MEMORY ? status

@@ -69,4 +69,8 @@ kr_status kr_exact_own(const kr_scene *scene, kr_exact *exact);
  * an upright start that is unstable the motion falls after a time that goes as the logarithm of the
  * lean, whose fourth power underflows below 1e-77. */
 int kr_exact_resolves(const kr_scene *scene);
+/* Returns whether gravity acts on a Kowalewski top; the scene was checked. */
+int kr_exact_is_kowalewski(const kr_scene *scene);
+/* Returns the doubles that the method `exact` needs behind its work for such a scene. */
+size_t kr_exact_more(void);
 #endif

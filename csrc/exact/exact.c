@@ -1,10 +1,17 @@
-/* The closed form as a method, for the Lagrange top and for any body on which no torque acts: it
- * needs no steps, and its error does not grow. A step goes wherever it is asked to; a step without
- * an end takes one period of the nutation. Klein and Sommerfeld (Theorie des Kreisels) give it for
- * the Lagrange top, Jacobi (1849) for the free body. It keeps every integral. */
+/* The closed form as a method, for Lagrange tops, Kowalewski tops and any body on which no torque
+ * acts: it needs no steps, and its error does not grow. A step goes wherever it is asked to; a step
+ * without an end takes one period of the nutation, or of the first angle of a Kowalewski top. Klein
+ * and Sommerfeld (Theorie des Kreisels) give it for the Lagrange top, Jacobi (1849) for the free
+ * body, Kowalevski (1889) and Koetter (1893) for hers, up to the heading. It keeps every one of
+ * the integrals. */
 #include "dispatch.h"
+#include "kowalewski.h"
 #include "method.h"
 #include "model/scene.h"
+
+/* What `curve` of a kr_exact is, behind the kinds of its series, where the motion is that of a
+ * Kowalewski top. */
+enum { KOWALEWSKI = 16 };
 
 int kr_exact_resolves(const kr_scene *scene)
 {
@@ -18,11 +25,43 @@ int kr_exact_resolves(const kr_scene *scene)
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
+/* The work is a kr_exact. Of a Kowalewski top that has a period alone: behind it stand the sums of
+ * its plan, and the memory in which a plan is made. */
 static const kr_exact *exact_of(const kr_motion *motion) { return (const kr_exact *)motion->work; }
+static kr_theta_sums *sums_of(const kr_motion *motion)
+{
+    return (kr_theta_sums *)(void *)((kr_exact *)motion->work + 1);
+}
+int kr_exact_is_kowalewski(const kr_scene *scene)
+{
+    return scene->gravity != 0.0 && kr_body_kind(&scene->body, KR_KIND_RTOL) == KR_KOWALEWSKI;
+}
+static size_t more(const kr_scene *scene)
+{
+    return kr_exact_is_kowalewski(scene) ? kr_exact_more() : 0;
+}
+size_t kr_exact_more(void)
+{
+    return (sizeof(kr_theta_sums) + kr_kowalewski_size()) / sizeof(double);
+}
 
+/* Makes a plan beside the one in use, which stays where this one is refused. */
+static kr_status reset_kowalewski(kr_motion *motion)
+{
+    kr_exact form = {0};
+    kr_theta_sums *sums = sums_of(motion), *made = sums + 1;
+    const kr_status status = kr_kowalewski_own(motion->scene, made);
+    if (status != KR_OK) return status;
+    *sums = *made;
+    form.curve = KOWALEWSKI;
+    form.period = 0.5 / sums->turn[0].fast; /* of the first angle */
+    memcpy(motion->work, &form, sizeof form);
+    return KR_OK;
+}
 static kr_status reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* It was rounded on its way to working axes; the scene was not. */
+    if (kr_exact_is_kowalewski(motion->scene)) return reset_kowalewski(motion);
     return kr_exact_own(motion->scene, (kr_exact *)motion->work);
 }
 static kr_status step(kr_motion *motion, double until)
@@ -36,21 +75,24 @@ static kr_status step(kr_motion *motion, double until)
 }
 static void at(kr_motion *motion, double clock, kr_state *s)
 {
-    *s = kr_exact_state(exact_of(motion), clock);
+    *s = exact_of(motion)->curve == KOWALEWSKI ? kr_kowalewski_state(&sums_of(motion)->head, clock)
+                                               : kr_exact_state(exact_of(motion), clock);
 }
 static void read(const kr_motion *motion, kr_state *s)
 {
-    *s = kr_exact_state(exact_of(motion), motion->clock);
+    kr_motion now = *motion;
+    at(&now, motion->clock, s);
 }
 
 const kr_method kr_method_exact = {
     .name = "exact",
     .text = "closed form by theta functions",
     .conserves = "all integrals",
-    .reference = "Klein and Sommerfeld 1897; Jacobi 1849",
+    .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_REVERSIBLE | KR_SYMPLECTIC | KR_INTEGRABLE,
     .work = sizeof(kr_exact) / sizeof(double),
+    .more = more,
     .reset = reset,
     .step = step,
     .read = read,

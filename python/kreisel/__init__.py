@@ -34,7 +34,7 @@ from ._results.section_result import Section
 from ._showing.view import View, view
 from ._solve.chaos import lyapunov, megno, oli
 from ._solve.ensemble_plan import EnsemblePlan, plan
-from ._solve.exact import Exact, ExactMap, exact
+from ._solve.exact import Exact, ExactKowalewski, ExactMap, exact
 from ._solve.exact_ensemble import ExactEnsemble
 from ._solve.load import load
 from ._solve.run import Run, resume, start
@@ -61,6 +61,7 @@ __all__ = [
     "Events",
     "Exact",
     "ExactEnsemble",
+    "ExactKowalewski",
     "ExactMap",
     "Frequencies",
     "Indicator",

@@ -43,6 +43,7 @@ SELVES = {  # things of each class that has methods
     kr.Frequencies: [always(kr.frequencies(argument_values.SWAY))],
     kr.Exact: [always(kr.exact(scene)) for scene in (LAGRANGE, FREE)],
     kr.ExactEnsemble: [always(kr.exact([LAGRANGE, FREE]))],
+    kr.ExactKowalewski: [always(kr.exact(kr.scenes.kowalewski))],
     kr.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
     kr.Indicator: [
         always(kr.lyapunov(TOP, 2.0)),

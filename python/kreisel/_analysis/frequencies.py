@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._ground.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
-from .._options.methods import EXACT
+from .._options.methods import EXACT, is_kowalewski
 from .._results.path import Path
 from .._solve.exact import exact
 from .turns import Waves, count_turns, motion_of
@@ -104,7 +104,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     lines, amplitudes, rest = _lines(t, seen, count)
     told = lines, amplitudes, rest
     freeze_arrays(told)
-    if path.method == EXACT:
+    if path.method == EXACT and not is_kowalewski(path.scene):
         form = exact(path.scene)
         return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)
     return Frequencies(*_rates(path), *told, False)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, cast
 
 from .._core import flags as FLAGS
-from .._core import method_applies, method_suits
+from .._core import kowalewski_plan, method_applies, method_suits
 from .._core import methods as core_methods
 from .._ground.errors import unknown_name_message as unknown_name
 from .._ground.literals import MethodName
@@ -96,7 +96,8 @@ class Method:
         lagrange = "two equal moments and the centre of mass on the third axis"
         kinds = {
             FLAGS["lagrange_only"]: lagrange,
-            FLAGS["integrable"]: lagrange + ", and for any body without torque",
+            FLAGS["integrable"]: lagrange
+            + ", for Kowalewski tops, and for any body without torque",
             FLAGS["symmetric_only"]: "two equal moments",
             FLAGS["euler_only"]: "the centre of mass at the fixed point",
         }
@@ -154,12 +155,26 @@ def describe_kind(scene: Scene) -> str:
     return f"this {damped}body of kind {scene.body.kind!r}{which}"
 
 
+def is_kowalewski(scene: Scene) -> bool:
+    """Return True if gravity acts on a Kowalewski top.
+
+    Its closed form is used only on request: setting it up takes as long as some hundred units of
+    time by a series.
+    """
+    return scene.gravity != 0.0 and scene.body.kind == "kowalewski"
+
+
 def why_no_closed_form(scene: Scene) -> str:
     """Return the reason why a scene has no closed form."""
     if scene._is_damped:
         return f"no closed form is known for {describe_kind(scene)} with damping"
     if not methods[EXACT].applies_to(scene.body):
         return f"no closed form is known for {describe_kind(scene)} under gravity"
+    if is_kowalewski(scene):
+        status, refusal = kowalewski_plan(scene._block, 0.0)[:2]
+        if status == "OK":
+            return "the closed form of a Kowalewski top is available for single scenes only"
+        return f"this motion of a Kowalewski top has no closed form: {refusal}"
     return (
         "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
         "the start, and yet does not stand"
@@ -180,7 +195,8 @@ def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method called `name`, or that of 'auto'. Raises ValueError if there is none, or if
     it does not apply to the scene."""
     if isinstance(name, str) and name == "auto":
-        return methods[EXACT if methods[EXACT].suits(scene) else FALLBACK]
+        closed = methods[EXACT].suits(scene) and not is_kowalewski(scene)
+        return methods[EXACT if closed else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):
         if method.applies_to(scene.body) and not scene._is_damped:

@@ -8,6 +8,7 @@ from .._core import Work, record, start
 from .._ground.errors import status_to_exception
 from .._ground.validation import Array
 from .._model.scene import Scene
+from .._options.methods import is_kowalewski, why_no_closed_form
 from .._options.solve_options import Progress, SolveOptions
 
 # The name of the status; (n, 8) t, q, m of the states reached, and their low words; steps, rejected
@@ -49,6 +50,8 @@ def creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
     """Return the exception for a top that the core cannot create, with a step that it accepts."""
+    if status == "ERR_METHOD" and is_kowalewski(scene):
+        return ValueError(f"the method {method!r} does not apply: {why_no_closed_form(scene)}")
     would = ""
     if status == "ERR_STEP_SIZE" and step:
         fits = step

@@ -22,7 +22,7 @@ from .._core import tangents as TANGENTS
 from .._ground.literals import MethodName
 from .._ground.validation import Array, Quaternion
 from .._model.scene import Scene
-from .._options.methods import EXACT, FALLBACK, methods
+from .._options.methods import EXACT, FALLBACK, is_kowalewski, methods
 from .._options.solve_options import Progress, SolveOptions
 from ..quaternion import conjugate, multiply, turn
 from .core_calls import CoreResult
@@ -44,7 +44,7 @@ ROUNDINGS = 128  # a closed form errs by far less than this many roundings of th
 
 def closed_form_holds(scene: Scene) -> bool:
     """Return True if the scene has a closed form without any rounding of its body."""
-    if not CLOSED_FORM.method.suits(scene):
+    if not CLOSED_FORM.method.suits(scene) or is_kowalewski(scene):
         return False
     near = 2.0 * KIND_RTOL
     pairs = combinations(scene.body.moments, 2)

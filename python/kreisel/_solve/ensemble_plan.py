@@ -20,7 +20,7 @@ from .._options.ensemble_options import (
     parse_threads,
     parse_times,
 )
-from .._options.methods import EXACT, FALLBACK
+from .._options.methods import FALLBACK
 from .._options.plan import GEOMETRIC, Plan, plan_of
 from .._options.solve_options import parse_options
 from .._options.times import time_array
@@ -173,7 +173,7 @@ def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
     if options.is_scalar or options.solve.method.name != FALLBACK:
         return 0, 0
     damped = int(np.count_nonzero((tops.damping > 0.0).any(axis=-1)))
-    closed = tops.size - unsuited(tops._core_scenes, EXACT)[1] if options.is_auto else 0
+    closed = tops.size - unsuited(tops._core_scenes, "auto")[1] if options.is_auto else 0
     return closed, tops.size - closed - damped
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Final, Literal, overload
@@ -11,17 +11,26 @@ from typing import Final, Literal, overload
 import numpy as np
 
 from .._core import (
+    KowalewskiPlan,
     exact_map_plan,
     exact_map_states,
     exact_plan,
     exact_states,
+    kowalewski_plan,
+    kowalewski_states,
     statuses,
     turning_potential,
 )
 from .._ground.validation import Array, Numbers, as_finite_array, as_float, check_type, short_repr
 from .._model.scene import Ensemble, Scene
 from .._model.turning_points import TurningPoints, compute_turning_points
-from .._options.methods import EXACT, methods, resolve_method
+from .._options.methods import (
+    EXACT,
+    is_kowalewski,
+    methods,
+    resolve_method,
+    why_no_closed_form,
+)
 from .._options.solve_options import SolveOptions
 from .._options.times import check_horizon
 from .._results.error_estimate import CLOSED_FORM
@@ -140,16 +149,58 @@ class Exact(_Rates):
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        states = exact_states(self._plan, t, self.scene._within)
+        states = self._states(t, self.scene._within)
         if states is None:
-            states = exact_states(self._plan, self._times(t), math.inf)
+            states = self._states(self._times(t), math.inf)
         assert states is not None
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
+
+    def _states(self, t: object, most: float) -> Array | None:
+        """Return rows of states; None if `t` has to be looked at, or is not below `most`."""
+        return exact_states(self._plan, t, most)
 
     def _times(self, t: Numbers) -> Array:
         times = parse_time_list(t)
         check_horizon(self.scene, float(np.abs(times).max(initial=0.0)), None)
         return times.reshape(-1)
+
+
+@dataclass(frozen=True)
+class ExactKowalewski(Exact):
+    """The motion of a Kowalewski top in closed form, by theta functions of two variables.
+
+    Call it with a time or an array of times for a kreisel.Path.
+
+    frequencies  (first, second, precession): the frequencies of the attitude matrix in space are
+                 integer combinations of all three; those of quantities seen from the body are
+                 combinations of the first two [T^-1]
+    certificate  the largest relative residual of the equations of the plan and of the states at its
+                 start; the attitude error is at most about ten times as large, at any time
+    mismatch     relative deviation of the body's moments and centre of mass from those of a
+                 Kowalewski top: the closed form holds for exact ones, and deviates from the body's
+                 motion by about `mismatch` times the angle by which the top turns
+
+    period, precession and spin are NaN: the axis alone has none.
+
+        >>> import kreisel as kr
+        >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), made_up=True)
+        >>> top = kr.exact(kr.Scene(body, momentum=(0.3, 1.1, 0.8)))
+        >>> top.certificate < 1e-13, top.mismatch
+        (True, 0.0)
+        >>> round(float(top(1e6).m[0, 2]), 12)
+        0.8
+    """
+
+    frequencies: tuple[float, float, float]
+    certificate: float
+    mismatch: float
+    _sums: KowalewskiPlan = field(repr=False, compare=False)
+
+    def _states(self, t: object, most: float) -> Array | None:
+        return kowalewski_states(self._sums, t, most)
+
+    def __reduce__(self) -> tuple[Callable[[Scene], ExactKowalewski], tuple[Scene]]:
+        return _exact_kowalewski, (self.scene,)
 
 
 @dataclass(frozen=True)
@@ -189,8 +240,8 @@ def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactM
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact | ExactEnsemble | ExactMap:
-    """Return the closed form of a scene: of a Lagrange top, a spherical body, or any body without
-    torque.
+    """Return the closed form of a scene: of a Lagrange top, a spherical body, any body without
+    torque, or, as a kreisel.ExactKowalewski, of a Kowalewski top.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": the closed form of the integrable map instead, for Lagrange tops
@@ -207,6 +258,8 @@ def exact(
         return _exact_map(top, map, step)
     if step is not None:
         raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
+    if is_kowalewski(top):
+        return _exact_kowalewski(top)
     status, period, precession, spin, plan = exact_plan(top._block)
     if status != "OK":
         raise no_closed_form_error(status, top)
@@ -230,3 +283,14 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")
     return ExactMap(scene, period, precession, spin, plan, h)
+
+
+def _exact_kowalewski(scene: Scene) -> ExactKowalewski:
+    status, _, frequencies, certificate, mismatch, plan = kowalewski_plan(scene._block, 0.0)
+    if status == "ERR_METHOD":
+        raise ValueError(f"{why_no_closed_form(scene)}: {scene!r}")
+    if status != "OK":
+        raise ValueError(f"{statuses[status][1]}: {scene!r}")
+    rates = math.nan, math.nan, math.nan
+    none = np.empty(0)
+    return ExactKowalewski(scene, *rates, none, frequencies, certificate, mismatch, plan)

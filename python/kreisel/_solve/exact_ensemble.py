@@ -220,7 +220,7 @@ def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """Return the closed forms of an ensemble. Raises ValueError, with its index, for the first
     scene without one."""
-    first, count = unsuited(tops._core_scenes, EXACT)
+    first, count = unsuited(tops._core_scenes, "auto")
     if count:
         more = f", the first of {count} such" if count > 1 else ""
         where = f"{word}{format_index(unravel_index(first, tops.shape))}{more}: "

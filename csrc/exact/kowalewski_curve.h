@@ -1,0 +1,341 @@
+/* The curve of a Kowalewski top, its two arcs and their averages, in double-double.
+ *
+ * Units and axes: moments (2, 2, 1), mass |gravity| |com| = 1, axis 1 along -sign(gravity) com,
+ * axis 3 along the odd principal axis. With the angular velocity (p, q, r) and e3 = (g1, g2, g3)
+ * seen from the body
+ *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
+ *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
+ * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F1/(w1 - w2)
+ * and F2/(w2 - w1). On an arc
+ *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half an angle x,
+ * where dw/F = D R dx, and R is even and periodic in x: averages by the trapezoidal rule converge
+ * exponentially (S. Kowalevski, Acta Math. 12 (1889) 177).
+ *
+ * This header is source that is compiled once per instruction set. */
+#ifndef KR_KOWALEWSKI_CURVE_H
+#define KR_KOWALEWSKI_CURVE_H
+#include "complex.h"
+#include "kowalewski.h"
+#include "phase.h"
+
+/* Numbers of the roots: 0, 1 and 2 of phi, then k and -k. */
+enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
+enum { GRID = 512 /* intervals between x = 0 and pi, at most */, FOLDS = 8 };
+
+typedef struct kowalewski_curve {
+    dd h, l, k, c;
+    int pair; /* roots 1 and 2 are root[1] +- i root[2] */
+    dd root[ROOTS];
+    int order[ROOTS], real; /* the real roots, from the least on, and their number */
+} kowalewski_curve;
+
+/* An arc from the root `high` at x = 0 to `low` at x = pi, or to minus infinity. */
+typedef struct kowalewski_arc {
+    dd A, B, C, E;
+    int low, high;
+    dd a[ROOTS],
+        b[ROOTS];   /* N - root D = a sin^2 + b cos^2; of a pair, number 1 has the real part */
+    int folds;      /* Landen's transformations from the series' variable to x */
+    dd fold[FOLDS]; /* their moduli, */
+    int crosswise[FOLDS]; /* and whether they move what is at half a turn, not at 0 and a turn */
+    dd p, q, pole;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
+    int points;           /* intervals that were needed */
+    double sine[2][GRID]; /* theta less the series' variable, for both angles of the torus */
+} kowalewski_arc;
+
+static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
+
+/* Returns 2 phi's monic half: (w + h)(w^2 + c) - l^2/2. */
+static dd half_phi(const kowalewski_curve *o, dd w)
+{
+    return dd_sub(dd_mul(dd_add(w, o->h), dd_add(dd_square(w), o->c)), dd_half(dd_square(o->l)));
+}
+static dd half_phi_slope(const kowalewski_curve *o, dd w)
+{
+    return dd_add(dd_add(dd_square(w), o->c), dd_twice(dd_mul(w, dd_add(w, o->h))));
+}
+static dd polish(const kowalewski_curve *o, dd w, int steps)
+{
+    for (int i = 0; i < steps; i++) {
+        const dd slope = half_phi_slope(o, w);
+        if (slope.hi != 0.0) w = dd_sub(w, dd_div(half_phi(o, w), slope));
+    }
+    return w;
+}
+/* Returns the root of phi that lies farthest from the others: beyond the point of inflection, on
+ * the side where Newton's method converges from outside without turning. */
+static dd find_lone_root(const kowalewski_curve *o)
+{
+    const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
+                 there = half_phi(o, dd_of(bend)).hi, side = there > 0.0 ? -1.0 : 1.0,
+                 slope = c - h * h / 3.0;
+    /* A bound of all roots about the inflection: x^3 = slope x + there. */
+    double x = sqrt(fabs(slope)) + 1.0;
+    while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
+    dd w = dd_of(bend + side * x);
+    for (int i = 0; i < 200; i++) {
+        const double f = (w.hi + h) * (w.hi * w.hi + c) - 0.5 * l * l,
+                     d = (w.hi * w.hi + c) + 2.0 * w.hi * (w.hi + h);
+        const double next = d != 0.0 ? w.hi - f / d : w.hi;
+        if (!(side * (w.hi - next) > 1e-14 * x)) break;
+        w.hi = next;
+    }
+    return polish(o, w, 4);
+}
+static void sort_real_roots(kowalewski_curve *o)
+{
+    o->real = 0;
+    for (int i = 0; i < ROOTS; i++) {
+        if (o->pair && (i == 1 || i == 2)) continue;
+        int at = o->real++;
+        while (at > 0 && dd_less(o->root[i], o->root[o->order[at - 1]])) {
+            o->order[at] = o->order[at - 1];
+            at--;
+        }
+        o->order[at] = i;
+    }
+}
+/* Finds the branch points. */
+static void find_roots(kowalewski_curve *o)
+{
+    const dd lone = find_lone_root(o), sum = dd_add(o->h, lone),
+             product = dd_add(o->c, dd_mul(lone, sum)), half = dd_half(sum),
+             square = dd_sub(dd_square(half), product);
+    const dd root = dd_sqrt(dd_abs(square));
+    o->root[0] = lone;
+    o->pair = square.hi < 0.0;
+    if (o->pair) {
+        o->root[1] = dd_neg(half);
+        o->root[2] = root;
+    } else {
+        o->root[1] = polish(o, dd_sub(dd_neg(half), root), 1);
+        o->root[2] = polish(o, dd_add(dd_neg(half), root), 1);
+    }
+    o->root[ROOT_K] = o->k;
+    o->root[ROOT_MINUS_K] = dd_neg(o->k);
+    sort_real_roots(o);
+}
+/* Sets the constants of motion of a state p, q, r, g1, g2, g3. */
+static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
+{
+    const dd re = dd_add(dd_sub(dd_square(y[0]), dd_square(y[1])), y[3]),
+             im = dd_add(dd_twice(dd_mul(y[0], y[1])), y[4]),
+             k2 = dd_add(dd_square(re), dd_square(im));
+    o->h = dd_sub(dd_add(dd_add(dd_square(y[0]), dd_square(y[1])), dd_half(dd_square(y[2]))), y[3]);
+    o->l = l;
+    o->k = dd_sqrt(k2);
+    o->c = dd_sub(dd_of(1.0), k2);
+}
+/* Returns the real root number i, counted from the least. */
+static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
+
+/* Gives w1 > w2 of a state, the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
+static void separate(const kowalewski_curve *o, dd p, dd q, dd w[2])
+{
+    const dd y = dd_add(dd_square(p), dd_square(q)), two_h = dd_twice(o->h);
+    const cdd x = cdd_of(p, q), x2 = cdd_mul(x, x);
+    const cdd rx = cdd_add(cdd_sub(cdd_scale(two_h, x2), cdd_mul(x2, x2)),
+                           cdd_add(cdd_scale(dd_twice(o->l), x), cdd_real(o->c)));
+    const dd r = dd_sqrt(cdd_square(rx)), lp = dd_mul(o->l, p);
+    const dd r12 = dd_add(dd_add(dd_sub(dd_mul(two_h, y), dd_square(y)), dd_twice(lp)), o->c);
+    const dd r1 = dd_sub(dd_sub(dd_mul(two_h, o->c), dd_square(o->l)),
+                         dd_add(dd_mul(two_h, dd_square(y)),
+                                dd_scale(4.0, dd_add(dd_mul(o->c, dd_square(p)), dd_mul(lp, y)))));
+    const dd t = r12.hi >= 0.0 ? dd_add(r12, r) : dd_sub(r12, r), d = dd_scale(-4.0, dd_square(q));
+    const dd u = t.hi != 0.0 ? dd_div(dd_neg(r1), t) : dd_of(0.0),
+             v = d.hi != 0.0 ? dd_div(t, d) : dd_of(-1e60);
+    const int swap = dd_less(u, v);
+    w[0] = swap ? v : u;
+    w[1] = swap ? u : v;
+}
+
+static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
+{
+    for (int i = 0; i < ROOTS; i++) {
+        const dd r = o->root[i];
+        arc->a[i] = arc->low == NO_ROOT ? arc->A : dd_mul(arc->C, dd_sub(o->root[arc->low], r));
+        arc->b[i] = dd_sub(o->root[arc->high], r);
+    }
+}
+/* Sets the coefficients of an arc for one scale. */
+static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
+{
+    const int infinite = arc->low == NO_ROOT;
+    arc->A = infinite ? dd_neg(scale) : dd_mul(o->root[arc->low], scale);
+    arc->B = o->root[arc->high];
+    arc->C = infinite ? dd_of(0.0) : scale;
+    arc->E = dd_of(1.0);
+    set_differences(o, arc);
+}
+/* The branch points of an arc's integrands, by the cosines of x there. */
+typedef struct singularities {
+    int count;
+    cx cosine[ROOTS + 1 + FOLDS];
+} singularities;
+
+/* Returns how far from the real axis x lies, where cos x is given. */
+static double height_of(cx c)
+{
+    const cx one = cx_of(1.0, 0.0);
+    const double mean = 0.5 * (cx_abs(cx_add(c, one)) + cx_abs(cx_sub(c, one)));
+    return sqrt(fmax(mean * mean - 1.0, 0.0));
+}
+static double least_height(const singularities *v)
+{
+    double least = INFINITY;
+    for (int i = 0; i < v->count; i++) least = fmin(least, height_of(v->cosine[i]));
+    return least;
+}
+static cx sine_of(cx c) { return cx_sqrt(cx_sub(cx_of(1.0, 0.0), cx_mul(c, c))); }
+
+static singularities singularities_of(const kowalewski_curve *o, const kowalewski_arc *arc)
+{
+    singularities v = {0};
+    for (int i = 0; i < ROOTS + 1; i++) {
+        const int end = i < ROOTS && (i == arc->low || i == arc->high);
+        if (end || (i == 2 && o->pair) || (i == ROOTS && arc->low == NO_ROOT)) continue;
+        const double im = o->pair && i == 1 ? o->root[2].hi : 0.0;
+        const cx a = i == ROOTS ? cx_of(arc->C.hi, 0.0) : cx_of(arc->a[i].hi, -im * arc->C.hi),
+                 b = i == ROOTS ? cx_of(arc->E.hi, 0.0) : cx_of(arc->b[i].hi, -im * arc->E.hi);
+        v.cosine[v.count++] = cx_div(cx_add(a, b), cx_sub(a, b));
+    }
+    return v;
+}
+/* Moves the singularities by a transformation of modulus m. With u the sine or cosine of x, and v
+ * that of the new variable, m u v^2 - (1 + m) v + u = 0; what had both solutions in one is none any
+ * more, and 1/m is a new one. */
+static singularities move_singularities(const singularities *from, double m, int crosswise)
+{
+    singularities to = {0};
+    for (int i = 0; i < from->count; i++) {
+        const cx u = crosswise ? sine_of(from->cosine[i]) : from->cosine[i];
+        const cx plus = cx_of(1.0 + m, 0.0),
+                 square = cx_sub(cx_mul(plus, plus), cx_scale(4.0 * m, cx_mul(u, u)));
+        if (cx_abs(square) < 1e-3 * (1.0 + m) * (1.0 + m)) continue;
+        const cx v = cx_div(cx_scale(2.0, u), cx_add(plus, cx_sqrt(square)));
+        to.cosine[to.count++] = crosswise ? sine_of(v) : v;
+    }
+    const cx last = cx_of(1.0 / m, 0.0);
+    to.cosine[to.count++] = crosswise ? sine_of(last) : last;
+    return to;
+}
+/* Returns the modulus that moves what lies at this height from the real axis. */
+static dd modulus_for(dd height)
+{
+    const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
+    return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
+}
+/* Returns the number of the nearest singularity. */
+static int nearest_singularity(const singularities *v)
+{
+    int best = 0;
+    for (int i = 1; i < v->count; i++)
+        if (height_of(v->cosine[i]) < height_of(v->cosine[best])) best = i;
+    return best;
+}
+/* Chooses transformations, each of which moves away what is nearest then; others come half as near.
+ * Returns how near the nearest singularity is at last. */
+static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
+{
+    singularities now = singularities_of(o, arc);
+    double best = least_height(&now);
+    int folds = 0;
+    for (arc->folds = 0; arc->folds < FOLDS && best < 0.6;) {
+        const cx cosine = now.cosine[nearest_singularity(&now)], sine = sine_of(cosine);
+        const int crosswise = fabs(cosine.re) < fabs(cosine.im);
+        const cx u = crosswise ? sine : cosine;
+        if (fabs(u.im) > 1e-6 * fabs(u.re) || !(height_of(cosine) > 1e-12)) break;
+        const dd m = modulus_for(dd_of(height_of(cosine)));
+        now = move_singularities(&now, m.hi, crosswise);
+        arc->fold[arc->folds] = m;
+        arc->crosswise[arc->folds++] = crosswise;
+        if (least_height(&now) > 1.2 * best) {
+            best = least_height(&now);
+            folds = arc->folds;
+        }
+    }
+    arc->folds = folds;
+    return best;
+}
+/* Returns the scale that puts a complex pair of branch points at half a turn. */
+static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
+{
+    const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
+             high = dd_add(dd_square(up), im);
+    if (arc->low == NO_ROOT) return dd_sqrt(high);
+    const dd down = dd_sub(o->root[arc->low], o->root[1]);
+    return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
+}
+/* Chooses the scale of an arc that lets its averages converge soonest; `scale` is best for real
+ * branch points. */
+static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
+{
+    scale_arc(o, arc, scale);
+    const double plain = fold_arc(o, arc);
+    if (!o->pair || plain > 0.6) return;
+    const kowalewski_arc old = *arc;
+    scale_arc(o, arc, scale_for_pair(o, arc));
+    if (fold_arc(o, arc) < plain) *arc = old;
+}
+/* Makes the arcs of w1, below k, and of w2, below the least root. */
+static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
+{
+    const int top = o->real - 1;
+    const dd low = real_root(o, top - 1), high = real_root(o, top), below = real_root(o, top - 2),
+             least = real_root(o, 0), above = real_root(o, 1);
+    arc[0].low = o->order[top - 1];
+    arc[0].high = o->order[top];
+    arc[1].low = NO_ROOT;
+    arc[1].high = o->order[0];
+    choose_scale(o, &arc[0], dd_sqrt(dd_div(dd_sub(high, below), dd_sub(low, below))));
+    choose_scale(o, &arc[1], dd_sqrt(dd_mul(dd_sub(above, least), dd_sub(high, least))));
+}
+/* Gives sine and cosine of x, in the place of those of the arc's variable y, and returns dx/dy. */
+static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
+{
+    dd slope = dd_of(1.0);
+    for (int i = arc->folds - 1; i >= 0; i--) {
+        dd *const one = arc->crosswise[i] ? s : c, *const other = arc->crosswise[i] ? c : s;
+        const dd m = arc->fold[i], square = dd_mul(m, dd_square(*one)), plus = dd_plus(square, 1.0),
+                 root = dd_sqrt(dd_sub(dd_of(1.0), dd_mul(m, square)));
+        slope = dd_mul(
+            slope, dd_div(dd_mul(dd_plus(m, 1.0), dd_sub(dd_of(1.0), square)), dd_mul(plus, root)));
+        *one = dd_div(dd_mul(dd_plus(m, 1.0), *one), plus);
+        *other = dd_div(dd_mul(*other, root), plus);
+    }
+    return slope;
+}
+/* Does the opposite: gives sine and cosine of the arc's variable, in the place of those of x. */
+static void fold(const kowalewski_arc *arc, dd *s, dd *c)
+{
+    for (int i = 0; i < arc->folds; i++) {
+        dd *const one = arc->crosswise[i] ? s : c, *const other = arc->crosswise[i] ? c : s;
+        const dd m = arc->fold[i], plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
+        const dd root =
+            dd_sqrt(dd_add(dd_square(minus), dd_scale(4.0, dd_mul(m, dd_square(*other)))));
+        *one = dd_div(dd_twice(*one), dd_add(plus, root));
+        const dd square = dd_mul(m, dd_square(*one));
+        *other = dd_div(dd_mul(*other, dd_plus(square, 1.0)),
+                        dd_sqrt(dd_sub(dd_of(1.0), dd_mul(m, square))));
+    }
+}
+static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
+/* Gives N, D and R at sin^2 and cos^2 of half an angle. */
+static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
+{
+    dd product = dd_of(1.0);
+    *N = mix(arc->A, s, arc->B, c);
+    *D = mix(arc->C, s, arc->E, c);
+    for (int i = 0; i < ROOTS; i++) {
+        dd factor;
+        if (i == arc->low || i == arc->high || (o->pair && i == 2)) continue;
+        factor = mix(arc->a[i], s, arc->b[i], c);
+        if (o->pair && i == 1)
+            factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[2], *D)));
+        product = dd_mul(product, factor);
+    }
+    product = dd_twice(dd_abs(product));
+    if (arc->low == NO_ROOT) return dd_sqrt(dd_div(dd_neg(dd_mul(arc->A, arc->E)), product));
+    return dd_sqrt(dd_div(dd_mul(arc->C, arc->E), dd_mul(product, *D)));
+}
+#endif

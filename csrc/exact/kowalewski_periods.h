@@ -1,0 +1,326 @@
+/* The matrix B and the vector b of a Kowalewski top's theta functions, in doubles. Both are
+ * integrals of v = M^-1 (dw/F, w dw/F), where M holds the periods of the two arcs:
+ *   B    row j is 2 |Im int v| from the end of arc j to the root that ends the gap beside it; where
+ *        only three roots are real, to a complex root;
+ *   b    half the sum of Im int v from the lower end of w1's arc to both poles w^2 = k^2 - 1 of the
+ *        heading, on the sheets where F = i l. Whole rows of B/2 may be missing.
+ * A path goes from a root at x = 0 towards another at x = pi, with w = N/D as on the arcs, but with
+ * complex coefficients: that is a circle or a line.
+ *
+ * This header is source that is compiled once per instruction set. */
+#ifndef KR_KOWALEWSKI_PERIODS_H
+#define KR_KOWALEWSKI_PERIODS_H
+#include "kowalewski_averages.h"
+
+enum { OTHERS = 4 };
+
+/* A path of which `count` branch points are no ends: N - root D = a sin^2 + b cos^2. `across` is
+ * A E - B C, and `base` the number that is taken from w. */
+typedef struct kowalewski_path {
+    cx A, C, E, across, a[OTHERS], b[OTHERS], near[OTHERS], near_d;
+    int count, infinite;
+    cx start_less_base;
+} kowalewski_path;
+
+static cx root_of(const kowalewski_curve *o, int i)
+{
+    if (!o->pair || i == 0 || i >= ROOT_K) return cx_of(o->root[i].hi, 0.0);
+    return cx_of(o->root[1].hi, i == 1 ? o->root[2].hi : -o->root[2].hi);
+}
+/* Returns root i less root j, with all digits. */
+static cx root_less_root(const kowalewski_curve *o, int i, int j)
+{
+    const int real = !o->pair || ((i == 0 || i >= ROOT_K) && (j == 0 || j >= ROOT_K));
+    if (real)
+        return cx_of(dd_sub(o->root[i].hi == 0.0 && o->root[i].lo == 0.0 ? dd_of(0.0) : o->root[i],
+                            o->root[j])
+                         .hi,
+                     0.0);
+    const int pi = o->pair && (i == 1 || i == 2), pj = o->pair && (j == 1 || j == 2);
+    const dd re = dd_sub(o->root[pi ? 1 : i], o->root[pj ? 1 : j]);
+    const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
+    return cx_of(re.hi, im);
+}
+/* Returns the point of the segment from a to b that is nearest to zero: on all of the segment the
+ * quotient by it has a positive real part. */
+static cx nearest_on_segment(cx a, cx b)
+{
+    const cx way = cx_sub(b, a);
+    const double size = cx_square(way),
+                 at = size > 0.0 ? -(a.re * way.re + a.im * way.im) / size : 0.0;
+    return cx_add(a, cx_scale(fmin(1.0, fmax(0.0, at)), way));
+}
+/* Prepares the square roots along the path. */
+static void finish_path(kowalewski_path *p)
+{
+    for (int i = 0; i < p->count; i++) p->near[i] = nearest_on_segment(p->a[i], p->b[i]);
+    p->near_d = nearest_on_segment(p->C, p->E);
+}
+/* Makes the path from root i to root j, for these C and E. */
+static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
+{
+    kowalewski_path p = {.C = C, .E = E};
+    const cx way = root_less_root(o, j, i);
+    p.A = cx_mul(way, C);
+    p.across = cx_mul(cx_mul(C, E), way);
+    for (int r = 0; r < ROOTS; r++) {
+        if (r == i || r == j) continue;
+        p.a[p.count] = cx_mul(C, root_less_root(o, j, r));
+        p.b[p.count++] = cx_mul(E, root_less_root(o, i, r));
+    }
+    finish_path(&p);
+    return p;
+}
+static cx tracked_root(cx z, cx near) { return cx_mul(cx_sqrt(cx_div(z, near)), cx_sqrt(near)); }
+/* Gives dt/dx and (w - base) dt/dx, where base is the path's start; returns D. */
+static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
+{
+    const cx D = cx_add(cx_scale(s, p->C), cx_scale(c, p->E));
+    cx under = cx_of(1.0, 0.0);
+    for (int i = 0; i < p->count; i++) {
+        const cx N = cx_add(cx_scale(s, p->a[i]), cx_scale(c, p->b[i]));
+        under = cx_mul(under, tracked_root(N, p->near[i]));
+    }
+    cx over = cx_sqrt(cx_scale(p->infinite ? -0.5 : 0.5, cx_mul(p->infinite ? p->A : p->C, p->E)));
+    over = cx_mul(over, p->infinite ? D : tracked_root(D, p->near_d));
+    out[0] = cx_div(over, under);
+    out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
+    return D;
+}
+/* Which part of a path is integrated: all of it, or from its start (or, `backwards`, its end) to
+ * where tan^2(x/2), or its inverse, is `most`. */
+typedef struct path_part {
+    int all, backwards;
+    double most;
+} path_part;
+
+/* Adds dt/dx and (w - base) dt/dx at one node of the double exponential rule, times dx/du. There
+ * tan^2(x/2) is y = exp(pi sinh u) on a whole path; on a part it is y/(1 + y) times `most`. Returns
+ * 0 where the node is so far out that it does not count. */
+static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2], double size[2])
+{
+    const double pi = 3.14159265358979323846;
+    wide sinh_u, cosh_u;
+    cx v[2];
+    sinhcosh(dd_of(u), &sinh_u, &cosh_u);
+    const exponential e = exponential_of(dd_of(-pi * fabs(sinh_u)));
+    const double small = e.plus * (e.even + e.odd), large = 1.0 / (1.0 + small),
+                 share = u < 0.0 ? small * large : large, rest = u < 0.0 ? large : small * large,
+                 y = part.all ? (u < 0.0 ? small : 1.0 / small) : part.most * share,
+                 s = y / (1.0 + y), c = 1.0 / (1.0 + y),
+                 weight = pi * cosh_u * sqrt(s * c) * (part.all ? 1.0 : rest);
+    path_at(p, part.backwards ? c : s, part.backwards ? s : c, v);
+    for (int k = 0; k < 2; k++) {
+        sum[k] = cx_add(sum[k], cx_scale(weight, v[k]));
+        size[k] += weight * cx_abs(v[k]);
+    }
+    return weight * cx_abs(v[0]) > 1e-18 * size[0] || weight * cx_abs(v[1]) > 1e-18 * size[1];
+}
+/* Writes the integrals over a part of a path, by the double exponential rule. Returns 0 if it does
+ * not converge. */
+static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
+{
+    cx sum[2] = {{0.0, 0.0}}, old[2] = {{0.0, 0.0}};
+    double size[2] = {0.0, 0.0};
+    out[0] = out[1] = cx_of(0.0, 0.0);
+    if (!part.all && part.most == 0.0) return 1;
+    add_node(p, part, 0.0, sum, size);
+    for (int n = 2; n <= 256; n *= 2) {
+        const double step = 1.0 / n;
+        double change = 0.0;
+        for (int side = -1; side <= 1; side += 2)
+            for (int i = 1; i * step < 4.3; i += n == 2 ? 1 : 2)
+                if (!add_node(p, part, side * i * step, sum, size)) break;
+        for (int k = 0; k < 2; k++) {
+            out[k] = cx_scale(step, sum[k]);
+            change = fmax(change, cx_abs(cx_sub(out[k], old[k])) / (step * size[k] + 1e-300));
+            old[k] = out[k];
+        }
+        if (n >= 8 && change < 1e-9) return 1;
+    }
+    return 0;
+}
+/* Writes the integrals over a path up to tan^2(x/2) = `most`. */
+static int integrate_path(const kowalewski_path *p, double most, cx out[2])
+{
+    const path_part all = {1, 0, 0.0}, start = {0, 0, most}, end = {0, 1, 1.0 / most};
+    cx rest[2] = {{0.0, 0.0}};
+    if (most <= 1e8) return integrate_part(p, start, out);
+    if (!integrate_part(p, all, out)) return 0;
+    if (most < INFINITY && !integrate_part(p, end, rest)) return 0;
+    for (int k = 0; k < 2; k++) out[k] = cx_sub(out[k], rest[k]);
+    return 1;
+}
+/* The periods of dw/F and (w - base) dw/F over both arcs. */
+typedef struct based_periods {
+    double p1, q1, p2, q2, det;
+} based_periods;
+
+static based_periods periods_from(const kowalewski_arc arc[2], const kowalewski_rates *rates,
+                                  dd base)
+{
+    const based_periods r = {arc[0].p.hi, dd_sub(arc[0].q, dd_mul(base, arc[0].p)).hi, arc[1].p.hi,
+                             dd_sub(arc[1].q, dd_mul(base, arc[1].p)).hi, rates->det.hi};
+    return r;
+}
+/* Writes M^-1 (x, y). */
+static void normalise(const based_periods *m, double x, double y, double v[2])
+{
+    v[0] = (m->p2 * y - m->q2 * x) / m->det;
+    v[1] = (m->p1 * y - m->q1 * x) / m->det;
+}
+/* What the theta functions are made of. */
+typedef struct kowalewski_matrix {
+    double b11, b12, b22, asymmetry, shift[2];
+} kowalewski_matrix;
+
+/* Returns the base that belongs to a path from root i: its real part. */
+static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
+/* Makes the path from real root i to the complex root above it. With z = (w - real)/(w - complex)
+ * it is a ray. The upper half plane is the outside of a circle through z = 0, so that the ray
+ * across the circle is a quarter turn or more from all other branch points. */
+static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
+{
+    const cx way = root_less_root(o, i, 1), from = cx_of(way.im, way.re);
+    double least = INFINITY, most = 0.0;
+    for (int r = 0; r < ROOTS; r++) {
+        if (r == i || r == 1) continue;
+        const double size = cx_square(root_less_root(o, r, i)) / cx_square(root_less_root(o, r, 1));
+        least = fmin(least, size);
+        most = fmax(most, size);
+    }
+    const double scale = sqrt(sqrt(least * most)) / cx_abs(way);
+    return path_between(o, i, 1, cx_scale(-scale, from), cx_of(1.0, 0.0));
+}
+/* Makes the path over the gap below real root number `i`, from that root down. */
+static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
+{
+    const int high = o->order[i], low = o->order[i - 1];
+    double mu = 1.0;
+    if (i >= 2)
+        mu *= root_less_root(o, high, o->order[i - 2]).re /
+              root_less_root(o, low, o->order[i - 2]).re;
+    if (i + 1 < o->real)
+        mu *= root_less_root(o, o->order[i + 1], high).re /
+              root_less_root(o, o->order[i + 1], low).re;
+    return path_between(o, high, low, cx_of(sqrt(mu), 0.0), cx_of(1.0, 0.0));
+}
+/* Writes the imaginary part of the normalised integral over a path, or over its part up to
+ * tan^2(x/2) = `most`. */
+static int integrate_normalised(const kowalewski_path *p, double most, const based_periods *m,
+                                double v[2])
+{
+    cx r[2];
+    if (!integrate_path(p, most, r)) return 0;
+    normalise(m, r[0].im, r[1].im, v);
+    return 1;
+}
+/* Makes B. */
+static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                       const kowalewski_rates *rates, kowalewski_matrix *out)
+{
+    double row[2][2];
+    for (int j = 0; j < 2; j++) {
+        const int at = j == 0 ? o->real - 2 : o->pair ? 0 : 1, root = o->order[at];
+        const kowalewski_path p = o->pair ? path_upwards(o, root) : path_over_gap(o, at);
+        const based_periods m = periods_from(arc, rates, o->root[root]);
+        if (!integrate_normalised(&p, INFINITY, &m, row[j])) return 0;
+        const double scale = row[j][j] < 0.0 ? -2.0 : 2.0;
+        row[j][0] *= scale;
+        row[j][1] *= scale;
+    }
+    out->b11 = row[0][0];
+    out->b22 = row[1][1];
+    out->b12 = 0.5 * (row[0][1] + row[1][0]);
+    out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
+    return out->b11 * out->b22 > out->b12 * out->b12;
+}
+/* Adds to b `part` of the normalised integral over a path to a pole, on the sheet where F = i l. At
+ * the pole tan^2(x/2) = `most`. The path begins at root number `from`. */
+static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                    const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
+                    double part, kowalewski_matrix *out)
+{
+    const based_periods m = periods_from(arc, rates, base_of(o, from));
+    cx r[2], v[2];
+    double shift[2];
+    if (most == 0.0) return 1;
+    if (!integrate_path(p, most, r)) return 0;
+    /* The integrals are over w - root; those of the periods over w less its real part. */
+    r[1] = cx_add(r[1], cx_mul(cx_of(0.0, root_of(o, from).im), r[0]));
+    const double c = 1.0 / (1.0 + most), s = most < INFINITY ? most * c : 1.0;
+    const cx D = path_at(p, s, c, v),
+             F = cx_div(cx_scale(sqrt(s * c), p->across), cx_mul(v[0], cx_mul(D, D)));
+    normalise(&m, r[0].im, r[1].im, shift);
+    const double way = F.im * o->l.hi < 0.0 ? -part : part;
+    for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
+    return 1;
+}
+/* Makes the path along a line from a root to a number. */
+static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx to)
+{
+    kowalewski_path p = {.infinite = 1, .E = {1.0, 0.0}, .A = cx_sub(to, root_of(o, from))};
+    p.across = p.A;
+    for (int r = 0; r < ROOTS; r++) {
+        if (r == from) continue;
+        p.a[p.count] = p.A;
+        p.b[p.count++] = root_less_root(o, from, r);
+    }
+    finish_path(&p);
+    return p;
+}
+/* Adds a real pole, in the gap where it lies: from the root above it down or, past a complex pair,
+ * from the complex root. Half a row of B leads to that root from the arc of w1; and as much to the
+ * lower gap of two, over the upper. */
+static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                         const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
+{
+    const int top = o->real - 2;
+    const dd middle = dd_half(dd_add(real_root(o, top - 1), real_root(o, o->real == 5 ? 1 : 0)));
+    const int past = o->pair && dd_less(pole, o->root[1]),
+              gap = o->real == 5 && dd_less(pole, middle) ? 1 : top, high = o->order[gap],
+              low = o->order[gap - 1];
+    if (past || gap != top) {
+        out->shift[0] += 0.25 * out->b11;
+        out->shift[1] += 0.25 * out->b12;
+    }
+    if (past) {
+        const kowalewski_path p = path_along_line(o, 1, cx_of(pole.hi, 0.0));
+        return add_path(o, arc, rates, &p, 1, 1.0, 0.5, out);
+    }
+    const kowalewski_path p = path_over_gap(o, gap);
+    const double down = fmax(root_less_pole(o, high, pole).hi, 0.0),
+                 up = fmax(-root_less_pole(o, low, pole).hi, 0.0);
+    return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
+}
+/* Adds the complex pole i y, whose conjugate gives as much: from the complex root along the circle
+ * through its conjugate, or from the nearest real root along a line. */
+static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                            const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
+{
+    if (o->pair) {
+        const cx z = cx_div(cx_of(-o->root[1].hi, dd_sub(y, o->root[2]).hi),
+                            cx_of(-o->root[1].hi, y.hi + o->root[2].hi));
+        const double size = cx_abs(z);
+        const cx C = size > 0.0 ? cx_sqrt(cx_scale(-1.0 / size, z)) : cx_of(1.0, 0.0);
+        const kowalewski_path p = path_between(o, 1, 2, C, cx_conj(C));
+        return add_path(o, arc, rates, &p, 1, size, 1.0, out);
+    }
+    int from = 0;
+    for (int i = 1; i < ROOTS; i++)
+        if (fabs(o->root[i].hi) < fabs(o->root[from].hi)) from = i;
+    const kowalewski_path p = path_along_line(o, from, cx_of(0.0, y.hi));
+    return add_path(o, arc, rates, &p, from, 1.0, 1.0, out);
+}
+/* Makes B and b. Returns 0 where an integral does not converge. */
+static int make_periods(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                        const kowalewski_rates *rates, kowalewski_matrix *out)
+{
+    memset(out, 0, sizeof *out);
+    if (!make_matrix(o, arc, rates, out)) return 0;
+    if (o->c.hi > 0.0) return add_complex_pole(o, arc, rates, dd_sqrt(o->c), out);
+    const dd pole = dd_sqrt(dd_neg(o->c));
+    return add_real_pole(o, arc, rates, pole, out) &&
+           add_real_pole(o, arc, rates, dd_neg(pole), out);
+}
+#endif

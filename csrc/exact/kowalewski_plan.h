@@ -1,0 +1,266 @@
+/* A Kowalewski top's plan, from its state in own units.
+ *
+ * This header is source that is compiled once per instruction set. */
+#ifndef KR_KOWALEWSKI_PLAN_H
+#define KR_KOWALEWSKI_PLAN_H
+#include "kowalewski_theta.h"
+
+/* A top in the axes and units of kowalewski_curve.h: p, q, r, g1, g2, g3, and <m, e3>. */
+typedef struct kowalewski_top {
+    dd state[6], l;
+} kowalewski_top;
+
+/* What a plan is made with. */
+typedef struct kowalewski_work {
+    kowalewski_curve curve;
+    kowalewski_arc arc[2];
+    cosine_table table;
+    samples samples;
+    kowalewski_rates rates;
+    kowalewski_roots roots;
+    theta_work theta;
+    double start[2]; /* theta at the start */
+    double rate_miss;
+    int found;
+} kowalewski_work;
+
+/* Returns whether w1 and w2 of the start lie on the arcs below k and below the least root, as in
+ * every motion that is known. */
+static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
+{
+    const double slack = 1e-25;
+    dd w[2];
+    separate(o, state[0], state[1], w);
+    const dd low = real_root(o, o->real - 2), least = real_root(o, 0);
+    return o->order[o->real - 1] == ROOT_K &&
+           dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
+           dd_sub(w[1], least).hi <= slack * (1.0 + fabs(least.hi));
+}
+/* Returns the relative error of a distance of two branch points. Two roots of phi that are near
+ * each other have half of the digits. */
+static double distance_error(const kowalewski_curve *o, int i, int j)
+{
+    const double size = 1.0 + o->k.hi, distance = cx_abs(root_less_root(o, i, j)) / size,
+                 digits = 1e-31;
+    return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
+}
+/* Returns the relative error of the distances that the frequencies depend on by their logarithms:
+ * the gaps beside both arcs, and how far a complex pair is from an arc. */
+static double separatrix_error(const kowalewski_curve *o)
+{
+    const int top = o->real - 2;
+    double most = fmax(distance_error(o, o->order[top], o->order[top - 1]),
+                       distance_error(o, o->order[0], o->order[1]));
+    if (o->pair) {
+        const double re = o->root[1].hi;
+        if ((re > real_root(o, top).hi && re < o->k.hi) || re < real_root(o, 0).hi)
+            most = fmax(most, distance_error(o, 1, 2));
+    }
+    return most;
+}
+/* Returns the least distance of two branch points, over the size of k. */
+static double least_distance(const kowalewski_curve *o)
+{
+    double least = INFINITY;
+    for (int i = 0; i < ROOTS; i++)
+        for (int j = 0; j < i; j++) least = fmin(least, cx_abs(root_less_root(o, i, j)));
+    return least / (1.0 + o->k.hi);
+}
+static void make_samples(const kowalewski_work *w, torus_sample out[])
+{
+    static const int step[2][SAMPLES_EACH] = {{3, 14, 25, 37, 46, 59}, {5, 13, 27, 34, 44, 61}};
+    arc_point point[2][SAMPLES_EACH];
+    const kowalewski_curve *o = &w->curve;
+    for (int j = 0; j < 2; j++)
+        for (int i = 0; i < SAMPLES_EACH; i++)
+            make_sample(o, &w->arc[j], &w->table, step[j][i], &point[j][i]);
+    for (int i = 0; i < SAMPLES; i++, out++) {
+        const arc_point *one = &point[0][i / SAMPLES_EACH], *two = &point[1][i % SAMPLES_EACH];
+        dd y[6];
+        make_state(o, &w->roots, one, two, y);
+        out->p = y[0].hi, out->q = y[1].hi, out->r = y[2].hi;
+        out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
+        out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
+        const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
+        /* Of two equations for S/T the one whose terms are the larger. */
+        if (y[5].hi > 0.0) {
+            out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
+            out->y = cx_of(dd_add(y[3], plus).hi, y[4].hi);
+        } else {
+            out->x = cx_of(dd_sub(minus, y[3]).hi, y[4].hi);
+            out->y = cx_of(dd_add(minus, y[3]).hi, -y[4].hi);
+        }
+    }
+}
+/* Returns the coefficient of a term in a sum, number `which` of the two that are listed. */
+static double coefficient(const theta_work *t, int sum, const sum_term *n, int which)
+{
+    return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
+}
+/* Writes S and T at the start, and their derivatives by time. */
+static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slope[2])
+{
+    const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
+    for (int j = 0; j < 2; j++) {
+        make_waves(w->start[j], t->terms.wide[j], t->wave[j]);
+        sum[j] = slope[j] = cx_of(0.0, 0.0);
+    }
+    for (int i = 0; i < t->terms.count; i++) {
+        const sum_term *n = &t->terms.term[i];
+        const double grows = 0.5 * (n->k1 * first + n->k2 * second);
+        cx wave = cx_mul(t->wave[0][WIDE_MOST + n->k1], t->wave[1][WIDE_MOST + n->k2]);
+        if (odd(n->k2)) wave = cx_of(-wave.im, wave.re);
+        for (int j = 0; j < 2; j++) {
+            const double c = coefficient(t, spinor_sums[j], n, j);
+            sum[j] = cx_add(sum[j], cx_scale(c, wave));
+            slope[j] = cx_add(slope[j], cx_scale(c * grows, cx_of(-wave.im, wave.re)));
+        }
+    }
+}
+/* Adds to the heading's rate the half multiples of the torus' rates that the classes leave open: by
+ * the rate of the larger of A = S + T and B = S - T at the start, where
+ * A' = -i r A/2 + i (p + iq) B/2 and B' = i r B/2 + i (p - iq) A/2 up to what D contributes. */
+static dd find_heading(kowalewski_work *w, const dd state[6])
+{
+    const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
+    cx sum[2], slope[2];
+    sum_start(w, &w->theta, sum, slope);
+    cx a = cx_add(sum[0], sum[1]), b = cx_sub(sum[0], sum[1]), da = cx_add(slope[0], slope[1]),
+       x = cx_of(state[0].hi, state[1].hi);
+    double spin = -0.5 * state[2].hi;
+    if (cx_square(b) > cx_square(a)) {
+        const cx other = a;
+        a = b, b = other;
+        da = cx_sub(slope[0], slope[1]);
+        x = cx_conj(x);
+        spin = -spin;
+    }
+    const cx turn = cx_mul(cx_of(-0.5 * x.im, 0.5 * x.re), cx_div(b, a));
+    const double need = spin + turn.im - cx_div(da, a).im - w->rates.heading.hi;
+    double best = INFINITY;
+    int n1 = 0, n2 = 0;
+    for (int i = -6; i <= 6; i++)
+        for (int j = -6; j <= 6; j++) {
+            const double miss =
+                fabs(need - 0.5 * (i * first + j * second)) + 1e-9 * (abs(i) + abs(j));
+            if (miss < best) best = miss, n1 = i, n2 = j;
+        }
+    w->rate_miss = fabs(need - 0.5 * (n1 * first + n2 * second));
+    return dd_add(w->rates.heading,
+                  dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
+}
+/* Appends the rows of a sum, without what is 1e-18 of the largest; of a real sum half of the
+ * terms, twice. Returns 0 if there is no room. */
+static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
+                       int *rows, int *terms)
+{
+    const int real = sum >= SUM_P, count = t->terms.count;
+    double most = 0.0;
+    plan->rows[sum] = 0;
+    for (int i = 0; i < count; i++)
+        most = fmax(most, fabs(coefficient(t, sum, &t->terms.term[i], which)));
+    for (int from = 0, to; from < count; from = to) {
+        const int k1 = t->terms.term[from].k1;
+        for (to = from; to < count && t->terms.term[to].k1 == k1;) to++;
+        for (int parity = 0; parity < 2 && (!real || k1 >= 0); parity++) {
+            kr_sum_row row = {k1, 0, 0, is_imaginary(sum, parity)};
+            const int begin = *terms;
+            int end = begin;
+            for (int i = from; i < to; i++) {
+                const sum_term *n = &t->terms.term[i];
+                const double c = coefficient(t, sum, n, which);
+                if (odd(n->k2) != parity || (real && k1 == 0 && n->k2 < 0)) continue;
+                if (end == begin && !(fabs(c) > 1e-18 * most)) continue;
+                if (end == begin) row.k2 = n->k2;
+                if (*terms == SUM_TERMS) return 0;
+                plan->term[(*terms)++] = scale * (real && (k1 != 0 || n->k2 != 0) ? 2.0 * c : c);
+                if (fabs(c) > 1e-18 * most)
+                    end = *terms;
+                else if (end == begin)
+                    *terms = begin;
+            }
+            *terms = end;
+            row.count = end - begin;
+            if (row.count == 0) continue;
+            if (*rows == SUM_ROWS) return 0;
+            plan->row[(*rows)++] = row;
+            plan->rows[sum]++;
+        }
+    }
+    return 1;
+}
+static void widen(kr_theta_sums *plan, const int most[2])
+{
+    for (int j = 0; j < 2; j++)
+        if (most[j] > plan->wide[j]) plan->wide[j] = most[j];
+}
+/* Fills in the sums. Returns 0 if there is no room, or the terms are too many. */
+static int fill_sums(kr_theta_sums *plan, theta_work *t)
+{
+    static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
+    static const double none[2] = {0.0, 0.0};
+    int rows = 0, terms = 0;
+    double most = 0.0;
+    for (int j = 0; j < 2; j++)
+        for (int i = 0; i < t->terms.count; i++)
+            most = fmax(most, fabs(coefficient(t, spinor_sums[j], &t->terms.term[i], j)));
+    plan->wide[0] = plan->wide[1] = 1;
+    widen(plan, t->terms.wide);
+    for (int j = 0; j < 2; j++)
+        if (!append_rows(plan, t, spinor_sums[j], j, 1.0 / most, &rows, &terms)) return 0;
+    t->misfit = 0.0;
+    for (int sum = SUM_P; sum < SUMS; sum++) {
+        const int *const two = velocity_sums[sum == SUM_R], which = sum != SUM_P;
+        if (which == 0 || sum == SUM_R) {
+            if (!list_terms(&t->matrix, t->kind, two, none, &t->terms)) return 0;
+            widen(plan, t->terms.wide);
+            fill_columns(t, two);
+        }
+        find_velocity(t, two, which);
+        if (!append_rows(plan, t, sum, which, 1.0 / most, &rows, &terms)) return 0;
+    }
+    return 1;
+}
+/* Returns the certificate of the sums: the ratio of the last singular values, and by how much the
+ * angular velocity, the symmetry of B and the heading's rate miss. */
+static double certificate_of(const kowalewski_work *w)
+{
+    const theta_work *t = &w->theta;
+    const double rates = 1.0 + fabs(w->rates.rate[0].hi) + fabs(w->rates.rate[1].hi);
+    return fmax(fmax(t->certificate, t->misfit), fmax(t->matrix.asymmetry, w->rate_miss / rates));
+}
+/* Makes the plan of a top in its own units, that begins at time 0 and has no frame. The phase of e
+ * is left to the caller. Returns why there is none, or KR_KOWALEWSKI_PLANNED. */
+static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_work *w,
+                                       kr_theta_sums *plan)
+{
+    kowalewski_curve *o = &w->curve;
+    theta_work *t = &w->theta;
+    set_constants(o, top->state, top->l);
+    if (!(fabs(o->h.hi) < 1e10)) return KR_KOWALEWSKI_COINCIDENT; /* relatively: k^2 is near c */
+    find_roots(o);
+    if (!(least_distance(o) > 1e-16)) return KR_KOWALEWSKI_COINCIDENT;
+    if (!(separatrix_error(o) < 1e-16)) return KR_KOWALEWSKI_SEPARATRIX;
+    if (!is_on_arcs(o, top->state)) return KR_KOWALEWSKI_START;
+    make_arcs(o, w->arc);
+    if (!average_arcs(o, w->arc, &w->table, &w->samples, &w->rates) ||
+        !make_periods(o, w->arc, &w->rates, &t->matrix))
+        return KR_KOWALEWSKI_INTEGRALS;
+    refine_cosines(&w->table, GRID / SAMPLE_STEPS);
+    if (!(find_start(o, w->arc, &w->rates, top->state, &w->roots, w->start) < 1e-12))
+        return KR_KOWALEWSKI_START;
+    t->kind = kind_of(o);
+    make_samples(w, t->sample);
+    w->found = find_spinor_class(t);
+    if (!w->found) return KR_KOWALEWSKI_SUMS;
+    const dd heading = find_heading(w, top->state);
+    if (!fill_sums(plan, t)) return KR_KOWALEWSKI_TERMS;
+    const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};
+    for (int i = 0; i < 3; i++) {
+        plan->turn[i] = phase_of(rate[i]);
+        phase_start(&plan->turn[i], i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
+    }
+    plan->head.certificate = certificate_of(w);
+    return KR_KOWALEWSKI_PLANNED;
+}
+#endif

@@ -1,0 +1,267 @@
+/* States of a Kowalewski top at points of its torus, in double-double (F. Koetter, Acta Math. 17
+ * (1893) 209). For each root e of phi and each arc j there is a square root g of +-(w - e), and
+ * with L = 1/((e - e')(e - e'')), A^2 = 2 (e + h), B = l/A
+ *     G = +- g1 g2,   a = sum L A G,   p = -sum L B G / a,   q = -d1 d2 / a,
+ *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
+ *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1,
+ * where d is the square root of D, and h that of +-(k - w)(w + k) D^2. The five signs, one for each
+ * root and one for each arc, are found from a state a moment after the start.
+ *
+ * This header is source that is compiled once per instruction set. */
+#ifndef KR_KOWALEWSKI_SAMPLES_H
+#define KR_KOWALEWSKI_SAMPLES_H
+#include "kowalewski_averages.h"
+
+enum { SAMPLES_EACH = 6, SAMPLE_STEPS = 16 /* in half a turn */, ORDER = 12 };
+
+typedef struct kowalewski_roots {
+    cdd la[3], lb[3]; /* L A, L B */
+    double sign[5];
+} kowalewski_roots;
+
+/* What a point of one arc contributes. */
+typedef struct arc_point {
+    cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
+    dd N, D, d;
+    double theta[2]; /* less the variable of this arc, which is `angle` */
+    double angle;
+} arc_point;
+
+static cdd root_dd(const kowalewski_curve *o, int i)
+{
+    if (!o->pair || i == 0 || i >= ROOT_K) return cdd_real(o->root[i]);
+    return cdd_of(o->root[1], i == 1 ? o->root[2] : dd_neg(o->root[2]));
+}
+static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)
+{
+    for (int i = 0; i < 3; i++) {
+        const cdd e = root_dd(o, i), one = cdd_real(dd_of(1.0));
+        const cdd apart = cdd_mul(cdd_sub(e, root_dd(o, (i + 1) % 3)),
+                                  cdd_sub(e, root_dd(o, (i + 2) % 3))),
+                  L = cdd_div(one, apart), l = cdd_real(o->l);
+        cdd A = cdd_sqrt(cdd_scale(dd_of(2.0), cdd_add(e, cdd_real(o->h)))),
+            B = cdd_sqrt(cdd_add(cdd_mul(e, e), cdd_real(o->c)));
+        if (cdd_square(A).hi > cdd_square(B).hi)
+            B = cdd_div(l, A);
+        else if (cdd_square(B).hi > 0.0)
+            A = cdd_div(l, B);
+        out->la[i] = cdd_mul(L, A);
+        out->lb[i] = cdd_mul(L, B);
+    }
+}
+/* Returns the square root of way (w - e_i) D at an angle whose half has this sine and cosine. */
+static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc, int i, double way,
+                           dd s, dd c)
+{
+    const int first = o->pair && i == 2 ? 1 : i;
+    const dd im = !o->pair || i == 0 || i >= ROOT_K ? dd_of(0.0)
+                  : i == 1                          ? dd_neg(o->root[2])
+                                                    : o->root[2];
+    const cdd a = cdd_of(dd_scale(way, arc->a[first]), dd_scale(way, dd_mul(im, arc->C))),
+              b = cdd_of(dd_scale(way, arc->b[first]), dd_scale(way, dd_mul(im, arc->E)));
+    if (i == arc->low) return cdd_scale(c, cdd_sqrt(b));
+    if (i == arc->high) return cdd_scale(s, cdd_sqrt(a));
+    return cdd_sqrt(cdd_add(cdd_scale(dd_square(s), a), cdd_scale(dd_square(c), b)));
+}
+/* Makes the point of arc j at sine and cosine of half of x; the caller sets its angles. */
+static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c,
+                       arc_point *out)
+{
+    const double way = arc->low == NO_ROOT ? -1.0 : 1.0;
+    const dd ss = dd_square(s), cc = dd_square(c);
+    const cdd h = cdd_mul(half_angle_root(o, arc, ROOT_K, -1.0, s, c),
+                          half_angle_root(o, arc, ROOT_MINUS_K, way, s, c));
+    out->N = mix(arc->A, ss, arc->B, cc);
+    out->D = mix(arc->C, ss, arc->E, cc);
+    out->d = arc->low == NO_ROOT ? c : dd_sqrt(out->D);
+    for (int i = 0; i < 3; i++) out->g[i] = half_angle_root(o, arc, i, way, s, c);
+    for (int i = 0; i < 3; i++) {
+        out->own[i] = cdd_mul(out->g[i], h);
+        out->rest[i] = cdd_scale(out->d, cdd_mul(out->g[(i + 1) % 3], out->g[(i + 2) % 3]));
+    }
+}
+static cdd with_sign(double sign, cdd a) { return sign < 0.0 ? cdd_neg(a) : a; }
+
+/* Gives p and q times a, and a. */
+static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_point *two, dd *a,
+                    dd *p, dd *q)
+{
+    cdd sum_a = cdd_real(dd_of(0.0)), sum_b = sum_a;
+    for (int i = 0; i < 3; i++) {
+        const cdd G = with_sign(k->sign[i], cdd_mul(one->g[i], two->g[i]));
+        sum_a = cdd_add(sum_a, cdd_mul(k->la[i], G));
+        sum_b = cdd_add(sum_b, cdd_mul(k->lb[i], G));
+    }
+    *a = sum_a.re;
+    *p = dd_neg(sum_b.re);
+    *q = dd_neg(dd_mul(one->d, two->d));
+}
+/* Writes p, q, r, g1, g2, g3 at two points. */
+static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, const arc_point *one,
+                       const arc_point *two, dd out[6])
+{
+    const dd two_root = dd_sqrt(dd_of(2.0));
+    cdd r = cdd_real(dd_of(0.0)), g = r;
+    dd a, p, q;
+    make_pq(k, one, two, &a, &p, &q);
+    for (int i = 0; i < 3; i++) {
+        const double sign = k->sign[(i + 1) % 3] * k->sign[(i + 2) % 3];
+        const cdd V = cdd_sub(with_sign(sign * k->sign[3], cdd_mul(two->rest[i], one->own[i])),
+                              with_sign(sign * k->sign[4], cdd_mul(one->rest[i], two->own[i])));
+        r = cdd_add(r, cdd_mul(k->la[i], V));
+        g = cdd_add(g, cdd_mul(k->lb[i], V));
+    }
+    const dd Dl = dd_sub(dd_mul(one->N, two->D), dd_mul(two->N, one->D)),
+             under = dd_div(two_root, dd_mul(a, Dl));
+    out[0] = p = dd_div(p, a);
+    out[1] = q = dd_div(q, a);
+    out[2] = dd_mul(under, r.re);
+    out[5] = dd_mul(under, g.re);
+    out[3] = dd_sub(dd_add(dd_add(dd_square(p), dd_square(q)), dd_half(dd_square(out[2]))), o->h);
+    const dd rest = dd_sub(dd_sub(o->l, dd_mul(out[2], out[5])), dd_twice(dd_mul(p, out[3])));
+    out[4] = dd_div(rest, dd_twice(q));
+}
+/* Writes the Taylor series of a state p, q, r, g1, g2, g3. */
+static void expand(const dd y[6], dd c[6][ORDER + 1])
+{
+    for (int i = 0; i < 6; i++) c[i][0] = y[i];
+    for (int n = 0; n < ORDER; n++) {
+        dd d[6] = {{0.0, 0.0}};
+        for (int i = 0; i <= n; i++) {
+            const int j = n - i;
+            d[0] = dd_add(d[0], dd_half(dd_mul(c[1][i], c[2][j])));
+            d[1] = dd_sub(d[1], dd_half(dd_mul(c[0][i], c[2][j])));
+            d[3] = dd_add(d[3], dd_sub(dd_mul(c[4][i], c[2][j]), dd_mul(c[5][i], c[1][j])));
+            d[4] = dd_add(d[4], dd_sub(dd_mul(c[5][i], c[0][j]), dd_mul(c[3][i], c[2][j])));
+            d[5] = dd_add(d[5], dd_sub(dd_mul(c[3][i], c[1][j]), dd_mul(c[4][i], c[0][j])));
+        }
+        d[1] = dd_sub(d[1], dd_half(c[5][n]));
+        d[2] = c[4][n];
+        for (int i = 0; i < 6; i++) c[i][n + 1] = dd_div(d[i], dd_of(n + 1.0));
+    }
+}
+static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
+{
+    for (int i = 0; i < 6; i++) {
+        out[i] = c[i][ORDER];
+        for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
+    }
+}
+/* Gives sine and cosine of half of x where the arc is at w. */
+static void half_angle_at(const kowalewski_arc *arc, dd w, dd *s, dd *c)
+{
+    const dd up = dd_max(dd_sub(arc->B, dd_mul(w, arc->E)), dd_of(0.0)),
+             down = dd_max(dd_sub(dd_mul(w, arc->C), arc->A), dd_of(0.0)), both = dd_add(up, down);
+    *s = dd_sqrt(dd_div(up, both));
+    *c = dd_sqrt(dd_div(down, both));
+}
+/* Makes the point of an arc where w is and moves to `next`. Returns 0 where sine or cosine of half
+ * the angle is less than `least`. */
+static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd w, dd next,
+                         double least, arc_point *out)
+{
+    dd s, c;
+    half_angle_at(arc, w, &s, &c);
+    if (!(s.hi > least && c.hi > least)) return 0;
+    dd sine = dd_twice(dd_mul(s, c)), cosine = dd_sub(dd_square(c), dd_square(s));
+    if (dd_less(w, next)) {
+        s = dd_neg(s);
+        sine = dd_neg(sine);
+    }
+    make_point(o, arc, s, c, out);
+    fold(arc, &sine, &cosine);
+    /* The signs belong to angles between half a turn back and half a turn on. */
+    const double turns = turns_of(sine.hi, cosine.hi).hi;
+    out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
+    out->theta[0] = out->theta[1] = 0.0;
+    add_sines(arc, sine.hi, cosine.hi, out->theta);
+    return 1;
+}
+static double miss_of(const dd got[6], const dd want[6])
+{
+    static const int all[4] = {0, 1, 2, 5};
+    double most = 0.0, size = 1.0;
+    for (int i = 0; i < 3; i++) size = fmax(size, fabs(want[i].hi));
+    for (int i = 0; i < 4; i++) {
+        const double miss = fabs(dd_sub(got[all[i]], want[all[i]]).hi);
+        most = fmax(most, all[i] == 5 ? miss : miss / size);
+        if (!(miss < INFINITY)) return INFINITY;
+    }
+    return most;
+}
+/* Finds the five signs from one state. Those of the roots have to fit p and q. Returns how far the
+ * state is missed. */
+static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
+                         const dd state[6])
+{
+    double best = INFINITY, sign[5] = {1.0, 1.0, 1.0, 1.0, 1.0};
+    for (int all = 0; all < 32; all++) {
+        dd got[6];
+        for (int i = 0; i < 5; i++) k->sign[i] = all >> i & 1 ? -1.0 : 1.0;
+        if (o->pair && k->sign[1] != k->sign[2]) continue;
+        make_pq(k, &point[0], &point[1], &got[0], &got[1], &got[2]);
+        const double rest = fabs(dd_sub(dd_mul(got[0], state[1]), got[2]).hi);
+        if (rest > 1e-8 * (fabs(got[2].hi) + fabs(got[0].hi))) continue;
+        make_state(o, k, &point[0], &point[1], got);
+        const double miss = miss_of(got, state);
+        if (miss < best) {
+            best = miss;
+            memcpy(sign, k->sign, sizeof sign);
+        }
+    }
+    memcpy(k->sign, sign, sizeof sign);
+    return best;
+}
+/* Makes the points of both arcs at a state, by where w1 and w2 move until a later one. */
+static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
+                          const dd later[6], double least, arc_point point[2])
+{
+    dd w[2], next[2];
+    separate(o, at[0], at[1], w);
+    separate(o, later[0], later[1], next);
+    return make_point_at(o, &arc[0], w[0], next[0], least, &point[0]) &&
+           make_point_at(o, &arc[1], w[1], next[1], least, &point[1]);
+}
+/* Finds the signs, and the angles of the torus at the start of the motion: from a state soon after
+ * it that is not near an end of an arc. Returns how far that state is missed. */
+static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
+                         const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
+                         double theta[2])
+{
+    const double moment = 0.00390625 / (1.0 + sqrt(fabs(o->h.hi)));
+    dd series[6][ORDER + 1], at[6], later[6];
+    make_roots(o, k);
+    memcpy(at, start, sizeof at);
+    for (int step = 0; step < 160; step++) {
+        const int i = step % 8;
+        arc_point point[2];
+        if (i == 0) expand(at, series);
+        sum_series(series, (i + 1) * moment, at);
+        sum_series(series, (i + 1.125) * moment, later);
+        if (!make_points_at(o, arc, at, later, step < 8 ? 0.02 : 0.002, point)) continue;
+        for (int j = 0; j < 2; j++)
+            theta[j] = point[j].angle + (point[0].theta[j] + point[1].theta[j]) -
+                       (step + 1) * moment * rates->rate[j].hi;
+        return find_signs(o, k, point, at);
+    }
+    return INFINITY;
+}
+/* Makes a point of an arc at step `i` of its variable's turns. */
+static void make_sample(const kowalewski_curve *o, const kowalewski_arc *arc, const cosine_table *t,
+                        int i, arc_point *out)
+{
+    const int turn = 2 * SAMPLE_STEPS, at = i % turn, up = at <= SAMPLE_STEPS ? at : turn - at,
+              cosine_at = up * (GRID / SAMPLE_STEPS), across = cosine_at - GRID / 2;
+    const dd y = t->c[across < 0 ? -across : across];
+    dd x = y, c = t->c[cosine_at];
+    unfold(arc, &x, &c);
+    const int quarter = i / SAMPLE_STEPS;
+    dd half_s = dd_sqrt(dd_half(dd_sub(dd_of(1.0), c))), half_c = dd_sqrt(dd_half(dd_plus(c, 1.0)));
+    if (quarter >= 2) half_s = dd_neg(half_s);
+    if (quarter == 1 || quarter == 2) half_c = dd_neg(half_c);
+    make_point(o, arc, half_s, half_c, out);
+    out->angle = 0.5 * two_pi * i / SAMPLE_STEPS;
+    out->theta[0] = out->theta[1] = 0.0;
+    add_sines(arc, at > SAMPLE_STEPS ? -y.hi : y.hi, t->c[cosine_at].hi, out->theta);
+}
+#endif

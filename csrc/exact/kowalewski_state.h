@@ -1,0 +1,132 @@
+/* The state of a Kowalewski top at a time, from its plan. One kernel serves one time and as many as
+ * there are lanes: each lane has the bits of a time alone.
+ *
+ * This header is source that is compiled once per instruction set and number of lanes. */
+#ifndef KR_KOWALEWSKI_STATE_H
+#define KR_KOWALEWSKI_STATE_H
+#include "frame.h"
+#include "kernel.h"
+#include "kowalewski.h"
+
+enum { HALF_WIDE = WIDE_MOST / 2 + 1 };
+
+/* exp(i k theta1/2) for k >= 0; exp(i k theta2/2) at place (k + WIDE_MOST)/2, those of even and of
+ * odd k apart, so that a row is contiguous. */
+typedef struct wave_lanes {
+    wide re1[WIDE_MOST + 1], im1[WIDE_MOST + 1];
+    wide re2[2][WIDE_MOST + 1], im2[2][WIDE_MOST + 1];
+} wave_lanes;
+
+INLINE phase_lanes spread_phase(const kr_phase *p)
+{
+    const phase_lanes r = {wide_splat(p->fast), wide_splat(p->slow), wide_splat(p->start),
+                           wide_splat(p->more)};
+    return r;
+}
+INLINE void turn_at(const kr_theta_sums *plan, int i, dd span, wide *s, wide *c)
+{
+    const phase_lanes p = spread_phase(&plan->turn[i]);
+    sincos_turns(phase_at(&p, span), s, c);
+}
+/* Writes the powers of c + i s up to `most`, as products of nearly equal halves. */
+INLINE void fill_powers(wide s, wide c, int most, wide re[], wide im[])
+{
+    re[0] = wide_splat(1.0);
+    im[0] = wide_splat(0.0);
+    re[1] = c;
+    im[1] = s;
+    for (int k = 2; k <= most; k++) {
+        const int a = k / 2, b = k - a;
+        re[k] = re[a] * re[b] - im[a] * im[b];
+        im[k] = re[a] * im[b] + im[a] * re[b];
+    }
+}
+INLINE void fill_waves(const kr_theta_sums *plan, dd span, wave_lanes *w)
+{
+    wide s, c, re[WIDE_MOST + 1], im[WIDE_MOST + 1];
+    turn_at(plan, 0, span, &s, &c);
+    fill_powers(s, c, plan->wide[0], w->re1, w->im1);
+    turn_at(plan, 1, span, &s, &c);
+    fill_powers(s, c, plan->wide[1], re, im);
+    for (int k = 0; k <= plan->wide[1]; k++) {
+        const int up = (WIDE_MOST + k) / 2, down = (WIDE_MOST - k) / 2;
+        w->re2[k & 1][up] = w->re2[k & 1][down] = re[k];
+        w->im2[k & 1][down] = -im[k];
+        w->im2[k & 1][up] = im[k];
+    }
+}
+/* Returns the sum of some rows, whose terms begin at `term`; gives where they end. */
+INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *term,
+                              const wave_lanes *w, wide *re, wide *im)
+{
+    wide sum_re = wide_splat(0.0), sum_im = wide_splat(0.0);
+    for (int i = 0; i < rows; i++, term += row++->count) {
+        const int k1 = row->k1, at = k1 < 0 ? -k1 : k1, from = (row->k2 + WIDE_MOST) / 2;
+        const wide *x = &w->re2[row->k2 & 1][from], *y = &w->im2[row->k2 & 1][from];
+        const wide a = w->re1[at], b = k1 < 0 ? -w->im1[at] : w->im1[at];
+        wide u = wide_splat(0.0), v = wide_splat(0.0);
+        for (int k = 0; k < row->count; k++) {
+            u = u + term[k] * x[k];
+            v = v + term[k] * y[k];
+        }
+        if (row->imaginary) {
+            sum_re = sum_re - (u * b + v * a);
+            sum_im = sum_im + (u * a - v * b);
+        } else {
+            sum_re = sum_re + (u * a - v * b);
+            sum_im = sum_im + (u * b + v * a);
+        }
+    }
+    *re = sum_re;
+    *im = sum_im;
+    return term;
+}
+/* Returns the state at `time`, which lies `span` behind the beginning, of the frame of description:
+ * the plan's frame leads there. */
+INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd span)
+{
+    wave_lanes w;
+    wide re[SUMS], im[SUMS], s, c;
+    const kr_sum_row *row = plan->row;
+    const double *term = plan->term;
+    fill_waves(plan, span, &w);
+    for (int i = 0; i < SUMS; i++) {
+        term = sum_rows(row, plan->rows[i], term, &w, &re[i], &im[i]);
+        row += plan->rows[i];
+    }
+    turn_at(plan, 2, span, &s, &c);
+    const wide S2 = re[SUM_S] * re[SUM_S] + im[SUM_S] * im[SUM_S],
+               T2 = re[SUM_T] * re[SUM_T] + im[SUM_T] * im[SUM_T],
+               n = 1.0 / wide_sqrt(0.5 * (S2 + T2)), half = 0.5 * n;
+    /* alpha = i (S - T) e/2D, beta = (S + T) e/2D */
+    const wide ar = -half * (im[SUM_S] - im[SUM_T]), ai = half * (re[SUM_S] - re[SUM_T]),
+               br = half * (re[SUM_S] + re[SUM_T]), bi = half * (im[SUM_S] + im[SUM_T]);
+    const quat_lanes q = {ar * c - ai * s, br * c - bi * s, br * s + bi * c, ar * s + ai * c};
+    const wide unit = plan->momentum * n, m1 = 2.0 * unit * re[SUM_P], m2 = 2.0 * unit * re[SUM_Q],
+               m3 = unit * re[SUM_R];
+    const wide xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, ww = q.w * q.w;
+    state_lanes r;
+    r.t = time;
+    r.m.x = ((ww + xx) - (yy + zz)) * m1 +
+            2.0 * ((q.x * q.y - q.w * q.z) * m2 + (q.x * q.z + q.w * q.y) * m3);
+    r.m.y = ((ww + yy) - (xx + zz)) * m2 +
+            2.0 * ((q.x * q.y + q.w * q.z) * m1 + (q.y * q.z - q.w * q.x) * m3);
+    r.m.z = ((ww + zz) - (xx + yy)) * m3 +
+            2.0 * ((q.x * q.z - q.w * q.y) * m1 + (q.y * q.z + q.w * q.x) * m2);
+    const kr_quat f = plan->frame;
+    r.q.w = (q.w * f.w - q.x * f.x) - (q.y * f.y + q.z * f.z);
+    r.q.x = (q.w * f.x + q.x * f.w) + (q.y * f.z - q.z * f.y);
+    r.q.y = (q.w * f.y - q.x * f.z) + (q.y * f.w + q.z * f.x);
+    r.q.z = (q.w * f.z + q.x * f.y) + (q.z * f.w - q.y * f.x);
+    return r;
+}
+/* Says whether the kernel serves so long after the beginning. */
+INLINE mask kowalewski_is_within(const kr_theta_sums *plan, wide span)
+{
+    const wide most = wide_splat(0x1p50);
+    mask within = wide_less(wide_abs(span), wide_splat(longest));
+    for (int i = 0; i < 3; i++)
+        within = mask_and(within, wide_less(wide_abs(span * plan->turn[i].fast), most));
+    return within;
+}
+#endif

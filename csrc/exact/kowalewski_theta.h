@@ -1,0 +1,261 @@
+/* The coefficients of a Kowalewski top's sums. With n = (k1, k2)/2 they are, up to a constant that
+ * all n of one class have in common,
+ *     c(n) = sign(n) (1, or i where k2 is odd) exp(-n B n/2 - n beta),
+ * with beta = 0 for P, Q and R. Classes and signs follow from the order of the real roots (`kind`).
+ * They were found numerically and are not proved: a plan whose sums do not fit the top's states is
+ * refused. The constants are the null vector of
+ *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
+ * at points of the torus, and of least-squares problems.
+ *
+ * This header is source that is compiled once per instruction set. */
+#ifndef KR_KOWALEWSKI_THETA_H
+#define KR_KOWALEWSKI_THETA_H
+#include <stdlib.h>
+#include "kowalewski_periods.h"
+#include "kowalewski_samples.h"
+#include "least_squares.h"
+
+enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
+/* The kinds: three real roots; five in the order e -k e e k, or e e -k e k, or another. */
+enum { KIND_THREE, KIND_A, KIND_B, KIND_C, KINDS };
+
+/* One term without its class's constant: its size, with its sign in each of two sums. */
+typedef struct sum_term {
+    short k1, k2;
+    double value[2];
+} sum_term;
+/* All terms that count, of one beta, k1 by k1 and there k2 by k2. */
+typedef struct sum_terms {
+    int count, wide[2];
+    sum_term term[TERMS];
+} sum_terms;
+
+/* A sample of the top's states. */
+typedef struct torus_sample {
+    double p, q, r;
+    cx x, y; /* S x = T y */
+    double theta[2];
+    double size; /* D there */
+} torus_sample;
+
+typedef struct theta_work {
+    kowalewski_matrix matrix;
+    int kind;
+    double rate[2], heading, certificate, misfit;
+    sum_terms terms;
+    double constant[SUMS][CLASSES];
+    cx wave[2][2 * WIDE_MOST + 1];
+    torus_sample sample[SAMPLES];
+    cx column[SAMPLES][2][CLASSES]; /* the classes of both sums there */
+    lsq lsq;
+} theta_work;
+
+static int odd(int k) { return k & 1; }
+static int floor_half(int k) { return (k - odd(k)) / 2; }
+
+static int kind_of(const kowalewski_curve *o)
+{
+    if (o->real == 3) return KIND_THREE;
+    for (int at = 1; at < 3; at++)
+        if (o->order[at] == ROOT_MINUS_K) return at == 1 ? KIND_A : KIND_B;
+    return KIND_C;
+}
+static int class_of(int kind, int k1, int k2)
+{
+    if (kind == KIND_A || kind == KIND_B) return 2 * odd(k1) + odd(k2);
+    return 4 * odd(k1) + ((k2 - 2 * floor_half(k1)) & 3);
+}
+/* Returns the sign of a term of one sum within its class. */
+static double sign_of_term(int kind, int sum, int k1, int k2)
+{
+    static const double signs[KINDS][SUMS][2] = {
+        {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}, {-1, 1}},
+        {{-1, 1}, {-1, -1}, {1, 1}, {1, -1}, {1, -1}},
+        {{-1, 1}, {-1, -1}, {-1, -1}, {-1, 1}, {-1, 1}},
+        {{-1, 1}, {1, 1}, {1, 1}, {-1, 1}, {-1, 1}},
+    };
+    const int i = floor_half(k1), pairs = kind == KIND_A || kind == KIND_B,
+              rest = k2 - 2 * i - ((k2 - 2 * i) & 3), j = pairs ? floor_half(k2) : rest / 4,
+              turned = odd(kind == KIND_A   ? k2
+                           : kind == KIND_B ? k1
+                           : kind == KIND_C ? 0
+                                            : k1 - k2);
+    const double first = signs[kind][sum][0], second = signs[kind][sum][1];
+    double sign = 1.0;
+    if (odd(i)) sign *= pairs && turned ? -first : first;
+    if (odd(j)) sign *= turned ? -second : second;
+    return sign;
+}
+static int is_imaginary(int sum, int k2) { return sum != SUM_Q && odd(k2); }
+
+/* Returns exp(-x) for x >= 0. */
+static double decay(double x)
+{
+    const exponential e = exponential_of(dd_of(-x));
+    return e.plus * (e.even + e.odd);
+}
+/* Lists the terms of two sums above e^-40 of the largest possible one. Returns 0 if there are too
+ * many. */
+static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], const double beta[2],
+                      sum_terms *out)
+{
+    const double det = m->b11 * m->b22 - m->b12 * m->b12, cut = 40.0,
+                 x0 = -(m->b22 * beta[0] - m->b12 * beta[1]) / det,
+                 y0 = -(m->b11 * beta[1] - m->b12 * beta[0]) / det,
+                 rim = sqrt(2.0 * cut * m->b22 / det);
+    out->count = out->wide[0] = out->wide[1] = 0;
+    if (!(rim + fabs(x0) < 0.5 * WIDE_MOST)) return 0;
+    for (int k1 = (int)ceil(2.0 * (x0 - rim)); k1 <= 2.0 * (x0 + rim); k1++) {
+        const double x = 0.5 * k1 - x0, middle = y0 - m->b12 * x / m->b22,
+                     left = cut - 0.5 * det / m->b22 * x * x,
+                     half = sqrt(fmax(2.0 * left / m->b22, 0.0));
+        if (!(half + fabs(middle) < 0.5 * WIDE_MOST)) return 0;
+        for (int k2 = (int)ceil(2.0 * (middle - half)); k2 <= 2.0 * (middle + half); k2++) {
+            const double y = 0.5 * k2 - y0;
+            const double size = decay(0.5 * (m->b11 * x * x + m->b22 * y * y) + m->b12 * x * y);
+            if (out->count == TERMS) return 0;
+            sum_term *term = &out->term[out->count++];
+            term->k1 = (short)k1;
+            term->k2 = (short)k2;
+            for (int i = 0; i < 2; i++) term->value[i] = size * sign_of_term(kind, sum[i], k1, k2);
+            if (abs(k1) > out->wide[0]) out->wide[0] = abs(k1);
+            if (abs(k2) > out->wide[1]) out->wide[1] = abs(k2);
+        }
+    }
+    return out->count > 0;
+}
+/* Writes exp(i k theta/2) for |k| up to `most`, by products of nearly equal halves. */
+static void make_waves(double theta, int most, cx wave[])
+{
+    cx *w = wave + WIDE_MOST;
+    w[0] = cx_of(1.0, 0.0);
+    sin_cos(0.5 * theta, &w[1].im, &w[1].re);
+    for (int k = 2; k <= most; k++) w[k] = cx_mul(w[k / 2], w[k - k / 2]);
+    for (int k = 1; k <= most; k++) w[-k] = cx_conj(w[k]);
+}
+/* Sums each class of both sums at a sample. All terms of one k1 and one k2 modulo 4 are of one
+ * class. */
+static void sum_classes(theta_work *w, const int sum[2], const double theta[2], cx out[2][CLASSES])
+{
+    const sum_term *t = w->terms.term, *const end = t + w->terms.count;
+    memset(out, 0, 2 * sizeof *out);
+    for (int j = 0; j < 2; j++) make_waves(theta[j], w->terms.wide[j], w->wave[j]);
+    while (t < end) {
+        const int k1 = t->k1;
+        cx row[2][4] = {{{0.0, 0.0}}};
+        for (; t < end && t->k1 == k1; t++) {
+            const cx wave = w->wave[1][WIDE_MOST + t->k2];
+            for (int j = 0; j < 2; j++) {
+                cx *to = &row[j][t->k2 & 3];
+                to->re += t->value[j] * wave.re;
+                to->im += t->value[j] * wave.im;
+            }
+        }
+        for (int j = 0; j < 2; j++)
+            for (int k2 = 0; k2 < 4; k2++) {
+                const cx part = cx_mul(row[j][k2], w->wave[0][WIDE_MOST + k1]);
+                cx *to = &out[j][class_of(w->kind, k1, k2)];
+                *to = cx_add(*to, is_imaginary(sum[j], k2) ? cx_of(-part.im, part.re) : part);
+            }
+    }
+}
+static cx weigh(const cx column[CLASSES], const double constant[CLASSES])
+{
+    cx sum = {0.0, 0.0};
+    for (int i = 0; i < CLASSES; i++) sum = cx_add(sum, cx_scale(constant[i], column[i]));
+    return sum;
+}
+static const int spinor_sums[2] = {SUM_S, SUM_T};
+
+static void fill_columns(theta_work *w, const int sum[2])
+{
+    for (int i = 0; i < SAMPLES; i++) sum_classes(w, sum, w->sample[i].theta, w->column[i]);
+}
+/* Finds the constants of S and T from the samples, each divided by its size. Returns the ratio of
+ * the last singular values. */
+static double solve_spinor(theta_work *w)
+{
+    lsq *m = &w->lsq;
+    double null[2 * CLASSES];
+    m->rows = 2 * SAMPLES;
+    m->columns = 2 * CLASSES;
+    for (int i = 0; i < SAMPLES; i++) {
+        const torus_sample *s = &w->sample[i];
+        const cx x = cx_scale(1.0 / s->size, s->x), y = cx_scale(-1.0 / s->size, s->y);
+        for (int j = 0; j < 2 * CLASSES; j++) {
+            const int T = j >= CLASSES;
+            const cx a = cx_mul(w->column[i][T][j % CLASSES], T ? y : x);
+            m->a[j][2 * i] = a.re;
+            m->a[j][2 * i + 1] = a.im;
+        }
+    }
+    lsq_factor(m);
+    const double ratio = lsq_null(m, null);
+    memcpy(w->constant[SUM_S], null, CLASSES * sizeof *null);
+    memcpy(w->constant[SUM_T], null + CLASSES, CLASSES * sizeof *null);
+    return ratio;
+}
+/* Sets D at the samples. */
+static void find_sizes(theta_work *w)
+{
+    for (int i = 0; i < SAMPLES; i++)
+        w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
+                                        cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
+}
+/* Finds the constants of S and T for one beta, so that their errors are small beside D everywhere.
+ * Returns the ratio of the last singular values. */
+static double find_spinor(theta_work *w, const double beta[2])
+{
+    if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
+    fill_columns(w, spinor_sums);
+    for (int i = 0; i < SAMPLES; i++) w->sample[i].size = 1.0;
+    const double ratio = solve_spinor(w);
+    if (!(ratio < 1e-8)) return ratio;
+    find_sizes(w);
+    const double better = solve_spinor(w);
+    find_sizes(w);
+    return better;
+}
+/* Tries the four classes of b, each with the multiple of B/2 that makes the sums the smallest. */
+static int find_spinor_class(theta_work *w)
+{
+    const kowalewski_matrix *m = &w->matrix;
+    const double det = m->b11 * m->b22 - m->b12 * m->b12,
+                 x = (m->b22 * m->shift[0] - m->b12 * m->shift[1]) / det,
+                 y = (m->b11 * m->shift[1] - m->b12 * m->shift[0]) / det;
+    for (int i = 0; i < 4; i++) {
+        const int try1 = (i & 1) ^ 1, try2 = i >> 1;
+        const double m1 = try1 + 2.0 * floor(0.5 * (2.0 * x - try1) + 0.5),
+                     m2 = try2 + 2.0 * floor(0.5 * (2.0 * y - try2) + 0.5);
+        const double beta[2] = {0.5 * (m->b11 * m1 + m->b12 * m2) - m->shift[0],
+                                0.5 * (m->b12 * m1 + m->b22 * m2) - m->shift[1]};
+        w->certificate = find_spinor(w, beta);
+        if (w->certificate < 1e-8) return i + 1;
+    }
+    return 0;
+}
+/* Finds the constants of the sums number `which` of two, whose columns are filled in, and how far
+ * they miss. */
+static void find_velocity(theta_work *w, const int sum[2], int which)
+{
+    double right[LSQ_ROWS] = {0.0}, most = 0.0, miss = 0.0;
+    lsq *m = &w->lsq;
+    m->rows = 2 * SAMPLES;
+    m->columns = CLASSES;
+    for (int i = 0; i < SAMPLES; i++) {
+        const torus_sample *s = &w->sample[i];
+        for (int j = 0; j < CLASSES; j++) {
+            const cx a = cx_scale(1.0 / s->size, w->column[i][which][j]);
+            m->a[j][2 * i] = a.re;
+            m->a[j][2 * i + 1] = a.im;
+        }
+        right[2 * i] = sum[which] == SUM_P ? s->p : sum[which] == SUM_Q ? s->q : s->r;
+        most = fmax(most, fabs(right[2 * i]));
+    }
+    lsq_factor(&w->lsq);
+    lsq_solve(&w->lsq, right, w->constant[sum[which]]);
+    /* What the reflections leave below the columns is the rest. */
+    for (int i = w->lsq.columns; i < w->lsq.rows; i++) miss = fmax(miss, fabs(right[i]));
+    w->misfit = fmax(w->misfit, miss / most);
+}
+#endif

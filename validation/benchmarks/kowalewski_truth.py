@@ -1,0 +1,139 @@
+"""Where Kowalewski tops are, by heyoka's Taylor series in quadruple precision: the truth of
+tests/c/test_kowalewski.c.
+
+    python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
+
+It takes some minutes.
+"""
+
+import sys
+from textwrap import fill
+from typing import NamedTuple
+
+import heyoka as hy
+import mpmath as mp
+import numpy as np
+
+from ..references.equations import (
+    COEFFICIENTS,
+    coefficients,
+    general,
+    in_precision,
+    product,
+    start,
+)
+
+TOPS, SEED = 52, 36
+CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+LATE = {40: 1000.0, 41: -1000.0, 42: 1500.0, 43: -500.0, 44: 3000.0}
+
+
+class Top(NamedTuple):
+    inertia: tuple
+    com: tuple
+    gravity: float
+    attitude: tuple
+    momentum: tuple
+    time: float
+
+    @property
+    def lever(self):
+        """mass gravity com, with all digits."""
+        return [mp.mpf(self.gravity) * mp.mpf(x) for x in self.com]
+
+
+def draw(number, rng):
+    """Draw a top whose moments are 2 : 2 : 1 exactly: any order of the axes, the centre of mass
+    along an equal axis or between the two, both signs of gravity and both directions of time."""
+    unit, odd = 2.0 ** rng.integers(-3, 4), CYCLES[number % 3]
+    across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
+    com = np.zeros(3)
+    com[list(odd[:2])] = across * rng.choice([-1, 1]) * 2.0 ** rng.uniform(-2, 2)
+    inertia = np.empty(3)
+    inertia[list(odd)] = 2 * unit, 2 * unit, unit
+    gravity = float((1.0, 9.81, -2.5)[number % 5 % 3])
+    attitude = rng.normal(size=4)
+    attitude /= np.linalg.norm(attitude)
+    rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / unit)
+    momentum = rng.normal(size=3) * 2 * unit * rate * 10.0 ** rng.uniform(-1, 1)
+    if number >= 45:  # <m, e3> is zero, or tiny
+        momentum[2] = (0.0, 1e-3, -1e-6, 1e-10, 1e-17, 0.0, 0.0)[number - 45]
+        momentum *= number < 50
+    time = LATE.get(number, 10.0 ** rng.uniform(0, 2.3) * rng.choice([-1, 1]))
+    time = round(time / rate * 2**20) / 2**20
+    return Top(
+        *(tuple(map(float, x)) for x in (inertia, com)),
+        gravity,
+        tuple(map(float, attitude)),
+        tuple(map(float, momentum)),
+        time,
+    )
+
+
+def integrator():
+    """Return heyoka's integrator of any top."""
+    fp = hy.real128
+    return hy.taylor_adaptive(
+        general(fp), [fp(0)] * 7, fp_type=fp, pars=[fp(0)] * COEFFICIENTS, compact_mode=True
+    )
+
+
+def follow(move, top):
+    """Return the attitude and the momentum at the top's time, as mpmath numbers."""
+    fp = hy.real128
+    move.pars[:] = in_precision(coefficients(top), fp)
+    move.state[:] = in_precision(start(top), fp)
+    move.time = fp(0)
+    outcome = move.propagate_until(fp(top.time))[0]
+    if outcome != hy.taylor_outcome.time_limit:
+        raise ArithmeticError(f"heyoka stopped before t = {top.time}: {outcome}")
+    q, w = np.split(np.array([mp.mpf(str(x)) for x in move.state]), [4])
+    back = [q[0], -q[1], -q[2], -q[3]]
+    seen = [mp.mpf(i) * x for i, x in zip(top.inertia, w, strict=True)]
+    return q, product(product(q, [0, *seen]), back)[1:]
+
+
+def main():
+    mp.mp.dps = 40
+    rng, move, lines = np.random.default_rng(SEED), integrator(), []
+
+    def row(numbers):
+        return "{" + ", ".join(f"{float(x):.17g}" for x in numbers) + "}"
+
+    for number in range(TOPS):
+        top = draw(number, rng)
+        q, m = follow(move, top)
+        line = (
+            f"{{{row(top.inertia)}, {row(top.com)}, {top.gravity:.17g}, {row(top.attitude)}, "
+            f"{row(top.momentum)}, {top.time:.17g}, {row(q)}, {row(m)}}},"
+        )
+        lines.append(fill(line, 100, initial_indent=" " * 4, subsequent_indent=" " * 5))
+        print(number, file=sys.stderr, flush=True)
+    print(HEADER.replace("ROWS", "\n".join(lines)), end="")
+
+
+HEADER = """/* Where Kowalewski tops are, by heyoka in quadruple precision;
+ * `python -m validation.benchmarks.kowalewski_truth` prints this file. */
+/* clang-format off */
+#ifndef KR_KOWALEWSKI_TRUTH_H
+#define KR_KOWALEWSKI_TRUTH_H
+#include "kreisel.h"
+
+typedef struct kowalewski_truth {
+    kr_vec3 inertia, com;
+    double gravity;
+    kr_quat q;
+    kr_vec3 m;
+    double t;
+    kr_quat q_at;
+    kr_vec3 m_at;
+} kowalewski_truth;
+
+static const kowalewski_truth kowalewski_truths[] = {
+ROWS
+};
+#endif
+"""
+
+if __name__ == "__main__":
+    main()
