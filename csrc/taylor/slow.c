@@ -1,4 +1,4 @@
-/* Strong damping. Where damping takes the angular velocity W about an axis much sooner than anything
+/* Strong damping. Where damping takes the angular velocity W about an axis much sooner than all
  * else happens, W follows its torque: the motion has come to its slow manifold, on which
  *     D W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
  * determines the Taylor coefficients of W about that axis from the next ones, by iteration. All
