@@ -16,7 +16,7 @@ import pytest
 from cli_helpers import call, said
 from click.testing import CliRunner
 from internals import RECORDABLE, cli
-from kreisel._options.times import PIECE
+from kreisel._options.times import CHUNK_SIZE
 from tops import GENERAL, LAGRANGE
 
 SCENE = GENERAL.replace(gravity=1 / 3)
@@ -240,7 +240,7 @@ def test_angles_go_on_from_piece_to_piece():
     line = "solve asymmetric --t 0:2000:0.05 --want spin_angle --unwrap"
     path = kr.solve(kr.scenes.asymmetric, 0.05 * np.arange(40001), want=["spin_angle"])
     rows = np.array([*csv.reader(call(line, "--csv", "-").splitlines()[1:])], float)
-    assert len(rows) == 40001 > PIECE
+    assert len(rows) == 40001 > CHUNK_SIZE
     assert rows[:, 1] == pytest.approx(np.unwrap(path.spin_angle), abs=1e-9)
 
 

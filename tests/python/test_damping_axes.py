@@ -100,7 +100,7 @@ def test_ensembles_and_reductions_agree_with_the_series():
     for times in ([0.5, 2.0], [-0.25, -1.0]):
         tops = kr.Ensemble.of([scene_of(name) for name in names])
         paths = kr.solve(tops, times)
-        reduced = kr.solve(tops, times, reduce={"nutation": "max"})
+        reduced = kr.reduce(tops, times, {"nutation": "max"})
         for i in range(len(names)):
             assert_agrees(paths[i], states_of(tops[i], times), 1e-14)
             assert abs(reduced["nutation"]["max"][i] - paths[i].nutation.max()) < 1e-15
@@ -111,7 +111,7 @@ def test_events_lie_where_the_series_has_them(name):
     scene = scene_of(name)
     event = kr.events.plane((0, 1, 0), of="body_velocity")
     found = kr.solve(scene, 8.0, events=[event]).events
-    section = kr.section(scene, event, n=len(found), wait=20.0)
+    section = kr.section(scene, event, n=len(found), max_wait=20.0)
     assert np.allclose(section.t, found.path.t, rtol=0, atol=1e-12)
     series, rate = Series(scene), []
     axes = np.array([kr.quaternion.turn(scene.body.axes, e) for e in np.eye(3)]).T

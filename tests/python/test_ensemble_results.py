@@ -245,7 +245,7 @@ def test_a_top_of_many_with_one_time():
 
 
 def test_reductions_are_a_mapping_that_shows_its_names():
-    reduced = kr.solve(MANY, 1.0, reduce={"nutation": ("min", "max"), "apex": "mean"})
+    reduced = kr.reduce(MANY, 1.0, {"nutation": ("min", "max"), "apex": "mean"})
     assert list(reduced.keys()) == ["nutation", "apex"]
     shapes = {name: {kind: x.shape for kind, x in kinds.items()} for name, kinds in reduced.items()}
     assert shapes == {"nutation": {"min": (2, 3), "max": (2, 3)}, "apex": {"mean": (2, 3, 3)}}

@@ -3,6 +3,8 @@
 Starts are tilted. Over an upright start no torque acts, which hides errors of first order.
 """
 
+from itertools import pairwise
+
 import kreisel as kr
 import numpy as np
 import pytest
@@ -52,7 +54,9 @@ def test_tolerance_is_kept(name, body):
         for tol in (1e-6, 1e-9, 1e-12)
     ]
     assert errors[0] < 1e-2 and errors[1] < 1e-5 and errors[2] < 1e-8
-    assert errors[0] > errors[1] > errors[2]
+    # Below 1e-8 rounding errors of its matrix decide the error of the semi-implicit method.
+    floor = 1e-8 if name == "gsl_bsimp" else 0.0
+    assert all(a > b or a < floor for a, b in pairwise(errors))
 
 
 @pytest.mark.parametrize("name, body", cases(adaptive=False, reversible=True))

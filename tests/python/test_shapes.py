@@ -230,7 +230,7 @@ def test_a_rod_on_its_own_line_does_not_move_alone():
 
 def test_a_rod_on_its_own_line_is_a_value():
     assert pickle.loads(pickle.dumps(line())) == line() and hash(line()) == hash(line())
-    assert repr(line()).startswith("Line(mass=0.02")
+    assert repr(line()).startswith("ThinRods(mass=0.02")
     with pytest.raises(AttributeError, match="no attribute 'mas'"):
         _ = line().mas
 

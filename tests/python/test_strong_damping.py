@@ -101,7 +101,7 @@ def test_events_are_met_on_the_slow_manifold():
     found = kr.solve(top, 5 * damping, events=[level]).events
     want = damping * math.log(1 / math.tan(0.25)) + 1 / damping
     assert len(found) == 1 and abs(found.path.t[0] / want - 1) < 1e-13
-    assert abs(kr.section(top, level, n=1, wait=5 * damping).t[0] / want - 1) < 1e-13
+    assert abs(kr.section(top, level, n=1, max_wait=5 * damping).t[0] / want - 1) < 1e-13
 
 
 def test_tangents_of_strongly_damped_tops_are_those_of_short_steps():

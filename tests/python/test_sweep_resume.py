@@ -33,7 +33,7 @@ swept(sys.argv[1], threads=1, progress=tell)
 # A sweep that is killed by itself when it writes its third part, at this moment of the writing.
 KILLED = """
 import os, signal, sys
-from kreisel._ground import files
+from kreisel._ground import atomic_io
 from kreisel._sweeping import making
 from sweeps import swept
 put, moment = making.Folder.put, sys.argv[2]
@@ -41,7 +41,7 @@ def end(*_):
     os.kill(os.getpid(), signal.SIGKILL)
 def third(self, i, rows):
     if i == 2:
-        setattr(files.os, moment, end)
+        setattr(atomic_io.os, moment, end)
     return put(self, i, rows)
 making.Folder.put = third
 swept(sys.argv[1], threads=1)

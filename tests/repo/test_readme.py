@@ -1,4 +1,4 @@
-"""What README.md shows, works."""
+"""Tests of the examples in README.md."""
 
 import os
 import re
@@ -28,29 +28,31 @@ def commands(name):
     ]
 
 
-def test_python_blocks_run_one_after_the_other(tmp_path):
-    assert blocks("python")
-    program = tmp_path / "readme.py"
-    program.write_text("\n".join(blocks("python")))
-    run(sys.executable, "-W", "error", program, cwd=tmp_path, MPLBACKEND="agg")
+def test_each_python_block_runs_alone(tmp_path):
+    for i, text in enumerate(blocks("python")):
+        program = tmp_path / f"block{i}.py"
+        program.write_text(text)
+        run(sys.executable, "-W", "error", program, cwd=tmp_path, MPLBACKEND="agg")
+    assert blocks("python") and (tmp_path / "top.npz").exists()
 
 
-def test_shell_blocks_run_one_after_the_other_beside_the_scenes(tmp_path):
+def test_the_first_python_block_prints_its_comment(tmp_path):
+    text = blocks("python")[0]
+    program = tmp_path / "first.py"
+    program.write_text(text)
+    expected = re.search(r"print\(.*  # (.+)", text)[1]
+    assert run(sys.executable, program, cwd=tmp_path).strip() == expected
+
+
+def test_shell_blocks_run_beside_the_scenes(tmp_path):
     for text in blocks("toml"):
         (tmp_path / re.match(r"# (\w+\.toml)", text)[1]).write_text(text)
     lines = [text for text in blocks("sh") if text.startswith("kreisel ")]
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     assert lines and list(tmp_path.iterdir())
-    run("sh", "-ec", "\n".join(lines), cwd=tmp_path, PATH=path)
-    assert (tmp_path / "tilt.csv").read_text().startswith("t,nutation,precession_angle\n0.0,60.0")
-    assert (tmp_path / "end.csv").read_text().splitlines()[1].startswith("100.01,")
-
-
-def test_the_line_that_completes_names_does(tmp_path):
-    need("bash")
-    (line,) = re.findall(r"`(eval [^`]+)` in bash", (ROOT / "README.md").read_text())
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    assert "kreisel" in run("bash", "-c", f"{line}; complete -p kreisel", PATH=path)
+    output = run("sh", "-ec", "\n".join(lines), cwd=tmp_path, PATH=path)
+    assert "nutation [deg]" in output and '"m_z"' in output
+    assert (tmp_path / "top.html").stat().st_size > 1 << 16
 
 
 def test_c_blocks_compile_and_run(tmp_path):

@@ -184,7 +184,7 @@ class ExactKowalewski(Exact):
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), made_up=True)
-        >>> top = kr.exact(kr.Scene(body, momentum=(0.3, 1.1, 0.8)))
+        >>> top = kr.exact(kr.Scene(body, momentum=(0.3, 1.1, 0.8), attitude=(0.8, 0.6, 0, 0)))
         >>> top.certificate < 1e-13, top.mismatch
         (True, 0.0)
         >>> round(float(top(1e6).m[0, 2]), 12)

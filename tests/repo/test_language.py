@@ -1,0 +1,46 @@
+"""Limits on the language of the Python code; lower them as names and docstrings improve."""
+
+import pytest
+from language import docstrings, has_banned_opener, is_participle, names, repeated_basenames
+
+FINISHED = (
+    "python/kreisel/_options",
+    "python/kreisel/_results",
+    "python/kreisel/_solve",
+    "python/kreisel/_model",
+    "python/kreisel/_ground",
+    "python/kreisel/_sweeping",
+    "python/kreisel/_showing",
+    "python/kreisel/_analysis",
+    "python/kreisel/_drawing",
+    "validation",
+)
+OPENERS_MOST = 0.02  # share of docstrings
+PARTICIPLES_MOST = {"python/kreisel": PARTICIPLES_PACKAGE, "validation": 0.01, "tests": PARTICIPLES_TESTS}
+REPEATED_MOST = {"python/kreisel": REPEATED_PACKAGE, "validation": 1}
+
+
+@pytest.mark.parametrize("tree", FINISHED)
+def test_few_docstrings_open_without_a_verb_or_noun(tree):
+    texts = docstrings(tree)
+    found = [place for place, text in texts if has_banned_opener(text)]
+    assert len(found) <= OPENERS_MOST * len(texts), found
+
+
+@pytest.mark.parametrize("tree", PARTICIPLES_MOST)
+def test_few_names_are_participles(tree):
+    named = names(tree)
+    found = [place for place, name in named if is_participle(name)]
+    assert len(found) <= PARTICIPLES_MOST[tree] * len(named), found
+
+
+@pytest.mark.parametrize("tree", REPEATED_MOST)
+def test_file_names_are_unique(tree):
+    assert len(repeated_basenames(tree)) <= REPEATED_MOST[tree], repeated_basenames(tree)
+
+
+def test_openers_and_participles_are_recognized():
+    assert has_banned_opener("What the top does.") and has_banned_opener("The same for many.")
+    assert not has_banned_opener("Return the state.") and not has_banned_opener("The state.")
+    assert is_participle("told") and is_participle("_opened_once") and is_participle("Reduced")
+    assert not is_participle("read_part") and not is_participle("seed_tangents")
