@@ -44,7 +44,7 @@ from ._solve.solve_ensemble import reduce
 from ._solve.stream import stream
 from ._sweeping.source import Source
 from ._sweeping.sweep import SweepInterrupted, sweep
-from ._sweeping.swept import Swept, read_sweep
+from ._sweeping.sweep_result import SweepResult, read_sweep
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
 
@@ -83,7 +83,7 @@ __all__ = [
     "Stats",
     "StepChoice",
     "SweepInterrupted",
-    "Swept",
+    "SweepResult",
     "Table",
     "View",
     "__version__",

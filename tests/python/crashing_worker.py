@@ -7,8 +7,8 @@ import os
 import signal
 from pathlib import Path
 
-from kreisel._sweeping import making
-from kreisel._sweeping.folder import Folder
+from kreisel._sweeping import runner
+from kreisel._sweeping.store import SweepStore
 
 
 def killed_once(flag, moment):
@@ -19,7 +19,7 @@ def killed_once(flag, moment):
             Path(flag).touch()
             os.kill(os.getpid(), signal.SIGKILL)
 
-    put, moved = Folder.put, making.moved
+    put, moved = SweepStore.put, runner.compute_part
 
     def first_put(self, i, rows):
         if i == 2:
@@ -30,6 +30,6 @@ def killed_once(flag, moment):
         return moved(folder, i, threads, end if i == 2 else None)
 
     if moment == "moves":
-        making.moved = first_moved
+        runner.compute_part = first_moved
     else:
-        Folder.put = first_put
+        SweepStore.put = first_put

@@ -68,7 +68,7 @@ SELVES = {  # things of each class that has methods
     kr.Scene: [always(scene) for scene in argument_values.SCENES],
     kr.Section: [always(section) for section in argument_values.SECTIONS],
     kr.Source: [always(source) for source in argument_values.SOURCES],
-    kr.Swept: [swept("swept"), swept("half")],
+    kr.SweepResult: [swept("swept"), swept("half")],
     kr.Stats: [always(PATHS[0].stats)],
     kr.Table: [always(table())],
     kr.View: [always(kr.view(TOP, open=False))],

@@ -132,13 +132,13 @@ def test_a_signal_between_rows_loses_and_doubles_none(tmp_path, number, buffered
 
 PRESSED = """
 import os, signal
-from kreisel._showing.cli import main, running
+from kreisel._showing.cli import main, progress
 
-tell = running.Stops.progress
+tell = progress.Stops.progress
 def press(stops, t):
     os.kill(os.getpid(), signal.SIGNAL)
     tell(stops, t)
-running.Stops.progress = press
+progress.Stops.progress = press
 main()
 """
 

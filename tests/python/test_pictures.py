@@ -14,7 +14,7 @@ from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
 from kreisel._drawing import solids
-from kreisel._drawing.solids import bar, turned
+from kreisel._drawing.solids import bar, revolve
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
@@ -480,7 +480,7 @@ def test_a_body_of_any_size_is_drawn_as_what_it_is():
 
 
 def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
-    faces, _ = turned(2.0, 0.3, 0.5, False)
+    faces, _ = revolve(2.0, 0.3, 0.5, False)
     points = faces.reshape(-1, 3)
     assert points.min(axis=0) == pytest.approx([-2.0, -2.0, 0.2])
     assert points.max(axis=0) == pytest.approx([2.0, 2.0, 0.8])

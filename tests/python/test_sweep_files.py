@@ -16,9 +16,9 @@ import pyarrow.parquet as parquet
 import pytest
 from argument_values import ENSEMBLES
 from ensembles import MIXED, scattered
-from kreisel._sweeping import folder as folder_of
-from kreisel._sweeping import planned, seal
-from kreisel._sweeping.planned import canonical
+from kreisel._sweeping import checksum, sweep_plan
+from kreisel._sweeping import store as folder_of
+from kreisel._sweeping.sweep_plan import canonical
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, rows_hash, swept
 
 SHAPE = SOURCE.shape
@@ -268,7 +268,7 @@ def test_sources_and_sweeps_can_be_copied_and_say_what_they_are(tmp_path):
             source.scene = TOP
     assert pickle.loads(pickle.dumps(found)).done == [0, 1]
     assert repr(SOURCE) == "<kreisel.Source of shape (12, 25): spin, gravity>"
-    assert repr(found) == "<kreisel.Swept of shape (12, 25): 2 of 5 parts>"
+    assert repr(found) == "<kreisel.SweepResult of shape (12, 25): 2 of 5 parts>"
     with pytest.raises(IndexError, match="there is no top 300 among 300"):
         SOURCE[300]
 
@@ -374,19 +374,19 @@ def test_a_plan_of_any_number_of_parts_asks_for_those_that_are_there(tmp_path, s
 
 
 def test_a_seal_may_be_all_that_a_file_has():
-    whole = seal.sealed(bytearray(seal.OPEN.encode()))
-    assert seal.is_whole(bytes(whole))
-    assert not seal.is_whole(b"") and not seal.is_whole(bytes(whole[1:]))
-    assert not seal.is_whole(bytes(whole[:-1] + b"?"))
+    whole = checksum.add_checksum(bytearray(checksum.OPEN.encode()))
+    assert checksum.is_whole(bytes(whole))
+    assert not checksum.is_whole(b"") and not checksum.is_whole(bytes(whole[1:]))
+    assert not checksum.is_whole(bytes(whole[:-1] + b"?"))
 
 
 def test_words_of_a_plan_stand_in_it_up_to_a_size():
-    most = planned._INLINE
-    ((name, shape, inside),) = planned._words(
+    most = sweep_plan._INLINE
+    ((name, shape, inside),) = sweep_plan._words(
         {"spin": SimpleNamespace(value=(), values=np.arange(float(most)))}
     )
     assert (name, shape, len(inside)) == ("spin", [], most)
-    ((*_, beside),) = planned._words(
+    ((*_, beside),) = sweep_plan._words(
         {"spin": SimpleNamespace(value=(3,), values=np.arange(float(most + 1)))}
     )
     assert isinstance(beside, str)

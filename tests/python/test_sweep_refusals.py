@@ -7,8 +7,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 from ensembles import MIXED
-from kreisel._sweeping import folder as folder_of
-from kreisel._sweeping import planned
+from kreisel._sweeping import store as folder_of
+from kreisel._sweeping import sweep_plan
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, child, swept
 
 GRID = "t = 1\nscene = 'thesis'\n[grid]\ngravity = [1, 2]\n"
@@ -57,7 +57,7 @@ def test_a_plan_in_other_words_is_of_another_version(tmp_path):
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())
     told["plan"]["more"] = 1
-    file.write_text(json.dumps(told | {"hash": planned.hash_of(told["plan"])}))
+    file.write_text(json.dumps(told | {"hash": sweep_plan.hash_of(told["plan"])}))
     with pytest.raises(ValueError, match="in other words"):
         kr.read_sweep(tmp_path)
 

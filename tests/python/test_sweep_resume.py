@@ -9,17 +9,17 @@ from concurrent.futures import ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._sweeping import folder as folder_of
+from kreisel._sweeping import store as folder_of
 from sweeps import PARTS, REDUCED, WATCHED, child, rows_hash, swept
 
 # A sweep in a process of its own, that tells where it is in the midst of its third part; there it
 # waits to be killed, or goes on for ever.
 SWEEP = """
 import signal, sys
-from kreisel._sweeping import making
+from kreisel._sweeping import runner
 from sweeps import swept
-making._TELL = 0.0
-put, told = making.Folder.put, []
+runner._TELL = 0.0
+put, told = runner.SweepStore.put, []
 def tell(share):
     if share > 0.5 and not told:
         told.append(share)
@@ -34,16 +34,16 @@ swept(sys.argv[1], threads=1, progress=tell)
 KILLED = """
 import os, signal, sys
 from kreisel._ground import atomic_io
-from kreisel._sweeping import making
+from kreisel._sweeping import runner
 from sweeps import swept
-put, moment = making.Folder.put, sys.argv[2]
+put, moment = runner.SweepStore.put, sys.argv[2]
 def end(*_):
     os.kill(os.getpid(), signal.SIGKILL)
 def third(self, i, rows):
     if i == 2:
         setattr(atomic_io.os, moment, end)
     return put(self, i, rows)
-making.Folder.put = third
+runner.SweepStore.put = third
 swept(sys.argv[1], threads=1)
 """
 FULL = """

@@ -7,8 +7,8 @@ from concurrent.futures import ProcessPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._sweeping import folder as folder_of
-from kreisel._sweeping import making
+from kreisel._sweeping import runner
+from kreisel._sweeping import store as folder_of
 from sweeps import LOW, TOP, rows_hash
 
 SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 4), gravity=np.linspace(-1, 1, 5))
@@ -193,7 +193,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(tmp_path, monkeypat
         if share > 0.5:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(making, "_TELL", 0.0)
+    monkeypatch.setattr(runner, "_TELL", 0.0)
     with pytest.raises(kr.SweepInterrupted, match="the same") as told:
         kr.sweep(SOURCE, to=tmp_path / "stopped", part=4, progress=stop, **words)
     assert told.value.sweep.done and told.value.sweep.missing

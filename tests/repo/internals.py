@@ -2,8 +2,8 @@
 
 import numpy as np
 from kreisel import _core as core
-from kreisel._analysis import costs as table_of_costs
-from kreisel._analysis.costs import page as page_of_methods
+from kreisel._analysis import method_table as table_of_costs
+from kreisel._analysis.method_table import page as page_of_methods
 from kreisel._options.quantities import HEADING_DEPENDENT, QUANTITIES, RECORDABLE
 from kreisel._options.times import CHUNK_SIZE
 from kreisel._results import core_calls, state_quantities

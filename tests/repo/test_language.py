@@ -16,8 +16,12 @@ FINISHED = (
     "validation",
 )
 OPENERS_MOST = 0.02  # share of docstrings
-PARTICIPLES_MOST = {"python/kreisel": PARTICIPLES_PACKAGE, "validation": 0.01, "tests": PARTICIPLES_TESTS}
-REPEATED_MOST = {"python/kreisel": REPEATED_PACKAGE, "validation": 1}
+PARTICIPLES_MOST = {
+    "python/kreisel": 0.054,
+    "validation": 0.01,
+    "tests": 0.185,
+}
+REPEATED_MOST = {"python/kreisel": 4, "validation": 1}
 
 
 @pytest.mark.parametrize("tree", FINISHED)

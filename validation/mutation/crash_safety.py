@@ -19,7 +19,7 @@ from itertools import cycle
 from pathlib import Path
 
 import kreisel as kr
-from kreisel._sweeping.folder import opened
+from kreisel._sweeping.store import open_store
 
 JUNK = re.compile(r"\.[0-9a-f]{16}\.new")  # name of a temporary file
 OLD, WHOLE, ON_ITS_WAY = "old", "whole", "on its way"
@@ -38,7 +38,7 @@ def make_writers(folder):
         views.append(kr.view(scene, open=False))
     sweep = folder / "sweep"
     kr.sweep(top.vary(spin=[1.0, 2.0, 3.0, 4.0]), 1.0, to=sweep, part=2, threads=1)
-    parts = opened(sweep)
+    parts = open_store(sweep)
     rows = [parts.get(i) for i in (0, 1)]
     return {
         "run": ("run", [run.save for run in runs]),

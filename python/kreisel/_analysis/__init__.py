@@ -1,1 +1,1 @@
-"""What is read from a path, or measured over several."""
+"""Analysis of paths: traces, rods, frequencies, comparisons."""

@@ -64,14 +64,15 @@ class Apex:
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:
-        """Of a Lagrange top: means over the whole nutations in the path, between its first and last
-        lowest point. What kreisel.exact tells of the scene, this reads from the path of any method.
+        """Means of a Lagrange top over the complete nutations of the path.
 
-        Turning points lie between the states and are found by cubics: of fifty states in a nutation
-        they are right to four digits, of four hundred to seven. A level trace, whose heights differ
-        by less than 1e-9, is steady precession: its period is NaN. Raises ValueError for other
-        tops, whose rise and fall have no period, for less than one nutation, and where states are
-        farther apart than a quarter of one.
+        They extend from its first to its last lowest point. kreisel.exact gives the same numbers of
+        a scene; this property reads them from the path of any method. Turning points lie between
+        the states and are found by cubics: with fifty states in a nutation they are right to four
+        digits, with four hundred to seven. A level trace, whose heights differ by less than 1e-9,
+        is steady precession, and its period is NaN. Raises ValueError for other tops, whose rise
+        and fall have no period, for less than one nutation, and if states are farther apart than a
+        quarter of one.
         """
         body = self.scene.body
         if body.kind != "lagrange":
@@ -152,7 +153,7 @@ def _lagrange(t: Array, values: Array, at: float) -> float:
 
 
 def _zero(t: Array, values: Array) -> float:
-    """Where the polynomial through these points rises through zero: bisection."""
+    """Find the rising zero of the polynomial through these points by bisection."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):

@@ -224,7 +224,7 @@ def _runs(
     by_step: list[float],
     by_tol: list[float],
 ) -> list[_Run]:
-    """Each method at each setting."""
+    """Yield each method at each setting."""
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
     if methods is None:

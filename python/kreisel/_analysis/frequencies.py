@@ -156,7 +156,7 @@ def _aliased(rate: Array) -> float:
 
 
 def _axes(path: Path) -> tuple[Array, Array]:
-    """What the axis turns about, in space; and the axis, in the body's principal axes."""
+    """Return the axis of rotation in space, and the axis of the body in its principal axes."""
     com = np.array(path.scene.body.principal_com)
     if not path.m[0].any() and not (path.scene.gravity and com.any()):
         return np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0))  # at rest
@@ -203,7 +203,7 @@ def _lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
 
 
 def _peak(t: Array, signal: Waves) -> float:
-    """Where the transform of a signal is largest in size: the best of a fast one, led uphill."""
+    """Find the largest value of the transform of a signal: the best of an FFT, refined."""
     size = 4 * len(t)
     step = float(t[-1] - t[0]) / (len(t) - 1)
     best = int(np.abs(np.fft.fft(signal, size)).argmax())

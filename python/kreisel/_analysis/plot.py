@@ -48,10 +48,10 @@ def plot(
         check_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
         raise ValueError(f"path must be a list of 1 to {MOST} paths, not of {len(paths)}")
-    from .._drawing.charts import plotted
+    from .._drawing.charts import plot_paths
 
     both = [(one, one.events.path if len(one.events) else None) for one in paths]
-    return plotted(both, axes, degrees)
+    return plot_paths(both, axes, degrees)
 
 
 def _arguments(

@@ -121,7 +121,7 @@ def count_turns(
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
         half, whole = _ahead(path, arcs.parent, times, up, along, east)
         if k == 0:
-            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _closed(arcs, whole)
+            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _is_closed(arcs, whole)
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
         arcs = arcs.split(*half)
     # Errors of a path add up. One that goes through a pole to THROUGH does so for a reason.
@@ -131,7 +131,7 @@ def count_turns(
     return Turns(angle, _spin(motion, about, apart, angle, through), through, unknown)
 
 
-def _closed(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
+def _is_closed(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
     """Compute the angle from where each state leads to the state that follows, whether a pole is
     between both, and how far they are apart: more than roundings if steps of the path were coarse.
     The gap is inf if it may turn about a pole either way."""

@@ -22,8 +22,8 @@ with optional_dependency("'kreisel[plot]'"):
     from matplotlib.ticker import MaxNLocator
 
 
-class Shown(Protocol):
-    """What a picture needs of a path."""
+class Plottable(Protocol):
+    """A path that can be plotted."""
 
     @property
     def scene(self) -> Scene: ...
@@ -70,13 +70,13 @@ def new_axes() -> Axes:
     return Figure(figsize=(6.0, 4.0), layout="constrained").add_subplot()
 
 
-def plotted(
-    paths: Sequence[tuple[Shown, Shown | None]], axes: Iterable[Axes] | None, degrees: bool
+def plot_paths(
+    paths: Sequence[tuple[Plottable, Plottable | None]], axes: Iterable[Axes] | None, degrees: bool
 ) -> Picture:
-    """Each path with the states at its events, in three axes of its own or in a new figure."""
+    """Plot each path with the states at its events, in three axes of its own or in a new figure."""
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: solve for times")
-    picture = _laid_out(len(paths)) if axes is None else _picture_of(axes, 3 * len(paths))
+    picture = _lay_out(len(paths)) if axes is None else _picture_of(axes, 3 * len(paths))
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
         _draw(one, path, events, degrees)
@@ -86,7 +86,7 @@ def plotted(
     return picture
 
 
-def _laid_out(n: int) -> Picture:
+def _lay_out(n: int) -> Picture:
     if n == 1:
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(3, 4))
@@ -116,7 +116,7 @@ def _picture_of(axes: Iterable[Axes], n: int) -> Picture:
     return picture
 
 
-def _draw(axes: Sequence[Axes], path: Shown, events: Shown | None, degrees: bool) -> None:
+def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degrees: bool) -> None:
     sphere, above, below = axes
     unit, sign = (180.0 / np.pi, "°") if degrees else (1.0, "rad")
     limits = _limits(path.scene)
@@ -129,7 +129,7 @@ def _draw(axes: Sequence[Axes], path: Shown, events: Shown | None, degrees: bool
     for angle in [] if limits is None else [limits.least[0], limits.greatest[0]]:
         above.axhline(unit * float(angle), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
     around = np.unwrap(path.precession_angle)
-    below.plot(*_broken(path.t, unit * around, _jumps(around)), color=BLUE, linewidth=1.2)
+    below.plot(*_break_jumps(path.t, unit * around, _jumps(around)), color=BLUE, linewidth=1.2)
     if events is not None and len(events.t):
         _mark(axes, path.t, around, events, unit)
     above.set_ylabel(f"nutation [{sign}]")
@@ -137,7 +137,7 @@ def _draw(axes: Sequence[Axes], path: Shown, events: Shown | None, degrees: bool
     _least_range(above, unit)
     above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
     for chart in above, below:
-        _styled(chart)
+        _apply_style(chart)
 
 
 def _jumps(around: Array) -> npt.NDArray[np.intp]:
@@ -148,12 +148,12 @@ def _jumps(around: Array) -> npt.NDArray[np.intp]:
     return np.flatnonzero(change > max(0.5, 8.0 * usual))
 
 
-def _broken(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
     """Return a line that is interrupted in some of its intervals."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
-def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Shown, unit: float) -> None:
+def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit: float) -> None:
     """A point at each event, on the trace and in both charts."""
     sphere, above, below = axes
 
@@ -182,7 +182,7 @@ def _least_range(chart: Axes, unit: float) -> None:
         chart.set_ylim(middle - half, middle + half)
 
 
-def _styled(chart: Axes) -> None:
+def _apply_style(chart: Axes) -> None:
     chart.grid(True, alpha=0.25, linewidth=0.6)
     chart.spines[["top", "right"]].set_visible(False)
     chart.tick_params(labelsize=8, length=3)

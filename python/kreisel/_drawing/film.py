@@ -36,8 +36,8 @@ _REACH = 0.8  # of the sphere's radius, up to which the body is drawn
 _LEAN, _ASIDE = 0.2, 30.0  # sine of a lean that shows where the axis points; angle [degrees]
 
 
-class Moving(Protocol):
-    """What a film needs of a path."""
+class Animatable(Protocol):
+    """A path that can be animated."""
 
     @property
     def scene(self) -> Scene: ...
@@ -47,7 +47,7 @@ class Moving(Protocol):
     def q(self) -> Array: ...
     @property
     def apex(self) -> Array: ...
-    def __call__(self, t: Array, /) -> Moving: ...
+    def __call__(self, t: Array, /) -> Animatable: ...
 
 
 @frozen_message("path.animate({}=...) makes another film")
@@ -79,7 +79,7 @@ class Film:
     def save(self, file: str | os.PathLike[str]) -> None:
         """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
         all. ValueError for other names, OSError where it cannot be written."""
-        make = maker_of(file)
+        make = writer_for(file)
         atomic_write(file, make(self))
 
     def _repr_html_(self) -> str:
@@ -126,7 +126,7 @@ class Film:
 
 
 def film_of(
-    path: Moving,
+    path: Animatable,
     file: str | os.PathLike[str] | None,
     speed: float | None,
     fps: int,
@@ -134,7 +134,7 @@ def film_of(
 ) -> Film:
     """A film of a path, saved where a file is named; what cannot be is refused before anything
     runs."""
-    make = None if file is None else maker_of(file)
+    make = None if file is None else writer_for(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     begin, end = _ends(path.t)
     pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
@@ -202,8 +202,8 @@ def _matrix(q: Array) -> Array:
     )
 
 
-def maker_of(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
-    """What makes a film for a file of this name; refuses it before anything is computed."""
+def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
+    """Return the writer for a film file of this name, or raise before anything is computed."""
     suffix = File(file).suffix.lower()
     if suffix not in _MAKERS:
         raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
@@ -239,7 +239,7 @@ def _images(film: Film) -> Iterator[Image.Image]:
 
 def _html(film: Film) -> bytes:
     with matplotlib.rc_context({"animation.embed_limit": 500.0}):
-        return _written(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
+        return _write_frames(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
 
 
 def _document(film: Film) -> bytes:
@@ -249,11 +249,11 @@ def _document(film: Film) -> bytes:
 
 
 def _mp4(film: Film) -> bytes:
-    return _written(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
+    return _write_frames(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
 
 
-def _written(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
-    """What a writer of matplotlib's makes of the frames, by way of a folder that does not stay."""
+def _write_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
+    """Return the bytes that a matplotlib writer makes of the frames, through a temporary folder."""
     frames = film._figures()
     with tempfile.TemporaryDirectory() as folder:
         out = File(folder, f"film{suffix}")

@@ -31,7 +31,7 @@ def view(
 
 
 def drawable(axes: object) -> Axes:
-    """What can be drawn in; TypeError for anything else."""
+    """Return the axes if they can be drawn in; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
         raise TypeError(
             f"axes must be matplotlib's, as of figure.add_subplot(), not {short_repr(axes)}"
@@ -181,7 +181,7 @@ def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
     return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
 
 
-def turned(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
+def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
     """A body of revolution about the third axis, inside the cylinder of this radius and half this
     length whose centre is at this height: a spinning top that stands on the origin, or where it has
     no tip the cylinder itself. Its faces (n, 4, 3), and a colour for each, so that it is seen to
@@ -216,7 +216,7 @@ def solid_of(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     level = np.abs(com[[i, j]]).max() <= 1e-9 * np.abs(com).max(initial=0.0)
     if not (level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max()):
         return box(half, centre, axes)
-    quads, colours = turned(2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any()))
+    quads, colours = revolve(2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any()))
     frame = np.eye(3)[[i, j, apex]]
     if com[apex] < 0.0:
         frame[1:] *= -1.0

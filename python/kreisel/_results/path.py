@@ -242,9 +242,9 @@ class Path(ReadOnlyArrays, Tables):
 
     def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
         """Return the picture that kreisel.plot draws of this path."""
-        from .._drawing.charts import plotted
+        from .._drawing.charts import plot_paths
 
-        return plotted([(self, self.events.path if len(self.events) else None)], axes, degrees)
+        return plot_paths([(self, self.events.path if len(self.events) else None)], axes, degrees)
 
     def animate(
         self,

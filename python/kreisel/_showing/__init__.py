@@ -1,1 +1,1 @@
-"""What somebody sees: the command line and the page."""
+"""The command line and the browser page."""

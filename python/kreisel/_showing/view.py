@@ -41,7 +41,7 @@ class _Track(TypedDict):
 
 
 class _Scene(TypedDict):
-    """What the page reads: a scene, and what is shown of it."""
+    """The data that the page reads: a scene and its display options."""
 
     version: int
     name: str

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from .rows import Column, Rows
-from .seal import OPEN, is_whole
+from .checksum import OPEN, is_whole
+from .part_table import Column, PartTable
 
 _ABOUT = b"\nkreisel: "
 
 
-def encoded(rows: Rows, about: Mapping[str, Any]) -> bytearray:
+def encode(rows: PartTable, about: Mapping[str, Any]) -> bytearray:
     """The file, with an open seal."""
     out = io.BytesIO()
     np.lib.format.write_array(out, _fields(rows.columns), allow_pickle=False)
@@ -38,12 +38,12 @@ def _fields(columns: Mapping[str, Column]) -> Column:
 
 
 def about(file: str) -> dict[str, Any]:
-    """What a part tells of itself; ValueError where it is damaged."""
-    return _told(file)[0]
+    """Return the description in a part file; raise ValueError if the file is damaged."""
+    return _read_header(file)[0]
 
 
-def _told(file: str) -> tuple[dict[str, Any], bytes]:
-    """What a whole part tells, and all of it."""
+def _read_header(file: str) -> tuple[dict[str, Any], bytes]:
+    """Return the description in a complete part file, and its bytes."""
     data = Path(file).read_bytes()
     if not is_whole(data):
         raise ValueError(f"{file} is damaged, or no part of a sweep")
@@ -53,9 +53,9 @@ def _told(file: str) -> tuple[dict[str, Any], bytes]:
     return told, data
 
 
-def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
+def decode(file: str, names: Iterable[str] | None, states: int) -> PartTable:
     """The rows of a part, or some columns of them; ValueError where it is damaged."""
-    about, data = _told(file)
+    about, data = _read_header(file)
     source = io.BytesIO(data)
     rows = np.lib.format.read_array(source, allow_pickle=False)
     met = np.lib.format.read_array(source, allow_pickle=False) if about["ragged"] else None
@@ -70,4 +70,4 @@ def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
         }
         for some in (rows, met)
     )
-    return Rows(columns, ragged, dict(about["units"]))
+    return PartTable(columns, ragged, dict(about["units"]))

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._ground.optional import optional_dependency
-from .rows import COUNT, Column, Rows
-from .seal import OPEN
-from .tables_of_starts import PARQUET
+from .checksum import OPEN
+from .part_table import COUNT, Column, PartTable
+from .start_table import PARQUET
 
 with optional_dependency(PARQUET):
     import pyarrow as pa
@@ -26,7 +26,7 @@ _PER = b"top", b"time", b"event"  # what a column has a value for
 _ABOUT, _SEAL = "kreisel", "kreisel seal"
 
 
-def encoded(rows: Rows, about: Mapping[str, Any]) -> bytearray:
+def encode(rows: PartTable, about: Mapping[str, Any]) -> bytearray:
     """The file, with an open seal."""
     table = as_table(rows)
     out = pa.BufferOutputStream()
@@ -55,7 +55,7 @@ def parquet_paths(table: Table) -> list[tuple[str, Any]]:
     ]
 
 
-def as_table(rows: Rows) -> Table:
+def as_table(rows: PartTable) -> Table:
     """The rows as a table of Arrow, whose fields have their units, and say of what there are many:
     a top has one value, or one per time or per event."""
     columns = {name: _array(values) for name, values in rows.columns.items()}
@@ -86,7 +86,7 @@ def _list(offsets: Column, values: Column) -> Any:
 
 
 def about(file: str) -> dict[str, Any]:
-    """What a part tells of itself; ValueError where it tells nothing."""
+    """Return the description in a part file; raise ValueError if it has none."""
     try:
         found = parquet.read_metadata(file).metadata or {}
         told: dict[str, Any] = json.loads(found[_ABOUT.encode()])
@@ -97,7 +97,7 @@ def about(file: str) -> dict[str, Any]:
     return told
 
 
-def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
+def decode(file: str, names: Iterable[str] | None, states: int) -> PartTable:
     """The rows of a part, or some columns of them; ValueError where bits of these have changed."""
     wanted = None if names is None else list(names)
     try:
@@ -114,9 +114,9 @@ def decoded(file: str, names: Iterable[str] | None, states: int) -> Rows:
         raise ValueError(f"{file} is damaged: {error}") from None
 
 
-def _rows_of(table: Table, states: int) -> Rows:
+def _rows_of(table: Table, states: int) -> PartTable:
     """Convert a table of Arrow to the rows of a part."""
-    rows = Rows()
+    rows = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, told = column.combine_chunks(), field.metadata or {}
         rows.units[field.name] = told.get(b"units", b"").decode()

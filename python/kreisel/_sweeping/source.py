@@ -1,5 +1,7 @@
-"""Where the tops of a sweep come from: what tells them all takes no room, and some of them are made
-when they are wanted. Each depends on the source and its own number alone."""
+"""Sources of a sweep: lazy descriptions of tops, built when they are needed.
+
+A source takes no memory for its tops. Each top depends on the source and its own index alone.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +25,8 @@ from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
 from .._model.variation import scatter
 from .._options.ensemble_options import format_index, unravel_index
-from .start_words import FLAGS, Given, Shape, given
-from .tables_of_starts import read_columns
+from .parameter_values import FLAGS, ParameterValues, Shape, given
+from .start_table import read_columns
 
 _DRAWS = 4  # random numbers of a top for a word, of which none that is drawn has more components
 _BODY = "mass", "inertia", "com", "rounded", "made_up"
@@ -33,12 +35,11 @@ _SAMPLED = 1 << 10  # tops by which a source is looked at
 _SCATTERED = "momentum", "attitude", "gravity"
 _NOT_DRAWN = "attitude", "attitude_xyzw", "inertia"
 Places = npt.NDArray[np.int64]
-Words = Mapping[str, Given]
+Words = Mapping[str, ParameterValues]
 
 
-class Drawn(NamedTuple):
-    """What is random of a source: words between two values each, (2, *value), or the widths of
-    normal deviations, as Scene.scatter has them."""
+class RandomSpec(NamedTuple):
+    """Random parameters of a source: bounds (2, *value), or widths of normal deviations."""
 
     seed: int
     ranges: Words
@@ -70,14 +71,15 @@ class Source:
     _words: Words = field(default_factory=dict)  # of which the tops are made
     _told: Words = field(default_factory=dict)  # that vary, as they were given
     _flags: Mapping[str, bool] = field(default_factory=dict)
-    _drawn: Drawn | None = None
+    _drawn: RandomSpec | None = None
 
     @classmethod
     def grid(cls, scene: Scene, **words: Unpack[VaryKwargs]) -> Source:
-        """All combinations of the values of some words: each word with a list of values has a
-        dimension of its own, in the order of the words; one with a single value holds for all.
+        """Describe all combinations of the values of some parameters.
 
-        The words are those of Scene.vary, but for body. Raises TypeError and ValueError as that.
+        Each parameter with a list of values has a dimension of its own, in the order of the
+        arguments; a single value applies to all tops. The parameters are those of Scene.vary except
+        body. Raises TypeError and ValueError as Scene.vary does.
 
         >>> import kreisel as kr
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape
@@ -116,7 +118,7 @@ class Source:
         for name, one in ranges.items():
             _refuse_no_range(name, one)
         still = {name: _along(one, name, ["top"]) for name, one in numbers.items() if not one.lead}
-        return cls(scene, (count,), ("top",), still, {}, flags, Drawn(key, ranges, {}))
+        return cls(scene, (count,), ("top",), still, {}, flags, RandomSpec(key, ranges, {}))
 
     @classmethod
     def scatter(
@@ -141,7 +143,7 @@ class Source:
         scatter(Ensemble, scene, 1, key, momentum, attitude, gravity)
         asked = {"momentum": momentum, "attitude": attitude, "gravity": gravity}
         widths = {name: np.asarray(w).tolist() for name, w in asked.items() if w is not None}
-        return cls(scene, (count,), ("top",), _drawn=Drawn(key, {}, widths))
+        return cls(scene, (count,), ("top",), _drawn=RandomSpec(key, {}, widths))
 
     @classmethod
     def columns(
@@ -189,7 +191,7 @@ class Source:
 
     @property
     def size(self) -> int:
-        """How many tops there are."""
+        """The number of tops."""
         return math.prod(self.shape)
 
     def __len__(self) -> int:
@@ -213,7 +215,7 @@ class Source:
         return made
 
     def __repr__(self) -> str:
-        drawn = self._drawn or Drawn(0, {}, {})
+        drawn = self._drawn or RandomSpec(0, {}, {})
         told = [*self._told, *drawn.ranges, *drawn.widths]
         return f"<kreisel.Source of shape {self.shape}: {', '.join(told) or 'all alike'}>"
 
@@ -229,8 +231,11 @@ class Source:
     def _refusal(
         self, look: Callable[[Ensemble], object], at: Places, of_all: Exception
     ) -> Exception:
-        """What a look at the first of some tops that is refused raises, with its number here; or a
-        look at any, where it is for none of them. `of_all` is what all together were refused by."""
+        """Return the error of the first invalid top among some, with its index in the source.
+
+        `of_all` is the error that building all of them together raised; it is returned if no single
+        top is invalid.
+        """
         while at.size > 1:
             middle = at.size // 2
             try:
@@ -273,21 +278,26 @@ class Source:
         values |= self._flags
         return self.scene.vary(**values)
 
-    def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, Given]:
+    def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, ParameterValues]:
         """The words that vary, of some tops, which are these."""
         at = np.arange(begin, end, dtype=np.int64)
-        rows = {n: Given(_taken(one, self.shape, at), one.value) for n, one in self._told.items()}
+        rows = {
+            n: ParameterValues(_taken(one, self.shape, at), one.value)
+            for n, one in self._told.items()
+        }
         if self._drawn is not None:
             for name, one in self._drawn.ranges.items():
                 drawn = _even(self._drawn.seed, name, one, begin, end - begin)
-                rows[name] = Given(drawn, one.value)
+                rows[name] = ParameterValues(drawn, one.value)
             for name in self._drawn.widths:
                 values = tops._columns[name]
-                rows[name] = Given(values, values.shape[1:])
+                rows[name] = ParameterValues(values, values.shape[1:])
         return rows
 
 
-def _split(scene: Scene, words: Mapping[str, object]) -> tuple[dict[str, Given], dict[str, bool]]:
+def _split(
+    scene: Scene, words: Mapping[str, object]
+) -> tuple[dict[str, ParameterValues], dict[str, bool]]:
     """The words of numbers, and those that are true or not."""
     check_type("scene", scene, Scene)
     told = {name: value for name, value in words.items() if value is not None}
@@ -300,12 +310,12 @@ def _is_row(lead: Shape) -> bool:
     return len(lead) == 1 and lead[0] > 0
 
 
-def _refuse_no_row(name: str, one: Given) -> None:
+def _refuse_no_row(name: str, one: ParameterValues) -> None:
     if not _is_row(one.lead):
         raise ValueError(f"{name} must be one value or a list of values, not of shape {one.lead}")
 
 
-def _refuse_no_range(name: str, one: Given) -> None:
+def _refuse_no_range(name: str, one: ParameterValues) -> None:
     if name in _NOT_DRAWN:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.lead != (2,) or (one.values[0] > one.values[1]).any():
@@ -321,21 +331,21 @@ def _counted(shape: Shape) -> Shape:
     return shape
 
 
-def _along(one: Given, name: str, axes: list[str]) -> Given:
+def _along(one: ParameterValues, name: str, axes: list[str]) -> ParameterValues:
     """The values along the dimension of their word, or along none."""
     lead = [len(one.values) if axis == name and one.lead else 1 for axis in axes]
-    return Given(one.values.reshape(*lead, *one.value), one.value)
+    return ParameterValues(one.values.reshape(*lead, *one.value), one.value)
 
 
-def _held(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Given]:
+def _held(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, ParameterValues]:
     """Columns of an ensemble of so many dimensions, without what broadcasting makes of them."""
     return {
-        name: Given(drop_broadcast(column, dims).astype(np.float64), column.shape[dims:])
+        name: ParameterValues(drop_broadcast(column, dims).astype(np.float64), column.shape[dims:])
         for name, column in columns.items()
     }
 
 
-def _taken(one: Given, shape: Shape, at: Places) -> Array:
+def _taken(one: ParameterValues, shape: Shape, at: Places) -> Array:
     """The values of some members."""
     if not shape:
         return np.broadcast_to(one.values, (at.size, *one.value))
@@ -344,7 +354,7 @@ def _taken(one: Given, shape: Shape, at: Places) -> Array:
     return one.values[tuple(place if n > 1 else 0 * place for place, n in places)]
 
 
-def _even(seed: int, name: str, one: Given, begin: int, n: int) -> Array:
+def _even(seed: int, name: str, one: ParameterValues, begin: int, n: int) -> Array:
     """Evenly distributed values of a word: that of a top depends on the seed, the word and the
     number of the top, for Philox counts its random words and has no other state."""
     philox = np.random.Philox(key=seed | zlib.crc32(name.encode()) << 64).advance(begin)

@@ -16,13 +16,13 @@ from .._options.ensemble_options import ReductionSpec, parse_threads
 from .._options.solve_options import Progress, parse_progress
 from .._solve.run import EventSpec
 from ..events import Event
-from .asked import WORDS, Verb, asked_of
-from .folder import DAMAGED, DONE, FOREIGN, OLD, Folder, prepared
-from .making import Shift
-from .planned import SweepPlan, planned
+from .plan_file import from_file
+from .runner import PartRunner
 from .source import Source
-from .swept import Swept
-from .written_plan import from_file
+from .store import DAMAGED, DONE, FOREIGN, OLD, SweepStore, create_or_open
+from .sweep_plan import SweepPlan, make_plan
+from .sweep_result import SweepResult
+from .task import WORDS, Verb, parse_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
@@ -31,11 +31,11 @@ class SweepInterrupted(KeyboardInterrupt):
 
     __module__ = "kreisel"  # a traceback names what users catch
 
-    def __init__(self, message: str, sweep: Swept) -> None:
+    def __init__(self, message: str, sweep: SweepResult) -> None:
         super().__init__(message)
         self.sweep = sweep
 
-    def __reduce__(self) -> tuple[type[SweepInterrupted], tuple[str, Swept]]:
+    def __reduce__(self) -> tuple[type[SweepInterrupted], tuple[str, SweepResult]]:
         return type(self), (str(self), self.sweep)
 
 
@@ -64,7 +64,7 @@ def sweep(
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
-) -> Swept:
+) -> SweepResult:
     """Moves tops part by part into files of a folder, and goes on where it was ended: by Ctrl-C, by
     a crash, on another machine.
 
@@ -102,7 +102,7 @@ def sweep(
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     done = kr.sweep(source, 10, to=folder + "/runs", reduce={"nutation": "max"})
         ...     done, done["nutation_max"].shape
-        (<kreisel.Swept of shape (100, 100): 1 of 1 parts>, (100, 100))
+        (<kreisel.SweepResult of shape (100, 100): 1 of 1 parts>, (100, 100))
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     chaos = kr.sweep(source[:8], 1000, to=folder, verb="lyapunov")
         ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
@@ -113,17 +113,19 @@ def sweep(
     OSError too where the disk is full, RuntimeError where an executor loses parts,
     kreisel.SweepInterrupted for Ctrl-C; what is done then stays.
     """
-    given = _given(locals())  # all words by their names, before there is anything else
+    given = _task_arguments(locals())  # all words by their names, before there is anything else
     plan = _plan(tops, verb, given, part)
     callback = parse_progress(progress)
     number = parse_threads(threads, executor)
-    chosen = _chosen(parts, plan.parts)
-    folder = prepared(to, plan)
-    return _made(Shift(folder, _to_make(folder, chosen), callback), chosen, number, executor)
+    chosen = _choose_parts(parts, plan.parts)
+    folder = create_or_open(to, plan)
+    return _make_plan(
+        PartRunner(folder, _to_make(folder, chosen), callback), chosen, number, executor
+    )
 
 
-def _given(words: Mapping[str, Any]) -> dict[str, Any]:
-    """Of the words of sweep those of its verb that were given."""
+def _task_arguments(words: Mapping[str, Any]) -> dict[str, Any]:
+    """Select the arguments of sweep that belong to its task."""
     left_out = {"method": "auto", "max_steps": 0}
     told = {}
     for name in WORDS:
@@ -133,7 +135,9 @@ def _given(words: Mapping[str, Any]) -> dict[str, Any]:
     return told
 
 
-def _made(shift: Shift, chosen: range, threads: int, executor: Executor | None) -> Swept:
+def _make_plan(
+    shift: PartRunner, chosen: range, threads: int, executor: Executor | None
+) -> SweepResult:
     """The sweep with these parts made. SweepInterrupted for Ctrl-C."""
     folder = shift.folder
     try:
@@ -142,12 +146,12 @@ def _made(shift: Shift, chosen: range, threads: int, executor: Executor | None) 
         else:
             shift.by(executor)
     except KeyboardInterrupt:
-        found = Swept(folder)
+        found = SweepResult(folder)
         done = sum(i in chosen for i in found.done)
         left = f"{len(chosen) - done} of {len(chosen)} parts are left"
         said = f"interrupted: {left}; the same call goes on in {folder.place}"
         raise SweepInterrupted(said, found) from None
-    return Swept(folder)
+    return SweepResult(folder)
 
 
 def _plan(tops: Any, verb: str, words: Mapping[str, Any], part: int | None) -> SweepPlan:
@@ -156,10 +160,10 @@ def _plan(tops: Any, verb: str, words: Mapping[str, Any], part: int | None) -> S
             raise ValueError(f"{os.fspath(tops)} is a whole plan: give no more words than to")
         return from_file(Path(tops))
     source = Source.of(tops) if isinstance(tops, Ensemble) else check_type("tops", tops, Source)
-    return planned(source, asked_of(verb, words), part)
+    return make_plan(source, parse_task(verb, words), part)
 
 
-def _chosen(parts: object, count: int) -> range:
+def _choose_parts(parts: object, count: int) -> range:
     """The parts that are asked for."""
     if parts is None:
         return range(count)
@@ -172,7 +176,7 @@ def _chosen(parts: object, count: int) -> range:
     return parts
 
 
-def _to_make(folder: Folder, chosen: range) -> list[int]:
+def _to_make(folder: SweepStore, chosen: range) -> list[int]:
     """Return the parts that are missing or damaged, and warn of those that are damaged. Raises
     FileExistsError for a folder, or a part of another plan, in the place of a part."""
     stand = {i: folder.look(i) for i in chosen}

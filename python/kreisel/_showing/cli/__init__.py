@@ -1,5 +1,5 @@
 """The command line: the words of the Python package, as a shell says them."""
 
-from .front import main
+from .main_command import main
 
 __all__ = ["main"]

@@ -12,18 +12,18 @@ from ..._analysis.compare import compare as compared
 from ..._ground.literals import MethodName
 from ..._model.scene import Scene
 from . import times
-from .places import FILE, checked
-from .words import (
+from .output_files import FILE, check_outputs
+from .parsers import (
     A_METHOD,
     A_SCENE,
     METHODS,
     SEVERAL,
     method,
     numbers,
-    refusals,
     several_methods,
+    translate_errors,
 )
-from .words import scene as a_scene
+from .parsers import scene as a_scene
 
 _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 
@@ -63,8 +63,8 @@ def compare(
 ) -> None:
     """Error against run time, method by method. What an interrupted comparison has is shown too."""
     stopped: CompareInterrupted | None = None
-    checked([("--csv", csv_file)])
-    with refusals(_OPTIONS):
+    check_outputs([("--csv", csv_file)])
+    with translate_errors(_OPTIONS):
         words = methods, steps or (), tols or (), truth, repeats
         try:
             table = compared(scene, t.argument(), *words)

@@ -9,13 +9,13 @@ from rich import box
 from rich.console import Console
 from rich.table import Table as Grid
 
-from ..._analysis.costs import page
+from ..._analysis.method_table import page
 from ..._ground.errors import suggest
 from ..._options.methods import Method, unknown_method
 from ..._options.methods import methods as known
 from ..._options.quantities import RECORDABLE, TIME
 from ...scenes import about, named
-from .words import Refused, one_of
+from .parsers import UsageError, one_of
 
 
 def _listed(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
@@ -40,12 +40,12 @@ def methods(name: str | None, markdown: bool) -> None:
         rows = [(m.name, _order(m), _kind(m), m.text) for m in known.values()]
         _listed(("method", "order", "kind", "what it is"), rows)
     elif name not in known:
-        raise Refused(unknown_method(name))
+        raise UsageError(unknown_method(name))
     else:
-        _described(known[name])
+        _describe(known[name])
 
 
-def _described(method: Method) -> None:
+def _describe(method: Method) -> None:
     console = Console(markup=False, highlight=False)
     for word, value in {
         "name": method.name,
@@ -75,7 +75,7 @@ def scenes(name: str | None) -> None:
     if name is None:
         _listed(("scene", "what to look at"), list(about.items()))
     elif name not in about:
-        raise Refused(f"unknown scene {name!r}; {suggest(name, about)}")
+        raise UsageError(f"unknown scene {name!r}; {suggest(name, about)}")
     else:
         click.echo(f"# {about[name]}\n{named(name).to_toml()}", nl=False)
 

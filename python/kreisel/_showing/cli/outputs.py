@@ -1,4 +1,4 @@
-"""What a run leaves: its states or what is wanted of them, in files, and a summary."""
+"""Output files of a run, with its states or requested quantities, and the summary."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ Columns = Mapping[str, Sequence[object]]
 
 
 class Output(Protocol):
-    """What takes a path piece by piece."""
+    """An output that takes a path in pieces."""
 
     def add(self, piece: Path) -> None:
         """The next states."""
@@ -53,12 +53,12 @@ def put(file: str, data: bytes) -> None:
     sys.stdout.buffer.flush()
 
 
-def kept(path: Path) -> tuple[str, ...]:
+def selected_names(path: Path) -> tuple[str, ...]:
     """The names of what a path has been asked for, beside t."""
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
-def listed(table: Mapping[str, Array]) -> dict[str, list[float]]:
+def to_list(table: Mapping[str, Array]) -> dict[str, list[float]]:
     """The columns as lists."""
     return {name: column.tolist() for name, column in table.items()}
 
@@ -82,7 +82,7 @@ class Csv:
 
     def add(self, piece: Path) -> None:
         """The next rows."""
-        table = listed(self._angles.columns(piece, kept(piece)))
+        table = to_list(self._angles.columns(piece, selected_names(piece)))
         rows = as_csv(table, head=self._grow is None)
         if self._grow is None:
             self._grow = self._opened()
@@ -95,8 +95,8 @@ class Csv:
 
 
 @dataclass
-class Gathered:
-    """All pieces of a path."""
+class PathCollector:
+    """An output that collects all pieces of a path."""
 
     pieces: list[Path] = field(default_factory=list)
 
@@ -108,16 +108,16 @@ class Gathered:
     def path(self) -> Path:
         """The pieces as one."""
         last, rest = self.pieces[-1], self.pieces[:-1]
-        return last if not rest else _joined([*rest, last])
+        return last if not rest else _join_paths([*rest, last])
 
 
-def _joined(pieces: list[Path]) -> Path:
+def _join_paths(pieces: list[Path]) -> Path:
     last = pieces[-1]
     met = [piece._events for piece in pieces if piece._events is not None]
     events = None
     if met:
         which, direction = (np.concatenate([getattr(m, n) for m in met]) for n in _MET)
-        events = Events(_joined([m.path for m in met]), which, direction)
+        events = Events(_join_paths([m.path for m in met]), which, direction)
     if last.want is not None:
         names: tuple[str, ...] = ("t", *last.want)
         whole = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
@@ -128,7 +128,7 @@ def _joined(pieces: list[Path]) -> Path:
 
 
 @dataclass
-class Met:
+class EventCollector:
     """The events on the way, by the words in which they were asked for."""
 
     words: tuple[str, ...]
@@ -137,13 +137,13 @@ class Met:
 
     def add(self, piece: Path) -> None:
         """The events of the next states."""
-        self.parts.append((piece.events, kept(piece)))
+        self.parts.append((piece.events, selected_names(piece)))
 
     def table(self) -> dict[str, list[object]]:
         """A row for each event: which, the time, the direction, and what the path has."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
-            table = listed(columns(events.path, names, self.degrees))
+            table = to_list(columns(events.path, names, self.degrees))
             rows = {
                 "event": [self.words[i] for i in events.which],
                 "t": table.pop("t"),
@@ -180,14 +180,14 @@ class Summary:
             self._last = self._last or piece
             return
         self._last = piece
-        self._table.add(piece, kept(piece))
+        self._table.add(piece, selected_names(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy(piece)
             self._change = max(self._change, piece.energy_error * size)
             self._size = max(self._size, size)
 
     def show(self) -> None:
-        """On standard output."""
+        """Print the summary on standard output."""
         path = self._last
         if path is None:
             return
@@ -203,14 +203,16 @@ class Summary:
 
 
 def _energy(path: Path) -> float:
-    """By what the energy error of a path is divided [M L^2 T^-2]."""
+    """Return the energy by which the energy error of a path is divided [M L^2 T^-2]."""
     scene = path.scene
     at_start = float(values_of("kinetic", scene._block, scene._start)[0])
     lever = scene.body.mass * abs(scene.gravity) * float(np.linalg.norm(scene.body.com))
     return max(at_start, float(path.kinetic.max())) + lever
 
 
-def as_json(path: Path, met: Met | None, angles: AngleOptions, stopped: str | None) -> bytes:
+def as_json(
+    path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
+) -> bytes:
     """The path as one object: what made it, then its quantities, each a list of numbers or rows."""
     head = {
         "kreisel": version,
@@ -223,7 +225,9 @@ def as_json(path: Path, met: Met | None, angles: AngleOptions, stopped: str | No
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in quantity_rows(path, kept(path), angles.degrees, angles.unwrap):
+    for quantity, values in quantity_rows(
+        path, selected_names(path), angles.degrees, angles.unwrap
+    ):
         found[quantity.name] = _finite(values.tolist())
     events = {} if met is None else {"events": _finite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
@@ -239,5 +243,5 @@ def _finite(value: object) -> object:
 
 
 def as_npz(path: Path) -> bytes:
-    """What path.save writes."""
+    """Return the bytes that path.save writes."""
     return dump_path(path, path._core_events)

@@ -11,9 +11,9 @@ import click
 from ..._model.scene import Scene
 from ..view import opened
 from ..view import view as viewed
-from .places import FILE, checked
-from .words import A_SCENE, Refused, refusals
-from .words import scene as a_scene
+from .output_files import FILE, check_outputs
+from .parsers import A_SCENE, UsageError, translate_errors
+from .parsers import scene as a_scene
 
 _REPORT = "validation.__main__"
 
@@ -28,8 +28,8 @@ def view(scene: Scene, file: str | None) -> None:
     needs nothing else. Where it stands is said; without a browser (and without a display) open it
     in one elsewhere, or write it to a place of your own by --save.
     """
-    checked([("view --save", file)])
-    with refusals(()):
+    check_outputs([("view --save", file)])
+    with translate_errors(()):
         page = viewed(scene, open=False)
     try:
         text = page.html
@@ -70,7 +70,7 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
         if asks:
             click.echo(ctx.get_help())
             return
-        raise Refused(
+        raise UsageError(
             "the report is made in the top folder of the source tree, which has validation/; "
             f"{here} has not. Get the source, and run `make report` there"
         )

@@ -19,12 +19,21 @@ from ..._solve.run import resume as resumed
 from ..._solve.solve import solve as solved
 from ...events import MAKERS
 from . import times
-from .left import Left, To, to
-from .looked_for import looked_for
-from .places import FILE
-from .running import Stops, fed
-from .words import A_METHOD, A_SCENE, QUANTITIES, Refused, method, names, one_of, refusals
-from .words import scene as a_scene
+from .event_option import parse_event_option
+from .output_files import FILE
+from .parsers import (
+    A_METHOD,
+    A_SCENE,
+    QUANTITIES,
+    UsageError,
+    method,
+    names,
+    one_of,
+    translate_errors,
+)
+from .parsers import scene as a_scene
+from .progress import Stops, feed
+from .run_outputs import RunOutputs, To, to
 
 _LONGEST = 1 << 24  # bytes: no checkpoint comes near
 
@@ -96,14 +105,14 @@ def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
     --npz need memory for all states.
     """
     top, stops = a_scene(scene), Stops(t.end)
-    left = Left(words, (scene,), words["events"])
-    with refusals(_OPTIONS):
-        events = looked_for(top, words["events"])
+    left = RunOutputs(words, (scene,), words["events"])
+    with translate_errors(_OPTIONS):
+        events = parse_event_option(top, words["events"])
         if words["method"] == "geometric" or words["error"] is not None:
             if "--save" in left.files:
-                raise Refused("--save is for runs of one method of your choice")
+                raise UsageError("--save is for runs of one method of your choice")
             if events:
-                raise Refused("--events are for taylor: geometric and --error have none")
+                raise UsageError("--events are for taylor: geometric and --error have none")
             _go(_at_once(top, t, words, stops), None, left, stops)
             return
         begin: Callable[..., Run] = start  # which checks what the words are
@@ -128,32 +137,32 @@ def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
 @click.option("--max-steps", type=int, help="Another limit of steps.")
 @to
 def resume(run: str, t: times.Times, **words: Unpack[_More]) -> None:
-    """On with a saved RUN, with the same bits.
+    """Continue a saved RUN, with the same bits.
 
-    RUN is what --save has written. Times that it has passed are left out, so that --t may be that
-    of the whole run. With --save the run may be written to its own file again.
+    RUN is a file written by --save. Times that it has passed are left out, so --t may be that of
+    the whole run. With --save the run may be written to its own file again.
     """
     stops = Stops(t.end)
-    with refusals(_OPTIONS):
+    with translate_errors(_OPTIONS):
         top = _read(run, words["max_steps"])
         sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
-        left = Left(words, (), sought)
+        left = RunOutputs(words, (), sought)
         _go(_pieces(top, t, words["every"], left, stops), top, left, stops)
 
 
-def _go(pieces: Iterator[Path], run: Run | None, left: Left, stops: Stops) -> None:
+def _go(pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: Stops) -> None:
     """The run, from its first piece to all that it leaves."""
     with stops.heeded():
         try:
             with stops.watched():
-                end = fed(left.outputs(), pieces, run if "--save" in left.files else None, stops)
+                end = feed(left.outputs(), pieces, run if "--save" in left.files else None, stops)
         except MemoryError:
-            left.dropped()
+            left.discard()
             raise click.ClickException("there is not memory enough") from None
         except BaseException:
-            left.dropped()
+            left.discard()
             raise
-        left.finished(end)
+        left.finish(end)
 
 
 def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Iterator[Path]:
@@ -175,13 +184,13 @@ def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Itera
 
 
 def _pieces(
-    run: Run, t: times.Times, every: int | None, left: Left, stops: Stops
+    run: Run, t: times.Times, every: int | None, left: RunOutputs, stops: Stops
 ) -> Iterator[Path]:
     """The path of a run in pieces, without the times that it has passed."""
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.beyond(run.t)
     if not rest.grids:
-        raise Refused(f"the run has come to t = {run.t!r} already: give a --t beyond that")
+        raise UsageError(f"the run has come to t = {run.t!r} already: give a --t beyond that")
     size = run._options.size + 8
     given: float | Array | Iterator[float] = iter(rest)
     if not t.one:
@@ -197,8 +206,7 @@ def _pieces(
 
 
 def _on_the_grid(run: Run, end: float, every: int, size: int) -> Array:
-    """All times of each so many steps that a run has not passed; MemoryError if they are too
-    many."""
+    """Return the grid times that a run has not passed; raise MemoryError if they are too many."""
     whole = time_array(end, run.step, parse_every(run._options.method, every), size)
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
@@ -213,4 +221,4 @@ def _read(file: str, max_steps: int | None) -> Run:
                 data = saved.read(_LONGEST)
         return resumed(data, max_steps=max_steps)
     except (OSError, ValueError) as error:
-        raise Refused(str(error) if isinstance(error, OSError) else f"{file}: {error}") from None
+        raise UsageError(str(error) if isinstance(error, OSError) else f"{file}: {error}") from None

@@ -18,10 +18,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
 from ..._ground.optional import optional_dependency
-from ..._sweeping.folder import DONE, MISSING
+from ..._sweeping.store import DONE, MISSING
 from ..._sweeping.sweep import sweep as swept
-from ..._sweeping.swept import Swept, gaps, read_sweep
-from .words import Refused, refusals
+from ..._sweeping.sweep_result import SweepResult, gaps, read_sweep
+from .parsers import UsageError, translate_errors
 
 _OPTIONS = "parts", "to"
 _SHOWN = 6  # ranges of parts
@@ -71,26 +71,31 @@ def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | N
 def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str | None) -> None:
     """The parts of a PLAN, which is a TOML file, that are not in the folder yet."""
     if workers is not None and dask is not None:
-        raise Refused("give either --workers or --dask")
-    with refusals(_OPTIONS), _said(), _watched() as progress, _executor(workers, dask) as executor:
+        raise UsageError("give either --workers or --dask")
+    with (
+        translate_errors(_OPTIONS),
+        _describe(),
+        _progress() as progress,
+        _executor(workers, dask) as executor,
+    ):
         found = swept(Path(plan), to=to, parts=parts, executor=executor, progress=progress)
     click.echo(_told(found, found.done))
 
 
 @contextmanager
-def _said() -> Iterator[None]:
+def _describe() -> Iterator[None]:
     """A folder of something else is refused, and an executor that fails is told in a line."""
     try:
         yield
     except (FileExistsError, FileNotFoundError) as error:
-        raise Refused(str(error)) from None
+        raise UsageError(str(error)) from None
     except RuntimeError as error:
         raise click.ClickException(str(error)) from None
 
 
 @contextmanager
 def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
-    """Who makes the parts; none: threads of this process."""
+    """Create the executor of the parts; None: threads of this process."""
     if dask is not None:
         with optional_dependency("'kreisel[dask]'"):
             import distributed
@@ -103,7 +108,7 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
             try:
                 yield pool
             except BaseException:
-                threading.excepthook = _told_but_what_was_called_off
+                threading.excepthook = thread_excepthook
                 pool.shutdown(wait=False, cancel_futures=True)
                 for child in multiprocessing.active_children():
                     child.terminate()
@@ -112,9 +117,11 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
         yield None
 
 
-def _told_but_what_was_called_off(failure: threading.ExceptHookArgs) -> None:
-    """What fails in a thread is told; but not that of Python's pool, which may fail at the end of a
-    command, where a worker ends whose task has been called off."""
+def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
+    """Report an exception of a thread, except one of the process pool at the end.
+
+    The pool may fail when a worker ends after its task was cancelled.
+    """
     if failure.exc_type is not InvalidStateError:
         threading.__excepthook__(failure)
 
@@ -125,7 +132,7 @@ def _unheeding() -> None:
 
 
 @contextmanager
-def _watched() -> Iterator[Watch | None]:
+def _progress() -> Iterator[Watch | None]:
     """A bar with the time left, as all parts that this call has made tell it, where somebody
     watches."""
     console = Console(stderr=True)
@@ -142,8 +149,8 @@ def _watched() -> Iterator[Watch | None]:
 @sweep.command()
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
-    """How the parts in a FOLDER stand, after a look at each bit of them."""
-    with refusals(_OPTIONS), _said():
+    """Report the state of the parts in a FOLDER after verifying each of them."""
+    with translate_errors(_OPTIONS), _describe():
         found = read_sweep(folder, partial=True)
         stand, there = found._verify()
     click.echo(_told(found, stand[DONE]))
@@ -160,7 +167,7 @@ def status(folder: str) -> None:
         click.echo(f"beside them {left} files .*.new, of writers that are at work or were killed")
 
 
-def _told(found: Swept, done: list[int]) -> str:
+def _told(found: SweepResult, done: list[int]) -> str:
     size = sum(file.stat().st_size for file in Path(found.folder).glob("part-*"))
     return (
         f"{found.folder}: {len(done)} of {found.parts} parts, {found.size} tops in all, "

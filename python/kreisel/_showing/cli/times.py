@@ -31,7 +31,7 @@ class Grid:
         return self.first + k * self.step
 
     def beyond(self, t: float) -> Grid:
-        """Those further from 0 than t."""
+        """Return the times further from 0 than `t`."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return Grid(self[k], self.step, self.count - k) if k else self
 
@@ -56,15 +56,15 @@ class Times:
         return self.grids[-1][self.grids[-1].count - 1]
 
     def array(self) -> Array:
-        """All of them; MemoryError where they do not fit."""
+        """All times as an array; raises MemoryError if they do not fit."""
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def argument(self) -> float | Array:
-        """What kreisel.solve is asked for."""
+        """The times as an argument of kreisel.solve."""
         return self.end if self.one else self.array()
 
     def beyond(self, t: float) -> Times:
-        """Those further from 0 than t."""
+        """Return the times further from 0 than `t`."""
         left = (grid.beyond(t) for grid in self.grids)
         return Times(tuple(grid for grid in left if grid.count), self.one)
 
@@ -89,10 +89,10 @@ def _grid(word: str) -> Grid:
         raise click.BadParameter(f"t must be finite, not {word!r}")
     if len(given) == 1:
         return Grid(given[0], 0.0, 1)
-    return _stepped(word, *given)
+    return _parse_step(word, *given)
 
 
-def _stepped(word: str, start: float, end: float, step: float) -> Grid:
+def _parse_step(word: str, start: float, end: float, step: float) -> Grid:
     """The grid from start to end, which it includes where a whole number of steps leads there."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):

@@ -28,9 +28,9 @@ import numpy as np
 from .._core import version
 from .._ground.atomic_io import atomic_write, check_writable, sync_folder
 from .._ground.validation import Array
-from .planned import SweepPlan, hash_of, name_of, read
-from .rows import Rows
-from .seal import is_whole, sealed
+from .checksum import add_checksum, is_whole
+from .part_table import PartTable
+from .sweep_plan import SweepPlan, hash_of, name_of, read
 
 PLAN = "plan.json"
 REPAIR = (
@@ -43,26 +43,26 @@ DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
 FOREIGN = "foreign"
 
 
-class Form(Protocol):
-    """How parts are written; both modules are of this form."""
+class PartFormat(Protocol):
+    """A file format of parts, implemented by the modules npy and parquet."""
 
-    def encoded(self, rows: Rows, about: dict[str, Any]) -> bytearray: ...
+    def encoded(self, rows: PartTable, about: dict[str, Any]) -> bytearray: ...
     def about(self, file: str) -> dict[str, Any]: ...
-    def decoded(self, file: str, names: Iterable[str] | None, states: int) -> Rows: ...
+    def decoded(self, file: str, names: Iterable[str] | None, states: int) -> PartTable: ...
 
 
-class Folder:
+class SweepStore:
     """The folder of a plan."""
 
     def __init__(self, place: Path, plan: SweepPlan, form: str) -> None:
         self.place, self.plan, self.ending = place, plan, form
-        self.form = cast(Form, importlib.import_module(f"{__package__}.{form}"))
+        self.form = cast(PartFormat, importlib.import_module(f"{__package__}.{form}"))
 
     def file(self, i: int) -> Path:
         """The name of a part."""
         return self.place / f"part-{i:06}.{self.ending}"
 
-    def put(self, i: int, rows: Rows) -> None:
+    def put(self, i: int, rows: PartTable) -> None:
         """Writes a part."""
         about = {
             "plan": self.plan.hash,
@@ -70,7 +70,7 @@ class Folder:
             "version": version,
             "kernel": self.plan.kernel,
         }
-        atomic_write(self.file(i), bytes(sealed(self.form.encoded(rows, about))))
+        atomic_write(self.file(i), bytes(add_checksum(self.form.encoded(rows, about))))
 
     def found(self) -> list[int]:
         """Return the numbers of the parts that have a file, in ascending order."""
@@ -79,7 +79,7 @@ class Folder:
         numbers = {int(match[1]) for match in map(of_a_part.fullmatch, names) if match}
         return sorted(i for i in numbers if i < self.plan.parts and self.file(i).name in names)
 
-    def get(self, i: int, names: Iterable[str] | None = None) -> Rows:
+    def get(self, i: int, names: Iterable[str] | None = None) -> PartTable:
         """Return the rows of a part, or some of its columns. Raises ValueError if the part is
         damaged, or is not this part of this plan."""
         try:
@@ -126,27 +126,27 @@ class Folder:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _opened_once, (str(self.place), self.plan.hash)
+        return _open_cached, (str(self.place), self.plan.hash)
 
 
-def opened(place: str | os.PathLike[str], expected: str | None = None) -> Folder:
+def open_store(place: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """The folder of a sweep as it stands there; ValueError where it is none, or of another plan
     than expected."""
     where = Path(os.path.abspath(place))
-    told = _told(where)
-    plan = _worded(where, told)
+    told = _describe_file(where)
+    plan = _prefix_name(where, told)
     if expected is not None and plan.hash != expected:
         raise ValueError(f"{where} has the plan {plan.hash[:16]} now, not {expected[:16]}")
-    return Folder(where, plan, told["form"])
+    return SweepStore(where, plan, told["form"])
 
 
 @lru_cache(maxsize=4)
-def _opened_once(place: str, expected: str) -> Folder:
-    """The same, for a worker that gets one task after the other."""
-    return opened(place, expected)
+def _open_cached(place: str, expected: str) -> SweepStore:
+    """Open the store once for all tasks of a worker process."""
+    return open_store(place, expected)
 
 
-def _told(where: Path) -> dict[str, Any]:
+def _describe_file(where: Path) -> dict[str, Any]:
     """plan.json; ValueError for what is none."""
     file = where / PLAN
     if not where.is_dir():
@@ -167,7 +167,7 @@ def _told(where: Path) -> dict[str, Any]:
     return told
 
 
-def _worded(where: Path, told: dict[str, Any]) -> SweepPlan:
+def _prefix_name(where: Path, told: dict[str, Any]) -> SweepPlan:
     try:
         return read(told["plan"], lambda name: _starts(where / name))
     except ValueError as error:
@@ -182,7 +182,7 @@ def _starts(file: Path) -> Array:
     return values
 
 
-def prepared(place: str | os.PathLike[str], plan: SweepPlan) -> Folder:
+def create_or_open(place: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """The folder for this plan: made where there is none, or as it stands there from before.
     ValueError where it is of another plan, FileExistsError where it is of something else, OSError
     where nothing can be written."""
@@ -191,12 +191,12 @@ def prepared(place: str | os.PathLike[str], plan: SweepPlan) -> Folder:
         raise FileExistsError(f"{where} is no folder")
     if not (where / PLAN).exists():
         _begin(where, plan)
-    told = _told(where)
+    told = _describe_file(where)
     if told["hash"] != plan.hash:
-        raise ValueError(_two_plans(where, told, plan))
+        raise ValueError(_plan_mismatch(where, told, plan))
     check_writable(where / PLAN)
     _put_starts(where, plan)
-    return Folder(where, plan, told["form"])
+    return SweepStore(where, plan, told["form"])
 
 
 def _begin(where: Path, plan: SweepPlan) -> None:
@@ -265,8 +265,8 @@ def _put_first(file: Path, data: bytes) -> None:
         new.unlink(missing_ok=True)
 
 
-def _two_plans(where: Path, told: dict[str, Any], plan: SweepPlan) -> str:
-    """What is said of another plan: both, where they differ."""
+def _plan_mismatch(where: Path, told: dict[str, Any], plan: SweepPlan) -> str:
+    """Describe the differences between two plans."""
     there, here = told["plan"], plan.told
     names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]
     lines = [

@@ -1,5 +1,4 @@
-"""All that a run leaves, as it was asked for: the files it writes, and a summary where standard
-output is free."""
+"""Outputs of a run: files, and a summary if standard output is free."""
 
 from __future__ import annotations
 
@@ -9,11 +8,21 @@ from typing import TypedDict, TypeVar
 
 import click
 
-from .outputs import Csv, Gathered, Met, Output, Summary, as_csv, as_json, as_npz, put
-from .places import FILE, checked
-from .running import Outcome
+from .output_files import FILE, check_outputs
+from .outputs import (
+    Csv,
+    EventCollector,
+    Output,
+    PathCollector,
+    Summary,
+    as_csv,
+    as_json,
+    as_npz,
+    put,
+)
+from .parsers import UsageError
+from .progress import Outcome
 from .table import AngleOptions
-from .words import Refused
 
 _Command = TypeVar("_Command", bound=Callable[..., object])
 
@@ -67,13 +76,13 @@ def to(command: _Command) -> _Command:
     return command
 
 
-class Left:
+class RunOutputs:
     """The outputs of one run: they are fed, and then finished."""
 
     def __init__(self, where: To, read: tuple[str, ...], events: tuple[str, ...]) -> None:
         if where["events_file"] and not events:
-            raise Refused("--events-csv writes what --events asks for: give that too")
-        places = checked(
+            raise UsageError("--events-csv writes what --events asks for: give that too")
+        places = check_outputs(
             [
                 ("--csv", where["csv_file"]),
                 ("--json", where["json_file"]),
@@ -86,36 +95,42 @@ class Left:
         self.files = {place.option: place.file for place in places}
         self._shows = not any(place.shown for place in places)
         self._open, self._where = ExitStack(), where
-        self._summary, self._fancy_index = Summary(self._angles(), where["all_rows"]), Gathered()
-        self._met = Met(events, where["degrees"]) if events else None
+        self._summary, self._collector = (
+            Summary(self._angles(), where["all_rows"]),
+            PathCollector(),
+        )
+        self._met = EventCollector(events, where["degrees"]) if events else None
 
     def _angles(self) -> AngleOptions:
         return AngleOptions(self._where["degrees"], self._where["unwrap"])
 
     @property
     def is_whole(self) -> bool:
-        """Whether the whole path is needed at once."""
+        """True if an output needs the whole path at once."""
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def outputs(self) -> list[Output]:
-        """What is fed; before anything that can fail, what cannot."""
+        """The outputs, those that cannot fail first."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
         if self.is_whole:
-            outputs.append(self._fancy_index)
+            outputs.append(self._collector)
         if "--csv" in self.files:
             outputs.append(Csv(self.files["--csv"], self._angles(), self._open))
         return outputs
 
-    def dropped(self) -> None:
+    def discard(self) -> None:
         """Nothing is left: what stood in the places stays."""
         refused = ValueError()
         self._open.__exit__(ValueError, refused, None)
 
-    def finished(self, end: Outcome) -> None:
-        """All is written that was reached, each file even where another cannot be; the run is saved
-        where it does not stand behind them. Raises what stopped the run, or the first failure."""
+    def finish(self, end: Outcome) -> None:
+        """Finish each output, even if another one fails, and save the run.
+
+        The run is saved at a state that all outputs contain. Raises the exception that stopped the
+        run, or the first failure of an output.
+        """
         failures = [end.stopped] if end.stopped else []
         for write in (self._open.close, lambda: self._whole(end), self._events):
             try:
@@ -133,9 +148,9 @@ class Left:
             raise failures[0]
 
     def _whole(self, end: Outcome) -> None:
-        if not self._fancy_index.pieces:
+        if not self._collector.pieces:
             return
-        path = self._fancy_index.path
+        path = self._collector.path
         why = str(end.stopped) if end.stopped else None
         if "--npz" in self.files:
             put(self.files["--npz"], as_npz(path))

@@ -9,12 +9,12 @@ from collections.abc import Callable
 from ..._ground.errors import suggest
 from ..._model.scene import Scene
 from ...events import MAKERS, Event
-from .words import Refused, numbers
+from .parsers import UsageError, numbers
 
 _TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
 
 
-def looked_for(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
+def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
     """The events of these words; none where there are no words."""
     return [_event(scene, word) for word in words] or None
 
@@ -22,7 +22,7 @@ def looked_for(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
 def _event(scene: Scene, word: str) -> Event:
     name, *fields = word.split(":")
     if name not in MAKERS:
-        raise Refused(f"unknown event {name!r}; {suggest(name, MAKERS)}")
+        raise UsageError(f"unknown event {name!r}; {suggest(name, MAKERS)}")
     maker = MAKERS[name]
     given: dict[str, object] = {}
     free = _arguments(maker)
@@ -40,7 +40,7 @@ def _event(scene: Scene, word: str) -> Event:
         return maker(**given)
     except (TypeError, ValueError) as error:
         said = str(error).replace(f"{name}()", "it")
-        raise Refused(f"--events {word}: {said}") from None
+        raise UsageError(f"--events {word}: {said}") from None
 
 
 def _arguments(maker: Callable[..., Event]) -> list[str]:

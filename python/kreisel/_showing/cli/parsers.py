@@ -1,4 +1,4 @@
-"""What a user writes in a shell, and what it stands for: scenes, numbers, times, names."""
+"""Parsers of arguments of the shell: scenes, numbers, times, names."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ SEVERAL = "NUMBER[,...]"
 _AUTO = ("auto", "geometric")
 
 
-class Refused(click.ClickException):
-    """What cannot be done as it was asked for; nothing has run."""
+class UsageError(click.ClickException):
+    """An invalid argument; nothing has run."""
 
     exit_code = 2
 
@@ -114,14 +114,14 @@ A_SCENE = one_of(about, files=True)
 
 
 @contextmanager
-def refusals(options: Collection[str]) -> Iterator[None]:
-    """What the package refuses, in the words of a command with these options."""
+def translate_errors(options: Collection[str]) -> Iterator[None]:
+    """Translate errors of the package to the terms of a command with these options."""
     try:
         yield
     except (TypeError, ValueError) as error:
-        raise Refused(in_a_shell(str(error), options)) from None
+        raise UsageError(in_a_shell(str(error), options)) from None
     except MemoryError as error:
-        raise Refused(in_a_shell(str(error), options) or "it needs more memory") from None
+        raise UsageError(in_a_shell(str(error), options) or "it needs more memory") from None
 
 
 def in_a_shell(message: str, options: Collection[str]) -> str:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import click
 
 from ..._ground.atomic_io import check_writable
-from .words import Refused
+from .parsers import UsageError
 
 FILE = click.Path(allow_dash=True)
 _ENDINGS = {
@@ -30,7 +30,7 @@ _FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
 }
 
 
-class Place(NamedTuple):
+class OutputFile(NamedTuple):
     """An option, and the file that it writes; - is standard output."""
 
     option: str
@@ -38,30 +38,32 @@ class Place(NamedTuple):
 
     @property
     def shown(self) -> bool:
-        """Whether it is standard output."""
+        """True if the output is standard output."""
         return self.file == "-"
 
 
-def checked(places: list[tuple[str, str | None]], read: tuple[str, ...] = ()) -> list[Place]:
+def check_outputs(
+    places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
+) -> list[OutputFile]:
     """The places that are asked for; refused where one could not be written, where two are the
     same, or one is the file of these that is read."""
-    asked = [_named(Place(option, file)) for option, file in places if file is not None]
+    asked = [_named(OutputFile(option, file)) for option, file in places if file is not None]
     taken = {_real(file): file for file in read if file != "-"}
     for place in asked:
         if not place.shown:
             _refuse_no_place(place.file)
         same = _real(place.file)
         if same in taken and not _is_endless(place.file):
-            raise Refused(f"{place.option} {place.file}: {taken[same]} is that file already")
+            raise UsageError(f"{place.option} {place.file}: {taken[same]} is that file already")
         taken[same] = f"{place.option} {place.file}"
     return asked
 
 
-def _named(place: Place) -> Place:
+def _named(place: OutputFile) -> OutputFile:
     """The place with the ending that numpy's archives have; refused with one of another form."""
     _refuse_ending(place)
     whole = place.option != "--npz" or place.shown or place.file.endswith(".npz")
-    return place if whole else Place(place.option, f"{place.file}.npz")
+    return place if whole else OutputFile(place.option, f"{place.file}.npz")
 
 
 def _real(file: str) -> str:
@@ -77,11 +79,11 @@ def _refuse_no_place(file: str) -> None:
     try:
         check_writable(file)
     except (OSError, ValueError) as error:
-        raise Refused(str(error)) from None
+        raise UsageError(str(error)) from None
 
 
-def _refuse_ending(place: Place) -> None:
+def _refuse_ending(place: OutputFile) -> None:
     ending = File(place.file).suffix.lower()
     if ending in _FORMATS and ending not in _ENDINGS[place.option]:
         option = place.option.split()[-1]
-        raise Refused(f"{option} writes {_ENDINGS[place.option][0]}, not {ending}: {place.file}")
+        raise UsageError(f"{option} writes {_ENDINGS[place.option][0]}, not {ending}: {place.file}")

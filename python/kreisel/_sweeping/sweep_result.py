@@ -1,4 +1,4 @@
-"""What a sweep has left on the disk, read when it is asked for: a column, a part, or a table."""
+"""Results of a sweep on disk, read on demand: a column, a part, or a table."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from .._ground.validation import as_bool, as_int
 from .._results.ensemble_buffers import RawEvents
 from .._results.ensemble_events import EnsembleEvents, ensemble_events
 from .._results.tables import TABLES
-from .folder import DAMAGED, DONE, FOREIGN, MISSING, OLD, REPAIR, Folder, opened
-from .rows import COUNT, MET, Rows
-from .tables_of_starts import PARQUET
+from .part_table import COUNT, MET, PartTable
+from .start_table import PARQUET
+from .store import DAMAGED, DONE, FOREIGN, MISSING, OLD, REPAIR, SweepStore, open_store
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -31,7 +31,7 @@ _HOW = "status", "reached"
 
 
 @frozen_message("kreisel.sweep computes, this reads what is there")
-class Swept:
+class SweepResult:
     """The parts of a sweep. `swept[name]` is a column as an array of numpy: of the shape of all
     tops, and behind it k where a top has as many values, one for each time. Nothing is read before
     it is asked for, and then no more than that.
@@ -47,11 +47,11 @@ class Swept:
     the parts is verified once, and damaged parts count as missing.
     """
 
-    _folder: Folder
+    _folder: SweepStore
     _partial: bool
     _found: list[int]
 
-    def __init__(self, folder: Folder, partial: bool = False) -> None:
+    def __init__(self, folder: SweepStore, partial: bool = False) -> None:
         self.__dict__.update(_folder=folder, _partial=partial, _found=folder.found())
 
     @cached_property
@@ -64,16 +64,16 @@ class Swept:
 
     def __repr__(self) -> str:
         there = f"{len(self.done)} of {self.parts} parts"
-        return f"<kreisel.Swept of shape {self.shape}: {there}>"
+        return f"<kreisel.SweepResult of shape {self.shape}: {there}>"
 
     @property
     def folder(self) -> str:
-        """Where the parts are."""
+        """The folder of the parts."""
         return str(self._folder.place)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of all tops."""
+        """The shape of all tops."""
         return self._folder.plan.source.shape
 
     @property
@@ -83,12 +83,12 @@ class Swept:
 
     @property
     def size(self) -> int:
-        """How many tops there are in all parts."""
+        """The number of tops in all parts."""
         return self._folder.plan.source.size
 
     @property
     def parts(self) -> int:
-        """How many parts the plan has."""
+        """The number of parts of the plan."""
         return self._folder.plan.parts
 
     @property
@@ -98,7 +98,7 @@ class Swept:
 
     @property
     def plan(self) -> dict[str, Any]:
-        """As plan.json has it."""
+        """The contents of plan.json."""
         return dict(self._folder.plan.told)
 
     @property
@@ -107,7 +107,7 @@ class Swept:
         return self._folder.plan.hash
 
     @cached_property
-    def _first(self) -> Rows:
+    def _first(self) -> PartTable:
         """The names and units of all parts, by the first that is there."""
         if not self.done:
             raise ValueError(f"{self.folder} has no part yet")
@@ -140,7 +140,7 @@ class Swept:
         values.flags.writeable = False
         return values
 
-    def _parts(self, names: list[str] | None = None) -> Iterator[Rows]:
+    def _parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
         """The rows of all parts, or of those that are there; ValueError where that is not all."""
         left = self.parts - len(self.done)
         if left and not self._partial:
@@ -167,7 +167,7 @@ class Swept:
         rows = self._folder.get(number)
         return {**rows.columns, **rows.ragged}
 
-    def check(self) -> Swept:
+    def check(self) -> SweepResult:
         """Return this sweep after verifying each bit of each part that is there. Raises ValueError
         for the first part that is damaged, FileExistsError for a folder or a part of another plan
         in the place of a part."""
@@ -205,7 +205,7 @@ class Swept:
         how many a top has, `event_t` and the others are those of all tops."""
         if "event_which" not in self._first.ragged:
             return None
-        met = [_met(rows) for rows in self._parts(["top", COUNT, *self._first.ragged])]
+        met = [_events_of(rows) for rows in self._parts(["top", COUNT, *self._first.ragged])]
         columns = [np.concatenate(column) for column in zip(*met, strict=True)]
         return ensemble_events(RawEvents(*columns), self.shape)
 
@@ -270,7 +270,7 @@ class Swept:
         return xr.Dataset(variables, coordinates, {"plan": self.hash})
 
     def _whole(self) -> dict[str, Column]:
-        """All columns over the shape of all tops."""
+        """Return all columns over the shape of all tops."""
         table: dict[str, Column] = {}
         for rows in self._parts():
             where = rows.columns["top"]
@@ -290,7 +290,7 @@ def gaps(numbers: list[int], end: int) -> Iterator[range]:
             yield range(before + 1, after)
 
 
-def _met(rows: Rows) -> RawEvents:
+def _events_of(rows: PartTable) -> RawEvents:
     """The events of a part, with the numbers of their tops."""
     top = np.repeat(rows.columns["top"], rows.columns[COUNT])
     states = np.column_stack([rows.ragged[f"event_{name}"] for name in MET])
@@ -298,10 +298,10 @@ def _met(rows: Rows) -> RawEvents:
     return RawEvents(top, states, np.zeros_like(states), which, direction)
 
 
-def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swept:
-    """What kreisel.sweep has left in a folder.
+def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> SweepResult:
+    """Open the results of kreisel.sweep in a folder.
 
-    partial  True: columns and tables of the parts that are whole, where some are missing or damaged
+    partial  True: use the intact parts if some parts are missing or damaged
 
         >>> import kreisel as kr, tempfile
         >>> tops = kr.Source.random(kr.scenes.sleeping, 1000, seed=7, spin=(0, 20), tilt=(0, 1))
@@ -309,9 +309,9 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swep
         ...     _ = kr.sweep(tops, 10, to=folder, part=256, reduce={"nutation": ("min", "max")})
         ...     swept = kr.read_sweep(folder)
         ...     swept, swept.columns[:4]
-        (<kreisel.Swept of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
+        (<kreisel.SweepResult of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
 
-    The files are for others too, as DuckDB: SELECT spin, nutation_max FROM 'runs/*.parquet'.
-    Raises FileNotFoundError and ValueError for a folder that is none of a sweep.
+    Other programs can read the files, as DuckDB: SELECT spin, nutation_max FROM 'runs/*.parquet'.
+    Raises FileNotFoundError and ValueError if the folder does not belong to a sweep.
     """
-    return Swept(opened(folder), as_bool("partial", partial))
+    return SweepResult(open_store(folder), as_bool("partial", partial))

@@ -12,7 +12,7 @@ _MARK, _SIZE = b"kreisel-sha256:", 64
 OPEN = (_MARK + b"0" * _SIZE).decode()  # what a file has where its seal will be
 
 
-def sealed(data: bytearray) -> bytearray:
+def add_checksum(data: bytearray) -> bytearray:
     """The bytes of a file, of which the last open seal is closed in place."""
     at = data.rindex(OPEN.encode()) + len(_MARK)
     data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()
@@ -20,7 +20,7 @@ def sealed(data: bytearray) -> bytearray:
 
 
 def is_whole(data: bytes) -> bool:
-    """Whether each bit of a file is as it was sealed."""
+    """Return True if the checksum of a file is right."""
     at = data.rfind(_MARK) + len(_MARK)
     if at < len(_MARK):
         return False

@@ -1,5 +1,7 @@
-"""What a sweep asks of each of its tops: kreisel.solve, an indicator of chaos or a section, in the
-words of these; and how a plan tells it."""
+"""Tasks of a sweep: the arguments of kreisel.solve, of an indicator of chaos or of a section.
+
+A plan file stores them as JSON.
+"""
 
 from __future__ import annotations
 
@@ -27,22 +29,22 @@ Verb = Literal["solve", "lyapunov", "megno", "oli", "section"]
 Became = Paths | Reductions | Indicator | Section
 
 
-class Asked(Protocol):
+class SweepTask(Protocol):
     """A verb with its words."""
 
     @property
     def told(self) -> dict[str, Any]:
         """The words that were given, as JSON has them."""
 
-    def plain(self, order: EnsembleOptions) -> Asked:
-        """The same in the forms that a plan has, each way to say it alike."""
+    def normalized(self, order: EnsembleOptions) -> SweepTask:
+        """Return the task in the form of a plan, with equivalent arguments alike."""
 
     def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         """The order of some tops, and their times; of a section, for each of its states how long
         the tops wait. TypeError or ValueError for what cannot be."""
 
-    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Became:
-        """What becomes of these tops."""
+    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Became:
+        """Compute the results of these tops."""
 
 
 class Solve(NamedTuple):
@@ -55,7 +57,7 @@ class Solve(NamedTuple):
     @property
     def told(self) -> dict[str, Any]:
         words = self.words
-        told = _given(words._asdict())
+        told = _given_arguments(words._asdict())
         if words.events is not None:
             told["events"] = [to_record(event) for event in parse_events(FALLBACK, words.events)]
         if words.want is not None:
@@ -64,7 +66,7 @@ class Solve(NamedTuple):
             told["reduce"] = [[name, kinds] for name, kinds in words.reduce.items()]
         return {"t": self.t, "method": self.method, "solve": told}
 
-    def plain(self, order: EnsembleOptions) -> Solve:
+    def normalized(self, order: EnsembleOptions) -> Solve:
         words, options = self.words, order.solve
         reduce = None
         if words.reduce is not None:
@@ -89,7 +91,9 @@ class Solve(NamedTuple):
         options = parse_arguments(some, self.method, words)
         return options, parse_times(some, self.t, options)
 
-    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Paths | Reductions:
+    def compute_tops(
+        self, some: Ensemble, threads: int, progress: Progress | None
+    ) -> Paths | Reductions:
         words = self.words
         if words.reduce is None:
             return solve_ensemble(some, self.t, self.method, words, progress, threads)
@@ -110,10 +114,10 @@ class Growth(NamedTuple):
 
     @property
     def told(self) -> dict[str, Any]:
-        words = _given(self._asdict())
+        words = _given_arguments(self._asdict())
         return {words.pop("verb"): words}
 
-    def plain(self, order: EnsembleOptions) -> Growth:
+    def normalized(self, order: EnsembleOptions) -> Growth:
         direction = None if self.direction is None else _doubles(self.direction)
         steering = direction, _double(self.tol), int(self.max_steps)
         return Growth(self.verb, _doubles(self.t), *steering)
@@ -122,7 +126,7 @@ class Growth(NamedTuple):
         times, _ = parse_growth(some, *self[1:])
         return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
-    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Indicator:
+    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Indicator:
         verb, t, direction, tol, most = self
         steering = {"direction": direction, "tol": tol, "max_steps": most}
         return INDICATORS[verb](some, t, **steering, threads=threads, progress=progress)
@@ -140,9 +144,12 @@ class Sections(NamedTuple):
 
     @property
     def told(self) -> dict[str, Any]:
-        return {"section": _given(self._asdict()) | {"event": to_record(parse_event(self.event))}}
+        return {
+            "section": _given_arguments(self._asdict())
+            | {"event": to_record(parse_event(self.event))}
+        }
 
-    def plain(self, order: EnsembleOptions) -> Sections:
+    def normalized(self, order: EnsembleOptions) -> Sections:
         return Sections(
             parse_event(self.event),
             int(self.n),
@@ -156,7 +163,7 @@ class Sections(NamedTuple):
         waits, order = parse_section(some, *self)
         return order, waits[0]
 
-    def became(self, some: Ensemble, threads: int, progress: Progress | None) -> Section:
+    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Section:
         words = self._asdict()
         return section(some, **words, threads=threads, progress=progress)
 
@@ -170,9 +177,12 @@ _WORDS: dict[str, tuple[str, ...]] = {
 WORDS = tuple(dict.fromkeys(word for words in _WORDS.values() for word in words))
 
 
-def asked_of(verb: object, words: Mapping[str, Any]) -> Asked:
-    """What these words ask, which are those that were given. TypeError or ValueError for a verb
-    that is none, and for a word that it has not, or that tells each top something of its own."""
+def parse_task(verb: object, words: Mapping[str, Any]) -> SweepTask:
+    """Build the task of a verb from its arguments.
+
+    Raises TypeError or ValueError for an unknown verb, for an argument that it does not have, and
+    for an argument with a value for each top.
+    """
     if not isinstance(verb, str) or verb not in _WORDS:
         raise ValueError(unknown_name_message("verb", str(verb), list(_WORDS)))
     for word in words:
@@ -195,14 +205,14 @@ def asked_of(verb: object, words: Mapping[str, Any]) -> Asked:
 def _solve(t: Numbers, method: object = "auto", **words: Any) -> Solve:
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of one, not {short_repr(method)}")
-    for word, listed in (("want", _read_once), ("reduce", _listed)):
+    for word, listed in (("want", _read_once), ("reduce", _materialize)):
         if word in words:
             words[word] = listed(words[word])
     return Solve(t, method, SolveArguments(**words))
 
 
-def _listed(reduce: Any) -> Any:
-    """What is to be reduced, in lists that can be read more than once."""
+def _materialize(reduce: Any) -> Any:
+    """Convert the reductions to lists that can be read more than once."""
     if not isinstance(reduce, Mapping):
         return reduce
     return {name: _read_once(kinds) for name, kinds in reduce.items()}
@@ -213,7 +223,7 @@ def _read_once(names: Any) -> Any:
     return list(names) if isinstance(names, Iterator) else names
 
 
-def _given(words: Mapping[str, Any]) -> dict[str, Any]:
+def _given_arguments(words: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in words.items() if value is not None}
 
 
@@ -226,8 +236,8 @@ def _doubles(values: Numbers) -> Any:
     return np.asarray(values, dtype=np.float64).tolist()
 
 
-def read_asked(told: Mapping[str, Any]) -> Asked:
-    """What a plan asks that JSON tells; KeyError, TypeError or ValueError where it is none."""
+def task_from_json(told: Mapping[str, Any]) -> SweepTask:
+    """Build the task of a plan file; raise KeyError, TypeError or ValueError if it is invalid."""
     verb = next((verb for verb in _WORDS if verb in told), "solve")
     words: dict[str, Any] = dict(told[verb])
     if verb == "solve":
@@ -238,4 +248,4 @@ def read_asked(told: Mapping[str, Any]) -> Asked:
         words["event"] = from_record(words["event"])
     if "reduce" in words:
         words["reduce"] = dict(words["reduce"])
-    return asked_of(verb, words)
+    return parse_task(verb, words)

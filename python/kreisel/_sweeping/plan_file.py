@@ -28,9 +28,9 @@ from .._model.scene import Scene, build_from_table
 from .._model.toml import check_table, parse_tables, read
 from ..events import MAKERS, Event
 from ..scenes import about, named
-from .asked import WORDS, asked_of
-from .planned import SweepPlan, planned
 from .source import Source
+from .sweep_plan import SweepPlan, make_plan
+from .task import WORDS, parse_task
 
 _MAKERS: dict[str, Callable[..., Source]] = {
     "grid": Source.grid,
@@ -61,8 +61,8 @@ def _plan(told: dict[str, Any], beside: Path) -> SweepPlan:
         words["event"] = _event(dict(check_table("event", words["event"])))
     if "reduce" in words:
         check_table("reduce", words["reduce"])
-    asked = asked_of(told.get("verb", "solve"), words)
-    return planned(_source(told, beside), asked, told.get("part"))
+    asked = parse_task(told.get("verb", "solve"), words)
+    return make_plan(_source(told, beside), asked, told.get("part"))
 
 
 def _source(told: dict[str, Any], beside: Path) -> Source:

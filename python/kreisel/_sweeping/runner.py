@@ -10,34 +10,34 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 
 from .._options.solve_options import Progress
 from .._results.executor import is_local, run_jobs
-from .folder import Folder
-from .rows import Rows, rows_of
+from .part_table import PartTable, rows_of
+from .store import SweepStore
 
 _AHEAD = 256  # parts that an executor has at once: more than it has workers, few enough to call off
 _TELL = 0.1  # seconds between calls of progress
 
 
-def moved(folder: Folder, i: int, threads: int, progress: Progress | None) -> Rows:
+def compute_part(folder: SweepStore, i: int, threads: int, progress: Progress | None) -> PartTable:
     """The rows of a part. A top that fails is one as any other."""
     numbers = folder.plan.tops_of(i)
-    return rows_of(folder.plan, numbers, folder.plan.became(numbers, threads, progress))
+    return rows_of(folder.plan, numbers, folder.plan.compute_tops(numbers, threads, progress))
 
 
-def make(folder: Folder, i: int, progress: Progress | None = None) -> int:
+def make(folder: SweepStore, i: int, progress: Progress | None = None) -> int:
     """Makes a part on one thread and puts it in its place: the same bits wherever that is. Gives
     back how many tops it has."""
-    folder.put(i, moved(folder, i, 1, progress))
+    folder.put(i, compute_part(folder, i, 1, progress))
     return len(folder.plan.tops_of(i))
 
 
-class Lost(RuntimeError):
+class PartsLost(RuntimeError):
     """Parts that an executor did not bring back."""
 
 
-class Shift:
+class PartRunner:
     """The making of some parts of a folder, and how far it has come."""
 
-    def __init__(self, folder: Folder, parts: Sequence[int], progress: Progress | None) -> None:
+    def __init__(self, folder: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.folder, self.progress = folder, progress
         self.left = list(parts)
         self.tops = sum(len(folder.plan.tops_of(i)) for i in parts)
@@ -45,11 +45,11 @@ class Shift:
         self._ended = threading.Event()
 
     def here(self, threads: int) -> None:
-        """All parts, one after the other; while one is written the next is under way."""
+        """Compute the parts in this process; while one is written the next is computed."""
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
             for i in tuple(self.left):
-                rows = moved(self.folder, i, threads, self._within(i))
+                rows = compute_part(self.folder, i, threads, self._within(i))
                 if written is not None:
                     written.result()
                 written = writer.submit(self.folder.put, i, rows)
@@ -76,7 +76,7 @@ class Shift:
             if not self.left:
                 self._tell(self.done, last=True)
                 return
-        raise Lost(
+        raise PartsLost(
             f"the executor has lost {len(self.left)} parts, the first of them part {self.left[0]}; "
             "all others are kept, and the same call makes what is missing"
         )
@@ -87,7 +87,7 @@ class Shift:
         try:
             run_jobs(executor, jobs, _AHEAD, self._end, self._poll, self._ended.set)
         except BrokenExecutor as error:
-            raise Lost(self._broken(error)) from None
+            raise PartsLost(self._broken(error)) from None
         finally:
             self._ended.clear()
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._ground.errors import unknown_name_message
 from .._ground.optional import optional_dependency
 from .._ground.validation import Array
-from .start_words import WORDS, components
+from .parameter_values import WORDS, components
 
 PARQUET = "'kreisel[sweep]'"
 _VALUES = (3, 3), (4,), (3,), (1,), ()  # shapes of a word's value, the longest first

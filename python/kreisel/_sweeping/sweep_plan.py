@@ -18,9 +18,9 @@ from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
 from .._options.times import memory
-from .asked import Asked, Became, read_asked
-from .source import Drawn, Places, Source
-from .start_words import Given
+from .parameter_values import ParameterValues
+from .source import Places, RandomSpec, Source
+from .task import Became, SweepTask, task_from_json
 
 FORMAT = 1  # of the parts: another layout has another number
 MOST, _BYTES = 1 << 17, 1 << 26  # tops of a part, and about so many bytes of what is kept of them
@@ -33,7 +33,7 @@ class SweepPlan:
     """A source of tops, what is asked of each, and how many make a part."""
 
     source: Source
-    asked: Asked
+    asked: SweepTask
     part: int
     order: EnsembleOptions
     times: Array
@@ -41,12 +41,12 @@ class SweepPlan:
 
     @property
     def states(self) -> int:
-        """How many there are of each top."""
+        """The number of states of each top."""
         return int(self.times.size)
 
     @property
     def parts(self) -> int:
-        """How many there are."""
+        """The number of parts."""
         return -(-self.source.size // self.part)
 
     def tops_of(self, i: int) -> range:
@@ -64,7 +64,7 @@ class SweepPlan:
             "shape": list(source.shape),
             "axes": list(source.axes),
             "made_of": _words(source._words),
-            "varied": _varied(source),
+            "varied": _varied_parameters(source),
             "flags": dict(source._flags),
             "part": self.part,
         } | self.asked.told
@@ -100,11 +100,13 @@ class SweepPlan:
                 return ensemble
         return self.source[tops.start : tops.stop]
 
-    def became(self, tops: range, threads: int, progress: Progress | None) -> Became:
-        """What becomes of the tops of these numbers. TypeError or ValueError for the first that
-        cannot be, with its number."""
+    def compute_tops(self, tops: range, threads: int, progress: Progress | None) -> Became:
+        """Compute the tops with these indices.
+
+        Raises TypeError or ValueError for the first invalid top, with its index.
+        """
         try:
-            return self.asked.became(self.ensemble(tops), threads, progress)
+            return self.asked.compute_tops(self.ensemble(tops), threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
             raise self.source._refusal(self.asked.look, at, error) from None
@@ -127,7 +129,7 @@ def name_of(values: Array) -> str:
     return f"starts-{digest.hexdigest()}.npy"
 
 
-def _words(words: Mapping[str, Given]) -> list[list[Any]]:
+def _words(words: Mapping[str, ParameterValues]) -> list[list[Any]]:
     """Words in their order, each with the shape of a value and its numbers, or where these are."""
     return [
         [
@@ -139,7 +141,7 @@ def _words(words: Mapping[str, Given]) -> list[list[Any]]:
     ]
 
 
-def _varied(source: Source) -> list[str | list[Any]]:
+def _varied_parameters(source: Source) -> list[str | list[Any]]:
     """The words that vary: the names of those of which the tops are made, and others whole."""
     return [
         name if source._words.get(name) is one else _words({name: one})[0]
@@ -147,7 +149,7 @@ def _varied(source: Source) -> list[str | list[Any]]:
     ]
 
 
-def planned(source: Source, asked: Asked, part: int | None = None) -> SweepPlan:
+def make_plan(source: Source, asked: SweepTask, part: int | None = None) -> SweepPlan:
     """The plan that asks this of the tops of a source. TypeError, ValueError or MemoryError for
     what cannot be, by a look at some of its tops."""
     sample = source._sample()
@@ -164,7 +166,7 @@ def planned(source: Source, asked: Asked, part: int | None = None) -> SweepPlan:
             f"a part of {size} tops with {states} states each needs {1e-9 * kept:.3g} GB, more "
             "than this machine has: take smaller parts, fewer times, or keep less"
         )
-    return SweepPlan(source, asked.plain(order), size, order, times, (sample, ensemble))
+    return SweepPlan(source, asked.normalized(order), size, order, times, (sample, ensemble))
 
 
 def _row(order: EnsembleOptions, states: int) -> int:
@@ -180,7 +182,7 @@ def read(told: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
     """The plan that JSON tells, with what `load` finds in the files beside it; ValueError where it
     is none."""
     try:
-        plan = planned(_source(told, load), read_asked(told), told["part"])
+        plan = make_plan(_source(told, load), task_from_json(told), told["part"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is no plan of a sweep: {error}") from None
     if plan.hash != hash_of(told):
@@ -189,9 +191,9 @@ def read(told: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
 
 
 def _source(told: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def words(rows: list[list[Any]]) -> dict[str, Given]:
+    def words(rows: list[list[Any]]) -> dict[str, ParameterValues]:
         return {
-            name: Given(
+            name: ParameterValues(
                 load(numbers) if isinstance(numbers, str) else np.asarray(numbers, np.float64),
                 tuple(value),
             )
@@ -201,9 +203,9 @@ def _source(told: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
     drawn = None
     if "random" in told:
         random = told["random"]
-        drawn = Drawn(random["seed"], words(random["ranges"]), random["widths"])
+        drawn = RandomSpec(random["seed"], words(random["ranges"]), random["widths"])
     made_of = words(told["made_of"])
-    varied: dict[str, Given] = {}
+    varied: dict[str, ParameterValues] = {}
     for row in told["varied"]:
         varied |= {row: made_of[row]} if isinstance(row, str) else words([row])
     scene, shape = Scene.from_toml(told["scene"]), tuple(told["shape"])

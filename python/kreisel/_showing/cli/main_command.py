@@ -34,17 +34,17 @@ class _Front(click.Group):
         parent: click.Context | None = None,
         **extra: object,
     ) -> click.Context:
-        with _in_one_line():
+        with one_line_errors():
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> None:
-        with _in_one_line(), _terminated(), _warnings():
+        with one_line_errors(), sigterm_as_interrupt(), _warnings():
             super().invoke(ctx)
 
 
 @contextmanager
-def _in_one_line() -> Iterator[None]:
-    """What fails is said in a line, and becomes an exit code."""
+def one_line_errors() -> Iterator[None]:
+    """Print an error in one line and turn it into an exit code."""
     try:
         yield
     except click.exceptions.NoArgsIsHelpError:
@@ -64,13 +64,13 @@ def _in_one_line() -> Iterator[None]:
         code, why = 1, str(error)
     else:
         return
-    _forget_what_cannot_be_shown()
+    drop_unwritable_stdout()
     click.echo(f"Error: {why}", err=True)
     raise click.exceptions.Exit(code)
 
 
 @contextmanager
-def _terminated() -> Iterator[None]:
+def sigterm_as_interrupt() -> Iterator[None]:
     """SIGTERM ends a command as Ctrl-C does, unless it is ignored."""
     if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
         yield
@@ -94,8 +94,10 @@ def _warnings() -> Iterator[None]:
         yield
 
 
-def _forget_what_cannot_be_shown() -> None:
-    """What a full disk does not take of the standard output is not tried again at the exit."""
+def drop_unwritable_stdout() -> None:
+    """Drop the buffer of standard output if it cannot be written.
+
+    Otherwise the interpreter would fail again at its exit."""
     try:
         sys.stdout.flush()
     except OSError:

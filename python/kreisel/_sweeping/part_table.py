@@ -20,9 +20,9 @@ from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
 from .._results.tables import quantity_rows
-from .asked import Became, Growth
-from .planned import SweepPlan
-from .start_words import Given, components, unit
+from .parameter_values import ParameterValues, components, unit
+from .sweep_plan import SweepPlan
+from .task import Became, Growth
 
 Column = npt.NDArray[Any]
 COUNT = "events"  # the column that tells how many a top met
@@ -32,7 +32,7 @@ MET = [name for quantity in _STATES.values() for name in quantity.components]
 
 
 @dataclass
-class Rows:
+class PartTable:
     """n tops, and e events of all of them.
 
     columns  (n,) or (n, k) by their names; ragged: (e,), those of a top after those of another
@@ -48,9 +48,9 @@ class Rows:
         self.columns[name], self.units[name] = values, unit
 
 
-def rows_of(plan: SweepPlan, tops: range, outcome: Became) -> Rows:
+def rows_of(plan: SweepPlan, tops: range, outcome: Became) -> PartTable:
     """The rows of tops of these numbers, of which this became."""
-    rows, results = Rows(), list(_results(plan, outcome))
+    rows, results = PartTable(), list(_result_columns(plan, outcome))
     taken = {name for name, _, _ in results}
     rows.add("top", np.arange(tops.start, tops.stop, dtype=np.int64))
     made = plan.ensemble(tops) if isinstance(outcome, Indicator) else outcome.tops
@@ -70,26 +70,26 @@ def rows_of(plan: SweepPlan, tops: range, outcome: Became) -> Rows:
     return rows
 
 
-def _components(name: str, one: Given) -> Iterator[tuple[str, Column]]:
+def _components(name: str, one: ParameterValues) -> Iterator[tuple[str, Column]]:
     names = components(name, one.value)
     flat = one.values.reshape(len(one.values), len(names))
     return ((column, flat[:, i]) for i, column in enumerate(names))
 
 
-def _results(plan: SweepPlan, outcome: Became) -> Iterator[tuple[str, Column, str]]:
-    """What is known of each top behind its start: name, values, unit."""
+def _result_columns(plan: SweepPlan, outcome: Became) -> Iterator[tuple[str, Column, str]]:
+    """Yield the name, values and unit of each result of the tops."""
     if isinstance(outcome, Indicator):
         assert isinstance(plan.asked, Growth)
-        yield from _grown(plan.asked.verb, outcome)
+        yield from _indicator_columns(plan.asked.verb, outcome)
         return
-    yield from _how(outcome)
+    yield from _status_columns(outcome)
     if isinstance(outcome, Reductions):
         yield from reduction_columns(outcome, dict(outcome.items()))
     elif isinstance(outcome, Paths):
-        yield from _stated(outcome)
+        yield from _state_columns(outcome)
 
 
-def _grown(name: str, outcome: Indicator) -> Iterator[tuple[str, Column, str]]:
+def _indicator_columns(name: str, outcome: Indicator) -> Iterator[tuple[str, Column, str]]:
     """An indicator of chaos at the last time, its curve, and what certifies them."""
     unit, curve = RATE.get(name, ""), outcome.curve
     names, which = np.unique(outcome.status, return_inverse=True)
@@ -100,7 +100,7 @@ def _grown(name: str, outcome: Indicator) -> Iterator[tuple[str, Column, str]]:
     yield f"{name}_curve", curve, unit
 
 
-def _stated(outcome: Paths) -> Iterator[tuple[str, Column, str]]:
+def _state_columns(outcome: Paths) -> Iterator[tuple[str, Column, str]]:
     """The states of each top, or what is wanted in their place."""
     yield "t", np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1])), TIME.dimension
     for quantity, values in quantity_rows(outcome, (), False, False):
@@ -109,14 +109,14 @@ def _stated(outcome: Paths) -> Iterator[tuple[str, Column, str]]:
             yield name, flat[:, :, i], quantity.dimension
 
 
-def _how(outcome: EnsembleResult) -> Iterator[tuple[str, Column, str]]:
-    """How a top went, how far it came, and what that cost."""
+def _status_columns(outcome: EnsembleResult) -> Iterator[tuple[str, Column, str]]:
+    """Yield the columns of status, time reached and step counts."""
     yield "status", outcome.status, ""
     yield "reached", outcome.reached, TIME.dimension
     yield "steps", outcome.steps, ""
 
 
-def _add_states(rows: Rows, met: EnsembleEvents | Section) -> None:
+def _add_states(rows: PartTable, met: EnsembleEvents | Section) -> None:
     """The states at events, and how many there are of each top."""
     rows.add(COUNT, met.count)
     for name, quantity in _STATES.items():

@@ -42,7 +42,7 @@ FLAGS = "steady", "fast", "degrees"
 WORDS = tuple(_ENDINGS)
 
 
-class Given(NamedTuple):
+class ParameterValues(NamedTuple):
     """The values of a word, (..., *value)."""
 
     values: Array
@@ -50,26 +50,26 @@ class Given(NamedTuple):
 
     @property
     def lead(self) -> Shape:
-        """What stands before the shape of one value."""
+        """The dimensions before the shape of one value."""
         return self.values.shape[: self.values.ndim - len(self.value)]
 
 
-def given(name: str, numbers: object) -> Given:
+def given(name: str, numbers: object) -> ParameterValues:
     """The values of a word, looked at for finite numbers in rows of the right length."""
     if name not in _ENDINGS:
         raise ValueError(unknown_name_message("word", name, [*WORDS, *FLAGS]))
     values = as_finite_array(name, numbers, _what(name))
     shape = values.shape
     if name == "inertia" and shape[-2:] == (3, 3):
-        return Given(values, (3, 3))
+        return ParameterValues(values, (3, 3))
     if name == "damping" and not shape:
-        return Given(np.repeat(values, 3), (3,))
+        return ParameterValues(np.repeat(values, 3), (3,))
     if name == "damping" and shape[-1:] == (1,):
-        return Given(values, (1,))
+        return ParameterValues(values, (1,))
     own = () if not _ENDINGS[name] else (len(_ENDINGS[name]),)
     if own and shape[-1:] != own:
         raise ValueError(f"{name} must be {_what(name)}, not of the shape {shape}")
-    return Given(values, own)
+    return ParameterValues(values, own)
 
 
 def _what(name: str) -> str:
@@ -78,7 +78,7 @@ def _what(name: str) -> str:
 
 
 def components(name: str, value: Shape) -> list[str]:
-    """What the numbers of a value are called, one by one: spin, or momentum_x, momentum_y, ..."""
+    """Return the names of the numbers of a value: spin, or momentum_x, momentum_y, ..."""
     n = int(np.prod(value, dtype=np.int64))
     endings = _ENDINGS.get(name, "")
     if not value:

@@ -70,16 +70,17 @@ class Stops:
 
 @dataclass
 class Outcome:
-    """How a run ended: what stopped it, and the checkpoint from which it can go on behind all that
-    the outputs were given."""
+    """The end of a run: the exception that stopped it, and a checkpoint to continue from.
+
+    The checkpoint lies behind all states that the outputs received.
+    """
 
     stopped: BaseException | None = None
     checkpoint: bytes | None = None
 
 
-def fed(outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: Stops) -> Outcome:
-    """All pieces of a path given to the outputs one after the other; checkpoints are those of
-    run."""
+def feed(outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: Stops) -> Outcome:
+    """Feed all pieces of a path to the outputs; checkpoints are those of `run`."""
     while True:
         checkpoint = run.checkpoint if run else None
         stopped: BaseException | None = None
