@@ -46,9 +46,9 @@ FOREIGN = "foreign"
 class PartFormat(Protocol):
     """A file format of parts, implemented by the modules npy and parquet."""
 
-    def encoded(self, rows: PartTable, about: dict[str, Any]) -> bytearray: ...
+    def encode(self, rows: PartTable, about: dict[str, Any]) -> bytearray: ...
     def about(self, file: str) -> dict[str, Any]: ...
-    def decoded(self, file: str, names: Iterable[str] | None, states: int) -> PartTable: ...
+    def decode(self, file: str, names: Iterable[str] | None, states: int) -> PartTable: ...
 
 
 class SweepStore:
@@ -70,7 +70,7 @@ class SweepStore:
             "version": version,
             "kernel": self.plan.kernel,
         }
-        atomic_write(self.file(i), bytes(add_checksum(self.form.encoded(rows, about))))
+        atomic_write(self.file(i), bytes(add_checksum(self.form.encode(rows, about))))
 
     def found(self) -> list[int]:
         """Return the numbers of the parts that have a file, in ascending order."""
@@ -86,7 +86,7 @@ class SweepStore:
             about = self.form.about(str(self.file(i)))
             if (about.get("plan"), about.get("part")) != (self.plan.hash, i):
                 raise ValueError(f"{self.file(i)} is not part {i} of this plan")
-            return self.form.decoded(str(self.file(i)), names, self.plan.states)
+            return self.form.decode(str(self.file(i)), names, self.plan.states)
         except ValueError as error:
             raise ValueError(f"{error}; {REPAIR}") from None
 
