@@ -85,11 +85,14 @@ def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
     return len(files), len(set(files)), len(visits) - len(set(files))
 
 
-def main() -> None:
+def main(words: list[str] | None = None) -> None:
     """Print a line for each case."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        prog="python -m validation.benchmarks.calls_profile",
+        description=__doc__.splitlines()[0],
+    )
     parser.add_argument("cases", nargs="*", choices=[*CASES, []], help="which cases; default: all")
-    chosen = parser.parse_args().cases or list(CASES)
+    chosen = parser.parse_args(words).cases or list(CASES)
     print(f"{'':<32}{'calls':>7}{'files':>7}{'returns':>9}")
     for name in chosen:
         calls, files, returns = count_calls(CASES[name]())

@@ -31,8 +31,9 @@ def core_files():
 
 def isa_files():
     """Return the files that are compiled once more for each instruction set."""
-    exact = (CSRC / "exact" / name for name in ("states.c", "plans.c", "closed_form.c", "map.c"))
-    return [*sorted(CSRC.glob("taylor/kernel*.c")), CSRC / "ensemble" / "kernel.c", *exact]
+    names = ("states.c", "plans.c", "closed_form.c", "kowalewski.c", "map.c")
+    exact = [CSRC / "exact" / name for name in names]
+    return [*sorted(CSRC.glob("*/kernel*.c")), *exact]
 
 
 def size_options(file, options):

@@ -1,11 +1,11 @@
-"""Where Kowalewski tops are, by heyoka's Taylor series in quadruple precision: the truth of
-tests/c/test_kowalewski.c.
+"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, by heyoka in 128 bits.
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 
 It takes some minutes.
 """
 
+import argparse
 import sys
 from textwrap import fill
 from typing import NamedTuple
@@ -16,11 +16,11 @@ import numpy as np
 
 from ..references.equations import (
     COEFFICIENTS,
-    coefficients,
-    general,
-    in_precision,
+    build_general_system,
+    compute_coefficients,
     product,
-    start,
+    round_to,
+    start_state,
 )
 
 TOPS, SEED = 52, 36
@@ -74,15 +74,19 @@ def integrator():
     """Return heyoka's integrator of any top."""
     fp = hy.real128
     return hy.taylor_adaptive(
-        general(fp), [fp(0)] * 7, fp_type=fp, pars=[fp(0)] * COEFFICIENTS, compact_mode=True
+        build_general_system(fp),
+        [fp(0)] * 7,
+        fp_type=fp,
+        pars=[fp(0)] * COEFFICIENTS,
+        compact_mode=True,
     )
 
 
 def follow(move, top):
     """Return the attitude and the momentum at the top's time, as mpmath numbers."""
     fp = hy.real128
-    move.pars[:] = in_precision(coefficients(top), fp)
-    move.state[:] = in_precision(start(top), fp)
+    move.pars[:] = round_to(compute_coefficients(top), fp)
+    move.state[:] = round_to(start_state(top), fp)
     move.time = fp(0)
     outcome = move.propagate_until(fp(top.time))[0]
     if outcome != hy.taylor_outcome.time_limit:
@@ -93,7 +97,10 @@ def follow(move, top):
     return q, product(product(q, [0, *seen]), back)[1:]
 
 
-def main():
+def main(words=None):
+    argparse.ArgumentParser(
+        prog="python -m validation.benchmarks.kowalewski_truth", description=__doc__.splitlines()[0]
+    ).parse_args(words)
     mp.mp.dps = 40
     rng, move, lines = np.random.default_rng(SEED), integrator(), []
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, cast
 
+from .._core import KIND_RTOL, body_kind, kowalewski_plan, method_applies, method_suits
 from .._core import flags as FLAGS
-from .._core import kowalewski_plan, method_applies, method_suits
 from .._core import methods as core_methods
 from .._ground.errors import unknown_name_message as unknown_name
 from .._ground.literals import MethodName
@@ -161,7 +161,8 @@ def is_kowalewski(scene: Scene) -> bool:
     Its closed form is used only on request: setting it up takes as long as some hundred units of
     time by a series.
     """
-    return scene.gravity != 0.0 and scene.body.kind == "kowalewski"
+    # Ask the core directly: this check is part of every solve.
+    return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) == "kowalewski"
 
 
 def why_no_closed_form(scene: Scene) -> str:
@@ -195,7 +196,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method called `name`, or that of 'auto'. Raises ValueError if there is none, or if
     it does not apply to the scene."""
     if isinstance(name, str) and name == "auto":
-        closed = methods[EXACT].suits(scene) and not is_kowalewski(scene)
+        closed = not is_kowalewski(scene) and methods[EXACT].suits(scene)
         return methods[EXACT if closed else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):
