@@ -30,7 +30,7 @@ static void remove_power(double rows[][NUMBERS], int count, int power)
         for (int i = 0; i < NUMBERS; i++)
             rows[k][i] = rows[k + 1][i] + (rows[k + 1][i] - rows[k][i]) / (ratio - 1.0);
 }
-/* Steps over the span at the first level, and the number of levels, each with half the step size. */
+/* Steps over the span at the first level, and number of levels, each with half the step size. */
 typedef struct {
     int steps, levels;
 } grid;

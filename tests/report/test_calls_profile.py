@@ -1,6 +1,7 @@
 """The number of Python calls of a verb, and of returns to a file already left."""
 
 import pytest
+
 from validation.benchmarks.calls_profile import CASES, count_calls
 
 LIMITS = {"solve(scene, [1.0])": (12, 1), "reduce(ensemble)": (40, 8)}
