@@ -70,7 +70,7 @@ static void test_limits_of_steps(void)
         const kr_status status = kr_top_record(alone, 4, t, truly, &done);
         IS(kr_worker_create(NULL, config, 0, NULL, &worker) == KR_OK);
         IS(kr_worker_run(worker, &tops) == KR_OK);
-        for (int i = 0; i < 2; i++) {
+        for (size_t i = 0; i < 2; i++) {
             IS(outcomes[i].status == status && outcomes[i].done == done);
             IS(outcomes[i].stats.steps == kr_top_stats(alone).steps);
             for (size_t k = 0; k < done; k++) IS(same(out[4 * i + k], truly[k]));
