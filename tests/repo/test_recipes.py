@@ -56,7 +56,7 @@ const kr_method kr_method_kick_drift = {
 MAKER = '''    @classmethod
     def ball(cls, mass: float, radius: float, height: float) -> Self:
         """A homogeneous ball [M], [L], whose centre stands at (0, 0, height) [L]."""
-        inertia = 0.4 * positive("mass", mass) * positive("radius", radius) ** 2
+        inertia = 0.4 * as_positive("mass", mass) * as_positive("radius", radius) ** 2
         return cls.from_com(mass, (inertia,) * 3, (0.0, 0.0, height), (0.0, 0.0, 0.0))
 
 '''
