@@ -38,7 +38,8 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
     const int symmetric = fabs(moments.x - moments.y) <= KR_KIND_RTOL * moments.x;
     if (flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
     if (flags & KR_INTEGRABLE)
-        return kind == KR_LAGRANGE || kind == KR_EULER || kind == KR_KOWALEWSKI;
+        return kind == KR_LAGRANGE || kind == KR_EULER ||
+               (kind == KR_KOWALEWSKI && kr_kowalewski_size() > 0); /* 0 where it is left out */
     if (flags & KR_SYMMETRIC_ONLY) return symmetric;
     return !(flags & KR_EULER_ONLY) || kind == KR_EULER;
 }

@@ -3,6 +3,7 @@
  * only global state there is. */
 #include <math.h>
 #include <stddef.h>
+#include "exact/kowalewski.h"
 #include "page/picture.h"
 #include "page/stage.h"
 #include "taylor/taylor.h"
@@ -13,6 +14,14 @@
 #ifdef __wasm__
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 const kr_tangents_kernel kr_tangents_base, kr_tangents_dd_base;
+/* Nor has it the closed form of Kowalewski tops, which is as large as all else of the closed forms:
+ * a plan of no size says so to kr_method_applies. */
+static size_t no_size(void) { return 0; }
+const kr_kowalewski_one kr_kowalewski_one_base = {.size = no_size};
+void kr_kowalewski_many_base(const kr_theta_sums *plan, size_t n, const double t[], kr_state out[])
+{
+    (void)plan, (void)n, (void)t, (void)out;
+}
 #endif
 
 /* Begins a function that the page calls. No header declares it, for nothing in C calls it; so the

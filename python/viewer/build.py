@@ -45,15 +45,15 @@ UNUSED = {
     "extras/PMREMGenerator.js": "export class PMREMGenerator {}",
 }
 
-LEFT_OUT = re.compile(r"kernel_(dd|tangents|bundles)")
+LEFT_OUT = re.compile(r"kernel_(dd|tangents|bundles|kowalewski)|kowalewski\.c")
 
 
 def core(wasm: Path) -> None:
     """Compile what core.js calls, compressed, for it travels as text.
 
     The operations and their order are those of every other build: nothing is fused. Small goes
-    before fast. The kernels for 20 and 30 digits and for tangents, alone and in bundles, are left
-    out, as wasm.c explains.
+    before fast. The kernels for 20 and 30 digits and for tangents, alone and in bundles, and the
+    closed form of Kowalewski tops are left out, as wasm.c explains.
     """
     target = [
         "-target",

@@ -152,6 +152,7 @@ PARTICULAR = {  # where a word means something else than elsewhere
     **dict.fromkeys(["apex.path", "rod.path", "Event.value.path"], PATHS),
     **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
     "plot.path": [*PATHS, PATHS[:2]],
+    "plot.more": PATHS,
     "Body.cuboid.half": VECTORS,
     "Body.ellipsoid.half": VECTORS,
     "section.tops": [*SCENES, *ENSEMBLES],
