@@ -4,7 +4,7 @@
  * - belongs to the driver. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
-#include "numbers/su2_dd.h"
+#include "math/su2_dd.h"
 
 /* Working axes are principal; T lies along the odd axis of a symmetric body, else B along that of
  * the middle moment. Units are powers of two in which the largest moment and the top's rate are

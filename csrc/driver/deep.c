@@ -3,7 +3,7 @@
  * normalised - his attitude, the axes - is so in double-double, once. The working axes are the
  * principal ones, which no rounding separates from the moments. */
 #include "model/scene.h"
-#include "numbers/parts.h"
+#include "math/parts.h"
 #include "top.h"
 
 quat_dd kr_deep_axes(const kr_top *top)

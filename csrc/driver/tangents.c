@@ -3,7 +3,7 @@
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
-#include "numbers/su2_dd.h"
+#include "math/su2_dd.h"
 #include "top.h"
 
 size_t kr_tangent_columns(uint64_t tangents)

@@ -6,7 +6,7 @@
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
-#include "numbers/dd.h"
+#include "math/dd.h"
 #include "top.h"
 
 enum {

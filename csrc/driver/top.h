@@ -4,7 +4,7 @@
 #define KR_TOP_H
 #include "method.h"
 #include "model/body.h"
-#include "numbers/su2_dd.h"
+#include "math/su2_dd.h"
 
 enum { KR_CHECK = 256 /* steps after which a motion is inspected and kept */ };
 

@@ -3,7 +3,7 @@
  * lane does not bring to its end goes alone, from its start, for the driver to say what is
  * wrong. */
 #include <float.h>
-#include "numbers/binary.h"
+#include "math/binary.h"
 #include "worker.h"
 
 enum { ROUND = 64 /* steps between two questions whether to go on */ };

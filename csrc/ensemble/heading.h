@@ -5,7 +5,7 @@
 #ifndef KR_HEADING_H
 #define KR_HEADING_H
 #include "lanes.h"
-#include "numbers/wide.h"
+#include "math/wide.h"
 
 typedef struct {
     wide x, y, z;
@@ -233,7 +233,7 @@ INLINE point sum_series(kr_lanes *l, wide at, int headless)
 }
 
 /* Gives sine and cosine of x. The quarter turn next to x is an integer in the low bits of u; the
- * polynomials, which are those of numbers/trig.h, then see at most an eighth of a turn. */
+ * polynomials, which are those of math/trig.h, then see at most an eighth of a turn. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),

@@ -13,7 +13,7 @@
 #ifndef KR_LANES_H
 #define KR_LANES_H
 #include "kreisel.h"
-#include "numbers/isa.h"
+#include "math/isa.h"
 
 enum { KR_LANES_MOST = 8, KR_LANES_ORDER = 28 };
 

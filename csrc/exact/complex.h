@@ -3,7 +3,7 @@
  * not negative. */
 #ifndef KR_EXACT_COMPLEX_H
 #define KR_EXACT_COMPLEX_H
-#include "numbers/dd.h"
+#include "math/dd.h"
 
 typedef struct cx {
     double re, im;

@@ -4,7 +4,7 @@
 #ifndef KR_EXACT_DISPATCH_H
 #define KR_EXACT_DISPATCH_H
 #include "kreisel.h"
-#include "numbers/isa.h"
+#include "math/isa.h"
 
 /* closed_form.c makes these: they set one scene up, read one state, and
  * find the turning points. Where `own` is not 0, the

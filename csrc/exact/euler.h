@@ -7,7 +7,7 @@
  * per instruction set, because its double-doubles want the fused product. */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
-#include "numbers/trig.h"
+#include "math/trig.h"
 #include "single.h"
 #include "theta.h"
 

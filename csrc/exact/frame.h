@@ -2,8 +2,8 @@
  * is source that is compiled once per instruction set, because its users are. */
 #ifndef KR_EXACT_FRAME_H
 #define KR_EXACT_FRAME_H
-#include "numbers/isa.h"
-#include "numbers/su2.h"
+#include "math/isa.h"
+#include "math/su2.h"
 
 static inline int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
 /* Carries q into a frame f, which is given by what it makes of 1, i, j and k. */

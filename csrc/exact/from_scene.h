@@ -5,7 +5,7 @@
  * one. */
 #ifndef KR_EXACT_FROM_SCENE_H
 #define KR_EXACT_FROM_SCENE_H
-#include "numbers/binary.h"
+#include "math/binary.h"
 #include "single.h"
 
 /* A scene's top, and what leads back to the scene. */

@@ -8,7 +8,7 @@
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
 #include "kreisel.h"
-#include "numbers/isa.h"
+#include "math/isa.h"
 
 enum { SUM_S, SUM_T, SUM_P, SUM_Q, SUM_R, SUMS };
 enum { WIDE_MOST = 64 /* the largest |k| */, SUM_ROWS = 768, SUM_TERMS = 4096 };

@@ -9,7 +9,7 @@
  * its double-doubles want the fused product. */
 #ifndef KR_EXACT_MAP_CURVE_H
 #define KR_EXACT_MAP_CURVE_H
-#include "numbers/dd_functions.h"
+#include "math/dd_functions.h"
 #include "single.h"
 #include "theta.h"
 

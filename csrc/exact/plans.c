@@ -5,7 +5,7 @@
 #include "dispatch.h"
 #include "frame.h"
 #include "lagrange.h"
-#include "numbers/binary.h"
+#include "math/binary.h"
 
 /* At more times than these a top's states are read one top at a time. So many vectors of tops are
  * set up together. */

@@ -7,7 +7,7 @@
  * unit quaternion.
  *
  * This header is part of what is compiled once per instruction set, because its users are; and once
- * more with KR_EXACT_LANES, where each number is a vector whose lanes are tops (numbers/wide.h).
+ * more with KR_EXACT_LANES, where each number is a vector whose lanes are tops (math/wide.h).
  * That gives each top the bits which it has alone: a branch that some lanes take and others do not
  * is taken both ways, and each lane chooses; a loop goes on until all lanes are done, and leaves
  * those that are as they were. With one lane that is the branch, and the loop, of one top. */
@@ -19,9 +19,9 @@
 #  define KR_ONE_LANE
 #endif
 #include "model/scene.h"
-#include "numbers/dd.h"
-#include "numbers/isa.h"
-#include "numbers/wide.h"
+#include "math/dd.h"
+#include "math/isa.h"
+#include "math/wide.h"
 
 /* The kinds of series: of the heavy and of the free top, in the nome or in its dual. The dual is
  * the smaller where the period K' is the shorter, near a separatrix. */

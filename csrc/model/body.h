@@ -1,7 +1,7 @@
 /* The axes that methods work in. */
 #ifndef KR_BODY_H
 #define KR_BODY_H
-#include "numbers/su2.h"
+#include "math/su2.h"
 
 typedef struct kr_working {
     /* Working -> principal axes. T lies along the odd axis of a symmetric body, along the centre of

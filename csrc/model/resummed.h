@@ -16,7 +16,7 @@
 #ifndef KR_RESUMMED_H
 #define KR_RESUMMED_H
 #include <float.h>
-#include "numbers/su2.h"
+#include "math/su2.h"
 
 typedef struct resummed {
     /* e, I; NaN where h^2 times 2 |I| or |g| is above 1: the rates need not exist */

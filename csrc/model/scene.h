@@ -3,7 +3,7 @@
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"
-#include "numbers/binary.h"
+#include "math/binary.h"
 
 /* In these units the largest moment and the top's rate are about one. */
 typedef struct kr_units {

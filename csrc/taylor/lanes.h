@@ -6,7 +6,7 @@
  * what they differ in. */
 #ifndef KR_LANES_H
 #define KR_LANES_H
-#include "numbers/isa.h"
+#include "math/isa.h"
 
 #if defined KR_NEON
 #  include <arm_neon.h>

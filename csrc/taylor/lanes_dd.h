@@ -4,7 +4,7 @@
  * per instruction set, because lanes.h is. */
 #ifndef KR_LANES_DD_H
 #define KR_LANES_DD_H
-#include "numbers/dd.h"
+#include "math/dd.h"
 #include "lanes.h"
 #include "taylor.h"
 

@@ -8,7 +8,7 @@
  * 1979). Before it comes there, the motion moves by the recurrence, to a tolerance relative to the
  * small W to which it decays. */
 #include <string.h>
-#include "numbers/dd.h"
+#include "math/dd.h"
 #include "slow.h"
 
 enum { Q = 0, P = 4, W = 7, ROWS = 10, SWEEPS = 64 };

@@ -5,7 +5,7 @@
  * counted in powers of two so long that W stays below one: no coefficient overflows, and no
  * threshold has a dimension. */
 #include <float.h>
-#include "numbers/su2_dd.h"
+#include "math/su2_dd.h"
 #include "slow.h"
 
 typedef kr_taylor path;

@@ -14,7 +14,7 @@
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
-#include "numbers/isa.h"
+#include "math/isa.h"
 
 /* For 20 and for 30 digits, HEAD is the last term in double-double, because all later ones are so
  * small that doubles do, LAST is the last of all, and LESS, in powers of two, how far above the

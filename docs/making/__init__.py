@@ -10,5 +10,5 @@ from . import docstrings, formulas, header, links, live, report
 def setup(app):
     for part in (docstrings, formulas, header, links, live, report):
         part.setup(app)
-    app.add_lexer("floors", TextLexer)  # the plan in ARCHITECTURE.md
+    app.add_lexer("layers", TextLexer)  # the plan in ARCHITECTURE.md
     return {"parallel_read_safe": True, "parallel_write_safe": True}

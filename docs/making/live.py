@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from urllib.parse import quote
 
 import kreisel as kr
-from kreisel._drawing.film import Film
+from kreisel._plot.film import Film
 
 
 def setup(app):

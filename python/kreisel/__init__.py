@@ -18,7 +18,6 @@ from ._analysis.frequencies import Frequencies, frequencies
 from ._analysis.plot import plot
 from ._analysis.rod import Rod, rod
 from ._core import version as __version__
-from ._ground.literals import MethodName, QuantityName
 from ._model.bodies import Bodies
 from ._model.body import Body
 from ._model.scene import Ensemble, Scene
@@ -31,7 +30,6 @@ from ._results.indicators import Indicator
 from ._results.path import Error, Events, Interrupted, Path, Stats
 from ._results.reductions import Reductions
 from ._results.section_result import Section
-from ._showing.view import View, view
 from ._solve.chaos import lyapunov, megno, oli
 from ._solve.ensemble_plan import EnsemblePlan, plan
 from ._solve.exact import Exact, ExactKowalewski, ExactMap, exact
@@ -42,9 +40,11 @@ from ._solve.section import section
 from ._solve.solve import solve
 from ._solve.solve_ensemble import reduce
 from ._solve.stream import stream
-from ._sweeping.source import Source
-from ._sweeping.sweep import SweepInterrupted, sweep
-from ._sweeping.sweep_result import SweepResult, read_sweep
+from ._sweep.source import Source
+from ._sweep.sweep import SweepInterrupted, sweep
+from ._sweep.sweep_result import SweepResult, read_sweep
+from ._utils.literals import MethodName, QuantityName
+from ._view import View, view
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation
 

@@ -1,5 +1,5 @@
 """python -m kreisel: the command line."""
 
-from ._showing.cli import main
+from ._cli import main
 
 main(prog_name="kreisel")

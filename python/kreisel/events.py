@@ -34,11 +34,11 @@ from typing import TypedDict, Unpack
 from numpy.typing import ArrayLike
 
 from ._core import components, quantities, terms_value
-from ._ground.errors import unknown_name_message
-from ._ground.validation import Array, as_float, as_int, as_vector, check_type, short_repr
 from ._model.scene import Scene
 from ._options.methods import FALLBACK
 from ._results.path import Events, Path
+from ._utils.errors import unknown_name_message
+from ._utils.validation import Array, as_float, as_int, as_vector, check_type, short_repr
 from .quaternion import turn
 
 __all__ = [

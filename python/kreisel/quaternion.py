@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ._core import INPUT_RTOL
 from ._core import attitude_error as error_of_rows
-from ._ground.validation import Array, Quaternion, R, as_finite_array, as_floats, short_repr
+from ._utils.validation import Array, Quaternion, R, as_finite_array, as_floats, short_repr
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation

@@ -7,10 +7,10 @@ validation/references/problems.json to the last bit.
 
 from __future__ import annotations
 
-from ._ground.errors import unknown_name_message
-from ._ground.validation import Quaternion, Vector, short_repr
 from ._model.body import Body
 from ._model.scene import Scene
+from ._utils.errors import unknown_name_message
+from ._utils.validation import Quaternion, Vector, short_repr
 
 about = {
     "thesis": "the Lagrange top of Bodack 2008, chapter 6, begun upright: the apex nutates in "

@@ -1,5 +1,5 @@
 // The C core as WebAssembly. Structures of kreisel.h go through its memory as rows of doubles: a
-// body has 12, a state 8 (t, q, m), a scene 24 (body, gravity, start, damping), as csrc/page/wasm.c
+// body has 12, a state 8 (t, q, m), a scene 24 (body, gravity, start, damping), as csrc/viewer/wasm.c
 // asserts.
 import binary from "kreisel.wasm";
 

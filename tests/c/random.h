@@ -2,7 +2,7 @@
  * test may set the seed. */
 #ifndef KR_RANDOM_H
 #define KR_RANDOM_H
-#include "numbers/su2.h"
+#include "math/su2.h"
 
 static uint64_t random_seed = 1;
 

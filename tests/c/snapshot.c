@@ -3,7 +3,7 @@
  * it. The digits agree between compilers and processors. */
 #include <stdlib.h>
 #include "bits.h"
-#include "numbers/su2.h"
+#include "math/su2.h"
 
 static void row(const char *scene, const char *method, const char *quantity, double value)
 {

@@ -1,7 +1,7 @@
 /* Failing allocations, one after the other. The linker redirects calloc to this file. */
 #include <stdlib.h>
 #include "method.h"
-#include "page/stage.h"
+#include "viewer/stage.h"
 #include "tops.h"
 
 void *__real_calloc(size_t n, size_t size);

@@ -1,6 +1,6 @@
 /* Runs with 20 and 30 digits, against heyoka in 128 bits (validation/references/reference.json),
  * and their low words. */
-#include "numbers/su2_dd.h"
+#include "math/su2_dd.h"
 #include "tops.h"
 
 typedef struct {

@@ -2,8 +2,8 @@
  * reference value is a pair of doubles. An error of these functions shows in a motion only after
  * about 1e6 steps. */
 #include "check.h"
-#include "numbers/dd_functions.h"
-#include "numbers/parts.h"
+#include "math/dd_functions.h"
+#include "math/parts.h"
 
 static dd pair(double hi, double lo) { return dd_make(hi, lo); }
 static double apart(dd a, dd b) { return fabs(dd_sub(a, b).hi / (b.hi == 0.0 ? 1.0 : b.hi)); }

@@ -1,6 +1,6 @@
 /* Pictures of a top for the viewer: the equivalent cuboid, the trace of the apex, the rod. */
-#include "page/picture.h"
-#include "page/stage.h"
+#include "viewer/picture.h"
+#include "viewer/stage.h"
 #include "tops.h"
 
 static kr_stage stage;

@@ -1,7 +1,7 @@
 /* Quantities: their table, definitions, Euler angles and components. */
 #include <string.h>
 #include "model/quantities.h"
-#include "numbers/su2.h"
+#include "math/su2.h"
 #include "check.h"
 
 static const double pi = 3.14159265358979323846;

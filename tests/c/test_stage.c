@@ -1,5 +1,5 @@
 /* The viewer's simulation: tops on a common clock that counts ticks. */
-#include "page/stage.h"
+#include "viewer/stage.h"
 #include "tops.h"
 
 static kr_stage stage, other;

@@ -4,7 +4,7 @@
 #define KR_TOPS_H
 #include <string.h>
 #include "check.h"
-#include "numbers/su2.h"
+#include "math/su2.h"
 
 /* The thesis' top, tilted: over an upright start no torque acts, which hides errors. */
 static inline kr_scene tilted(void)

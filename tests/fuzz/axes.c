@@ -3,7 +3,7 @@
 #include "calls.h"
 #include "choice.h"
 #include "claims.h"
-#include "numbers/su2.h"
+#include "math/su2.h"
 #include "scenes.h"
 
 static kr_vec3 next_axes(kr_vec3 v) { return v3(v.y, v.z, v.x); }

@@ -3,7 +3,7 @@
 #include "calls.h"
 #include "choice.h"
 #include "claims.h"
-#include "numbers/su2.h"
+#include "math/su2.h"
 #include "scenes.h"
 #include "counted.h"
 

@@ -3,8 +3,8 @@
 #ifndef KR_COUNTED_H
 #define KR_COUNTED_H
 #include "kreisel.h"
-#include "page/picture.h"
-#include "page/stage.h"
+#include "viewer/picture.h"
+#include "viewer/stage.h"
 
 extern uint64_t calls_made;
 

@@ -2,7 +2,7 @@
 #include "scenes.h"
 #include <math.h>
 #include "choice.h"
-#include "numbers/su2.h"
+#include "math/su2.h"
 
 static kr_body known_kind(void)
 {

@@ -1,11 +1,11 @@
 /* Calls of the page's stage, and of its pictures. */
-#include "page/stage.h"
+#include "viewer/stage.h"
 #include <math.h>
 #include "calls.h"
 #include "choice.h"
 #include "claims.h"
-#include "numbers/su2.h"
-#include "page/picture.h"
+#include "math/su2.h"
+#include "viewer/picture.h"
 #include "scenes.h"
 #include "counted.h"
 

@@ -4,7 +4,7 @@
 #include "calls.h"
 #include "choice.h"
 #include "claims.h"
-#include "numbers/su2.h"
+#include "math/su2.h"
 #include "counted.h"
 
 /* A rotation about an axis that stays where it is, and the rate at which its tangents grow. */

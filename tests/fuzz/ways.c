@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include "choice.h"
 #include "claims.h"
-#include "numbers/su2.h"
+#include "math/su2.h"
 #include "tops.h"
 #include "counted.h"
 

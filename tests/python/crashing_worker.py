@@ -7,8 +7,8 @@ import os
 import signal
 from pathlib import Path
 
-from kreisel._sweeping import runner
-from kreisel._sweeping.store import SweepStore
+from kreisel._sweep import runner
+from kreisel._sweep.store import SweepStore
 
 
 def killed_once(flag, moment):

@@ -13,7 +13,7 @@ import pytest
 from cli_helpers import call, said
 from click.testing import CliRunner
 from internals import cli
-from kreisel._showing.cli import outputs
+from kreisel._cli import outputs
 from toolbox import HEEDING, python
 
 COMPARED = "compare asymmetric --t 1 --methods rk4 --steps 0.1 --repeats 1"
@@ -107,7 +107,7 @@ def test_a_signal_between_rows_loses_and_doubles_none(tmp_path, number, buffered
     words = (
         f"solve asymmetric --t 0:1e6:0.05 --method strang --step 0.1 --csv - --save {tmp_path}/run"
     )
-    start = f"{HEEDING}from kreisel._showing.cli import main\nmain()"
+    start = f"{HEEDING}from kreisel._cli import main\nmain()"
     with subprocess.Popen(
         [sys.executable, "-c", start, *words.split()],
         stdout=subprocess.PIPE,
@@ -132,7 +132,7 @@ def test_a_signal_between_rows_loses_and_doubles_none(tmp_path, number, buffered
 
 PRESSED = """
 import os, signal
-from kreisel._showing.cli import main, progress
+from kreisel._cli import main, progress
 
 tell = progress.Stops.progress
 def press(stops, t):
@@ -188,7 +188,7 @@ def test_a_signal_ends_other_commands_in_one_line(name, tmp_path):
     line = "compare asymmetric --t 1e9 --methods rk4 --steps 1e-3 --truth rk4"
     pressed = f"""
 import os, signal
-from kreisel._showing.cli import compare, main
+from kreisel._cli import compare, main
 
 compared = compare.compared
 def press(*words):

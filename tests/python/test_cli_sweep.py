@@ -95,7 +95,7 @@ def test_processes_and_a_cluster_make_the_parts(plan, expected):
 )
 def test_what_is_stopped_says_so_and_goes_on(plan, more, number):
     (plan / "plan.toml").write_text(PLAN.replace("n = 25", "n = 2500").replace("4.0", "400.0"))
-    start = f"{HEEDING}from kreisel._showing.cli import main\nmain()"
+    start = f"{HEEDING}from kreisel._cli import main\nmain()"
     command = [sys.executable, "-c", start, "sweep", "plan.toml", "--to", "runs", *more]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as run:
         while run.poll() is None and not list(plan.glob("runs/part-*")):

@@ -8,8 +8,8 @@ import zlib
 import kreisel as kr
 import pytest
 from click.testing import CliRunner
-from kreisel._ground import atomic_io
-from kreisel._showing.cli import main
+from kreisel._cli import main
+from kreisel._utils import atomic_io
 
 TOP = kr.scenes.asymmetric
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 pytest.importorskip("matplotlib")
-from kreisel._drawing import film as made
+from kreisel._plot import film as made
 from PIL import Image
 
 TOP = kr.scenes.thesis

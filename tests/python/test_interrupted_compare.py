@@ -45,7 +45,7 @@ def test_an_interrupted_comparison_keeps_its_rows(made):
 SEND = """
 import os, signal, sys, threading
 import kreisel as kr, numpy as np
-from kreisel._showing.cli import main
+from kreisel._cli import main
 def send(*told):
     os.kill(os.getpid(), signal.SIGINT)
 soon = threading.Timer(0.5, send)

@@ -13,8 +13,8 @@ from internals import solid_of
 from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
-from kreisel._drawing import solids
-from kreisel._drawing.solids import bar, revolve
+from kreisel._plot import solids
+from kreisel._plot.solids import bar, revolve
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image

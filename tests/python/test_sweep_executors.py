@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from crashing_worker import killed_once
 from distributed import Client, LocalCluster
-from kreisel._sweeping import runner
-from kreisel._sweeping import store as folder_of
+from kreisel._sweep import runner
+from kreisel._sweep import store as folder_of
 from sweeps import PARTS, REDUCED, SOCKETS_LEFT, SOURCE, WATCHED, rows_hash, swept
 
 pytestmark = pytest.mark.filterwarnings(SOCKETS_LEFT)

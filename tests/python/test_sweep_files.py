@@ -16,9 +16,9 @@ import pyarrow.parquet as parquet
 import pytest
 from argument_values import ENSEMBLES
 from ensembles import MIXED, scattered
-from kreisel._sweeping import checksum, sweep_plan
-from kreisel._sweeping import store as folder_of
-from kreisel._sweeping.sweep_plan import canonical
+from kreisel._sweep import checksum, sweep_plan
+from kreisel._sweep import store as folder_of
+from kreisel._sweep.sweep_plan import canonical
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, rows_hash, swept
 
 SHAPE = SOURCE.shape
@@ -177,7 +177,7 @@ def test_an_incomplete_sweep_reads_as_what_there_is(tmp_path):
 def test_without_pyarrow_parts_are_of_numpy_and_parquet_is_told_of(tmp_path, runs, monkeypatch):
     for name in [name for name in sys.modules if name.split(".")[0] == "pyarrow"]:
         monkeypatch.setitem(sys.modules, name, None)
-    monkeypatch.delitem(sys.modules, "kreisel._sweeping.parquet")
+    monkeypatch.delitem(sys.modules, "kreisel._sweep.parquet")
     found = swept(tmp_path)
     assert {file.suffix for file in tmp_path.glob("part-*")} == {".npy"}
     rows = np.load(tmp_path / "part-000001.npy")

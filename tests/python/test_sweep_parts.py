@@ -3,8 +3,8 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._sweeping import store as folder_of
-from kreisel._sweeping import sweep_plan as planned_of
+from kreisel._sweep import store as folder_of
+from kreisel._sweep import sweep_plan as planned_of
 from sweeps import TOP, rows_hash
 
 WORDS = {"t": 0.1, "method": "strang", "step": 0.1}

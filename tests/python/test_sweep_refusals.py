@@ -7,8 +7,8 @@ import kreisel as kr
 import numpy as np
 import pytest
 from ensembles import MIXED
-from kreisel._sweeping import store as folder_of
-from kreisel._sweeping import sweep_plan
+from kreisel._sweep import store as folder_of
+from kreisel._sweep import sweep_plan
 from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, child, swept
 
 GRID = "t = 1\nscene = 'thesis'\n[grid]\ngravity = [1, 2]\n"

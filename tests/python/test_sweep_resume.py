@@ -9,14 +9,14 @@ from concurrent.futures import ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._sweeping import store as folder_of
+from kreisel._sweep import store as folder_of
 from sweeps import PARTS, REDUCED, WATCHED, child, rows_hash, swept
 
 # A sweep in a process of its own, that tells where it is in the midst of its third part; there it
 # waits to be killed, or goes on for ever.
 SWEEP = """
 import signal, sys
-from kreisel._sweeping import runner
+from kreisel._sweep import runner
 from sweeps import swept
 runner._TELL = 0.0
 put, told = runner.SweepStore.put, []
@@ -33,8 +33,8 @@ swept(sys.argv[1], threads=1, progress=tell)
 # A sweep that is killed by itself when it writes its third part, at this moment of the writing.
 KILLED = """
 import os, signal, sys
-from kreisel._ground import atomic_io
-from kreisel._sweeping import runner
+from kreisel._utils import atomic_io
+from kreisel._sweep import runner
 from sweeps import swept
 put, moment = runner.SweepStore.put, sys.argv[2]
 def end(*_):

@@ -7,8 +7,8 @@ from concurrent.futures import ProcessPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._sweeping import runner
-from kreisel._sweeping import store as folder_of
+from kreisel._sweep import runner
+from kreisel._sweep import store as folder_of
 from sweeps import LOW, TOP, rows_hash
 
 SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 4), gravity=np.linspace(-1, 1, 5))

@@ -225,7 +225,7 @@ MISSED = {
 def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
     for name in [name for name in sys.modules if name.split(".")[0] == library]:
         monkeypatch.delitem(sys.modules, name)
-    rooms = ("kreisel._drawing.", "kreisel._results.scipy_rotation")
+    rooms = ("kreisel._plot.", "kreisel._results.scipy_rotation")
     for name in [name for name in sys.modules if name.startswith(rooms)]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, library, None)

@@ -167,7 +167,7 @@ def test_the_command_line_tells_in_a_line(tmp_path):
     file.write_text(
         "momentum = [0, 0, 1]\n[body]\nmass = 1\ninertia = [1, 1, 0.5]\ncom = [0, 0, 1]"
     )
-    ran = python("from kreisel._showing.cli import main; main()", "solve", str(file), "--t", "1")
+    ran = python("from kreisel._cli import main; main()", "solve", str(file), "--t", "1")
     lines = [line for line in ran.stderr.splitlines() if line]
     assert ran.returncode == 0 and len(lines) == 1 and lines[0].startswith(f"Warning: {TOLD}")
 

@@ -1,13 +1,14 @@
 """Private names of the package that tests use. They are imported here alone."""
 
 import numpy as np
+from kreisel import _cli as cli
 from kreisel import _core as core
+from kreisel import _view as view
 from kreisel._analysis import method_table as table_of_costs
 from kreisel._analysis.method_table import page as page_of_methods
 from kreisel._options.quantities import HEADING_DEPENDENT, QUANTITIES, RECORDABLE
 from kreisel._options.times import CHUNK_SIZE
 from kreisel._results import core_calls, state_quantities
-from kreisel._showing import cli, view
 
 __all__ = [
     "CHUNK_SIZE",
@@ -27,6 +28,6 @@ __all__ = [
 
 def solid_of(body):
     """Return the solid that plots draw for a body. Needs matplotlib."""
-    from kreisel._drawing.solids import solid_of
+    from kreisel._plot.solids import solid_of
 
     return solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))

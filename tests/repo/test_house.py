@@ -4,7 +4,7 @@ import ast
 import re
 
 import pytest
-from floors import included
+from layers import included
 from toolbox import (
     CSRC,
     ROOT,
@@ -112,7 +112,7 @@ STRICT = ["-std=c99", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_no_warnings(compiler, tmp_path):
     need(compiler)
-    sources = [*core_sources(), CSRC / "page/wasm.c", *c_tests()]
+    sources = [*core_sources(), CSRC / "viewer/wasm.c", *c_tests()]
     compiled(compiler, ["-O2", *STRICT], sources, tmp_path)
 
 

@@ -101,7 +101,7 @@ def test_a_quantity_touches_three_files(house):
 
 def test_a_quantity_is_a_column_of_the_command_line(house):
     words = "['solve', 'thesis', '--t', '1', '--want', 'height', '--csv', '-']"
-    lines = house.python("from kreisel._showing.cli import main", f"main({words})").splitlines()
+    lines = house.python("from kreisel._cli import main", f"main({words})").splitlines()
     assert lines[0] == "t,height" and len(lines) == 3
 
 

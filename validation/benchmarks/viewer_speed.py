@@ -13,7 +13,7 @@ import json
 import shutil
 from statistics import median
 
-from kreisel._showing.view import _PAGE
+from kreisel._view import _PAGE
 from playwright.sync_api import sync_playwright
 
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]

@@ -19,7 +19,7 @@ from itertools import cycle
 from pathlib import Path
 
 import kreisel as kr
-from kreisel._sweeping.store import open_store
+from kreisel._sweep.store import open_store
 
 JUNK = re.compile(r"\.[0-9a-f]{16}\.new")  # name of a temporary file
 OLD, WHOLE, ON_ITS_WAY = "old", "whole", "on its way"

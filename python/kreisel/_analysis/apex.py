@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._ground.validation import Array, check_type
 from .._model.scene import Scene
 from .._results.path import Path
 from .._solve.exact import exact
+from .._utils.validation import Array, check_type
 
 _LEVEL = 1e-9  # solutions by a tolerance of 1e-10 differ in height by about as much
 _FEWEST = 4  # states in a nutation: of three the period can be a hundredth off, of two a half

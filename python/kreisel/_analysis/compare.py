@@ -12,15 +12,15 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from .._ground.atomic_io import atomic_write
-from .._ground.literals import MethodName
-from .._ground.validation import Numbers, as_int, as_positive, check_type, short_repr
 from .._model.scene import Scene
 from .._options.methods import methods as known
 from .._options.methods import resolve_method
 from .._options.solve_options import Progress, parse_progress
 from .._results.path import Error, Path, Stats
 from .._solve.solve import solve
+from .._utils.atomic_io import atomic_write
+from .._utils.literals import MethodName
+from .._utils.validation import Numbers, as_int, as_positive, check_type, short_repr
 from ..quaternion import attitude_error
 from ..scenes import name_of
 

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._ground.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
 from .._options.methods import EXACT, is_kowalewski
 from .._results.path import Path
 from .._solve.exact import exact
+from .._utils.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
 from .turns import Waves, count_turns, motion_of
 
 _SHARPNESS = 11.0  # of the window, whose side lobes are below exp(-pi times this)

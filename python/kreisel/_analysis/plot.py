@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
-from .._ground.validation import check_type
 from .._results.path import Path
+from .._utils.validation import check_type
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .._drawing.charts import Picture
+    from .._plot.charts import Picture
 
 MOST = 8
 
@@ -48,7 +48,7 @@ def plot(
         check_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
         raise ValueError(f"path must be a list of 1 to {MOST} paths, not of {len(paths)}")
-    from .._drawing.charts import plot_paths
+    from .._plot.charts import plot_paths
 
     both = [(one, one.events.path if len(one.events) else None) for one in paths]
     return plot_paths(both, axes, degrees)

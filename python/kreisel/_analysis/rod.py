@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._core import KIND_RTOL
-from .._ground.validation import Array, Vector, as_float, as_positive, check_type
 from .._model.body import Body
 from .._results.path import Path
+from .._utils.validation import Array, Vector, as_float, as_positive, check_type
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -96,8 +96,8 @@ class Rod:
 
         States must be so close that each bends little to the next. ImportError without matplotlib.
         """
-        from .._drawing.charts import new_axes
-        from .._drawing.solids import ORANGE, bar, drawable, tube
+        from .._plot.charts import new_axes
+        from .._plot.solids import ORANGE, bar, drawable, tube
 
         drawn = new_axes() if axes is None else drawable(axes)
         side = None if thickness is None else as_positive("thickness", thickness)

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.validation import Array
 from .._results.path import Path
 from .._solve.solve import solve
+from .._utils.validation import Array
 
 Waves = npt.NDArray[np.complex128]
 Flags = npt.NDArray[np.bool_]

@@ -10,7 +10,7 @@ from typing import Any, Generic, Self, TypeVar, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.validation import read_only, short_repr
+from .._utils.validation import read_only, short_repr
 from .broadcasting import (
     Column,
     ColumnMap,

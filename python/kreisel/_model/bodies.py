@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
-from .._ground.errors import frozen_message, warn
-from .._ground.validation import Array, as_array, read_only, short_repr
+from .._utils.errors import frozen_message, warn
+from .._utils.validation import Array, as_array, read_only, short_repr
 from .batch import Batch
 from .bodies_constructors import BodiesConstructors
 from .body import Body

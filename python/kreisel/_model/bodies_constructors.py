@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._ground.validation import Array, as_bool
+from .._utils.validation import Array, as_bool
 from . import shapes
 from .body import Body
 from .broadcasting import (

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
-from .._ground.errors import frozen_message, status_to_exception, warn
-from .._ground.validation import (
+from .._utils.errors import frozen_message, status_to_exception, warn
+from .._utils.validation import (
     Array,
     Quaternion,
     Vector,

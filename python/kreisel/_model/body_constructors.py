@@ -6,7 +6,7 @@ from typing import Self
 
 from numpy.typing import ArrayLike
 
-from .._ground.validation import as_bool, as_float, as_positive, as_vector, at_least_zero
+from .._utils.validation import as_bool, as_float, as_positive, as_vector, at_least_zero
 from . import shapes
 
 

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.validation import (
+from .._utils.validation import (
     Array,
     as_array,
     as_float,

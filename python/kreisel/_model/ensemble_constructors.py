@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import KIND_RTOL
-from .._ground.validation import Array, as_bool
+from .._utils.validation import Array, as_bool
 from ..quaternion import conjugate, multiply
 from .bodies import Bodies
 from .body import Body

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, statuses
 from .._core import Tops as CoreTops
-from .._ground.validation import Array, check_type, short_repr
+from .._utils.validation import Array, check_type, short_repr
 from ..quaternion import unit
 from .batch import Batch
 from .bodies import Bodies

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._core import KIND_RTOL, cosine, sine, values
-from .._ground.validation import (
+from .._utils.validation import (
     Array,
     Quaternion,
     R,

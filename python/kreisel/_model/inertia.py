@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, TENSOR_LEAST
-from .._ground.validation import (
+from .._utils.validation import (
     Array,
     Vector,
     as_finite_array,

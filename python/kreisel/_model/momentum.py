@@ -5,7 +5,7 @@ One top passes floats. An ensemble passes arrays of components.
 
 from __future__ import annotations
 
-from .._ground.validation import R
+from .._utils.validation import R
 from ..quaternion import multiply, turn, turn_back
 
 

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Self, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._ground.atomic_io import atomic_write
-from .._ground.errors import frozen_message
-from .._ground.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
+from .._utils.atomic_io import atomic_write
+from .._utils.errors import frozen_message
+from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
 from .euler_angles import (

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import scene
-from .._ground.errors import status_to_exception
-from .._ground.validation import Quaternion, Vector, as_float, as_vector, short_repr
+from .._utils.errors import status_to_exception
+from .._utils.validation import Quaternion, Vector, as_float, as_vector, short_repr
 from ..quaternion import unit
 from .body import Body
 from .momentum import angular_momentum

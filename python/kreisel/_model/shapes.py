@@ -11,7 +11,7 @@ from typing import Generic, NamedTuple
 
 import numpy as np
 
-from .._ground.validation import Array, R, as_positive
+from .._utils.validation import Array, R, as_positive
 
 
 class Shape(NamedTuple, Generic[R]):

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import cosine, sine
-from .._ground.validation import Array, as_float, as_int, check_type, short_repr
-from .._ground.validation import as_finite_array as array_of
+from .._utils.validation import Array, as_float, as_int, check_type, short_repr
+from .._utils.validation import as_finite_array as array_of
 from ..quaternion import turn_back
 from .body import Body
 from .scene import Ensemble

@@ -7,8 +7,8 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from typing import BinaryIO, TypeVar
 
-from .._ground.errors import unknown_name_message
-from .._ground.validation import short_repr
+from .._utils.errors import unknown_name_message
+from .._utils.validation import short_repr
 
 _T = TypeVar("_T")
 

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import exact_turning, statuses
-from .._ground.validation import Array, read_only
+from .._utils.validation import Array, read_only
 from .scene import Scene
 
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import cosine, logarithm, sine, values
-from .._ground.errors import unknown_name_message
-from .._ground.validation import Array, as_bool, as_int, short_repr
+from .._utils.errors import unknown_name_message
+from .._utils.validation import Array, as_bool, as_int, short_repr
 from ..quaternion import multiply
 from .bodies import Bodies
 from .body import Body

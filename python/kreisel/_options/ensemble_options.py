@@ -14,9 +14,9 @@ import numpy as np
 
 from .._core import reductions as KINDS
 from .._core import unsuited
-from .._ground.errors import unknown_name_message
-from .._ground.validation import Array, as_finite_array, as_int, short_repr
 from .._model.scene import Ensemble, Scene
+from .._utils.errors import unknown_name_message
+from .._utils.validation import Array, as_finite_array, as_int, short_repr
 from .methods import FALLBACK, Method, get_method, resolve_method
 from .quantities import QUANTITIES
 from .solve_options import SolveOptions, make_options

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final, cast
 from .._core import KIND_RTOL, body_kind, kowalewski_plan, method_applies, method_suits
 from .._core import flags as FLAGS
 from .._core import methods as core_methods
-from .._ground.errors import unknown_name_message as unknown_name
-from .._ground.literals import MethodName
-from .._ground.validation import check_type, short_repr
 from .._model.body import Body
 from .._model.scene import Scene
+from .._utils.errors import unknown_name_message as unknown_name
+from .._utils.literals import MethodName
+from .._utils.validation import check_type, short_repr
 
 # flags of methods for some bodies only
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]

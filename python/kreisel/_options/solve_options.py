@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-from .._ground.errors import unknown_name_message
-from .._ground.literals import QuantityName
-from .._ground.validation import as_int, as_positive, check_type, short_repr
 from .._model.scene import Scene
+from .._utils.errors import unknown_name_message
+from .._utils.literals import QuantityName
+from .._utils.validation import as_int, as_positive, check_type, short_repr
 from .methods import FALLBACK, Method, resolve_method
 from .quantities import HEADING_DEPENDENT, RECORDABLE, doubles
 from .times import CHUNK_SIZE, COUNTABLE

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from .._ground.validation import Array, Numbers, as_finite_array, as_float
 from .._model.scene import Scene
+from .._utils.validation import Array, Numbers, as_finite_array, as_float
 
 CHUNK_SIZE = 1 << 14  # states that are computed, used and dropped at a time
 COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from .._core import Work, record, start
-from .._ground.errors import status_to_exception
-from .._ground.validation import Array
 from .._model.scene import Scene
 from .._options.methods import is_kowalewski, why_no_closed_form
 from .._options.solve_options import Progress, SolveOptions
+from .._utils.errors import status_to_exception
+from .._utils.validation import Array
 
 # The name of the status; (n, 8) t, q, m of the states reached, and their low words; steps, rejected
 # steps, evaluations, iterations; the last requested time.

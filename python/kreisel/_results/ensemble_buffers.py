@@ -11,11 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, Worker, alone, statuses, values_of_tops
-from .._ground.validation import Array
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.plan import StepChoice
 from .._options.quantities import QUANTITIES, RECORDABLE
+from .._utils.validation import Array
 
 Codes = npt.NDArray[np.int8]
 Counts = npt.NDArray[np.int64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.validation import Array, ReadOnlyArrays
+from .._utils.validation import Array, ReadOnlyArrays
 from .ensemble_buffers import Counts, RawEvents
 
 

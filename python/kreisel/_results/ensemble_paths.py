@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from .._ground.errors import suggest
-from .._ground.literals import QuantityAttributes, QuantityName
-from .._ground.validation import Array, read_only, short_repr
 from .._options.quantities import LOW, RECORDABLE
+from .._utils.errors import suggest
+from .._utils.literals import QuantityAttributes, QuantityName
+from .._utils.validation import Array, read_only, short_repr
 from .ensemble_buffers import RawEvents, values
 from .ensemble_events import EnsembleEvents, ensemble_events, join_events
 from .ensemble_result import EnsembleResult

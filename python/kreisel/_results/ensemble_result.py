@@ -10,13 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
-from .._ground.errors import frozen_message
-from .._ground.literals import QuantityName
-from .._ground.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions, format_index, member, unravel_index
 from .._options.methods import methods
 from .._options.solve_options import SolveOptions
+from .._utils.errors import frozen_message
+from .._utils.literals import QuantityName
+from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
 from .indexing import flat_index, flat_indices
 from .path import Error, Interrupted, Path, make_path, progress_text, stop_exception

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._ground.optional import optional_dependency
-from .._ground.validation import Array
 from .._options.quantities import ANGLES, QUANTITIES, TIME, Quantity
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array
 from .ensemble_result import EnsembleResult
 from .tables import DIMENSIONS, TABLES, QuantityRows
 

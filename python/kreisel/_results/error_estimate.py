@@ -19,11 +19,11 @@ import numpy as np
 
 from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
-from .._ground.literals import MethodName
-from .._ground.validation import Array, Quaternion
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, is_kowalewski, methods
 from .._options.solve_options import Progress, SolveOptions
+from .._utils.literals import MethodName
+from .._utils.validation import Array, Quaternion
 from ..quaternion import conjugate, multiply, turn
 from .core_calls import CoreResult
 

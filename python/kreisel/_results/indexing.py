@@ -9,7 +9,7 @@ from typing import Any, SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
-from .._ground.validation import Array, Numbers, as_finite_array, short_repr
+from .._utils.validation import Array, Numbers, as_finite_array, short_repr
 
 StateIndex = SupportsIndex | slice | Sequence[int] | npt.NDArray[np.integer | np.bool_]
 ResolvedIndex = slice | npt.NDArray[np.intp]

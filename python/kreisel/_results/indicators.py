@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, growth
-from .._ground.validation import Array, ReadOnlyArrays, read_only
 from .._model.scene import Ensemble
 from .._options.methods import FALLBACK, methods
 from .._options.solve_options import Progress, SolveOptions
+from .._utils.validation import Array, ReadOnlyArrays, read_only
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
 from .executor import Job, SliceTask, WorkerPool
 from .path import Error, Interrupted, make_path

@@ -13,14 +13,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import statuses
-from .._ground.archive import Integers
-from .._ground.atomic_io import atomic_write
-from .._ground.literals import QuantityName
-from .._ground.validation import Array, Numbers, ReadOnlyArrays
 from .._model.scene import Scene
 from .._options.methods import EXACT
 from .._options.plan import Plan, StepChoice, plan_of
 from .._options.solve_options import SolveOptions, parse_want
+from .._utils.archive import Integers
+from .._utils.atomic_io import atomic_write
+from .._utils.literals import QuantityName
+from .._utils.validation import Array, Numbers, ReadOnlyArrays
 from .core_calls import CoreResult, creation_error, record_unordered
 from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
 from .indexing import StateIndex, check_path_times, resolve_index
@@ -33,8 +33,8 @@ from .tangent_data import TangentData
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .._drawing.charts import Picture
-    from .._drawing.film import Film
+    from .._plot.charts import Picture
+    from .._plot.film import Film
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -242,7 +242,7 @@ class Path(ReadOnlyArrays, Tables):
 
     def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
         """Return the picture that kreisel.plot draws of this path."""
-        from .._drawing.charts import plot_paths
+        from .._plot.charts import plot_paths
 
         return plot_paths([(self, self.events.path if len(self.events) else None)], axes, degrees)
 
@@ -273,7 +273,7 @@ class Path(ReadOnlyArrays, Tables):
         `path(t)`, and so are the exceptions. Raises ValueError for a path without duration and for
         more than 2**28 pixels in all, OSError for a file that cannot be written.
         """
-        from .._drawing.film import film_of
+        from .._plot.film import film_of
 
         return film_of(self, file, speed, fps, size)
 

@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import record
-from .._ground.literals import QuantityName
-from .._ground.validation import Array
 from .._model.scene import Scene
 from .._options.solve_options import Progress, SolveOptions
 from .._options.times import CHUNK_SIZE
+from .._utils.literals import QuantityName
+from .._utils.validation import Array
 from .core_calls import record_states
 from .path import Events, Path, Stats, path_or_raise
 from .state_quantities import NO_STATES

@@ -6,9 +6,9 @@ from collections.abc import ItemsView, Iterator, KeysView, ValuesView
 from typing import TYPE_CHECKING, Any, overload
 
 from .._core import reductions as KINDS
-from .._ground.errors import unknown_name_message
-from .._ground.validation import Array
 from .._options.quantities import QUANTITIES
+from .._utils.errors import unknown_name_message
+from .._utils.validation import Array
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index
 

@@ -7,10 +7,10 @@ from typing import TypeVar
 import numpy as np
 
 from .._core import Work
-from .._ground.validation import Array
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
+from .._utils.validation import Array
 from .ensemble_buffers import INTERRUPTED, EnsembleBuffers, SliceRunner
 from .ensemble_result import EnsembleResult
 from .executor import Job, SliceTask, WorkerPool

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._ground.optional import optional_dependency
-from .._ground.validation import Array
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array
 
 with optional_dependency("scipy"):
     from scipy.spatial.transform import Rotation

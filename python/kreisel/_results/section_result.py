@@ -9,11 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, Worker
-from .._ground.errors import suggest
-from .._ground.literals import QuantityAttributes
-from .._ground.validation import Array, read_only, short_repr
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
+from .._utils.errors import suggest
+from .._utils.literals import QuantityAttributes
+from .._utils.validation import Array, read_only, short_repr
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
 from .indexing import flat_index

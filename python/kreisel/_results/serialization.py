@@ -11,13 +11,13 @@ import numpy as np
 
 from .._core import tangents as TANGENTS
 from .._core import version
-from .._ground.archive import Archive, Integers, pack
-from .._ground.validation import Array, as_float, as_int, short_repr
 from .._model.scene import Scene, parse_toml
 from .._options.methods import methods, unknown_method
 from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
 from .._options.solve_options import SolveOptions, options_for_method, parse_want
+from .._utils.archive import Archive, Integers, pack
+from .._utils.validation import Array, as_float, as_int, short_repr
 from .state_quantities import NO_STATES, States, Stats
 from .tangent_data import TangentData
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import numpy as np
 
 from .._core import modified_energy, modified_energy4, values
-from .._ground.errors import suggest
-from .._ground.literals import MethodName, QuantityAttributes, QuantityName
-from .._ground.validation import Array, as_float, read_only, short_repr
 from .._model.scene import Scene
 from .._options.plan import StepChoice
 from .._options.quantities import QUANTITIES, RECORDABLE, Quantity
 from .._options.solve_options import SolveOptions
+from .._utils.errors import suggest
+from .._utils.literals import MethodName, QuantityAttributes, QuantityName
+from .._utils.validation import Array, as_float, read_only, short_repr
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:

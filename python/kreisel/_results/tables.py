@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from .._ground.atomic_io import atomic_write
-from .._ground.errors import unknown_name_message
-from .._ground.literals import QuantityName
-from .._ground.optional import optional_dependency
-from .._ground.validation import Array, as_bool, short_repr
 from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
+from .._utils.atomic_io import atomic_write
+from .._utils.errors import unknown_name_message
+from .._utils.literals import QuantityName
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array, as_bool, short_repr
 from .state_quantities import States
 
 if TYPE_CHECKING:

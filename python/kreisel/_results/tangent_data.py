@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from .._core import tangents as TANGENTS
-from .._ground.validation import Array, read_only
 from .._model.scene import Scene
+from .._utils.validation import Array, read_only
 from .indexing import ResolvedIndex
 
 _ALL = "solve with tangents=" + repr(tuple(TANGENTS))

@@ -11,8 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from .._core import statuses
-from .._ground.errors import status_to_exception
-from .._ground.validation import Array, Numbers, as_finite_array, as_float, as_int
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import parse_threads
 from .._options.methods import FALLBACK, methods
@@ -28,6 +26,8 @@ from .._results.indicators import (
     compute_indicator,
     raise_if_failed,
 )
+from .._utils.errors import status_to_exception
+from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int
 
 POINTS = 32  # default number of times of a curve
 _DECADES = 3.0  # their range, even in the logarithm

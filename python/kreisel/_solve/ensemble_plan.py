@@ -10,8 +10,6 @@ from typing import Unpack, overload
 import numpy as np
 
 from .._core import Worker, unsuited
-from .._ground.literals import MethodName, QuantityName
-from .._ground.validation import Array, Numbers
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import (
     EnsembleOptions,
@@ -25,6 +23,8 @@ from .._options.plan import GEOMETRIC, Plan, plan_of
 from .._options.solve_options import parse_options
 from .._options.times import time_array
 from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
+from .._utils.literals import MethodName, QuantityName
+from .._utils.validation import Array, Numbers
 from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
 

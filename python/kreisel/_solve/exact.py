@@ -21,7 +21,6 @@ from .._core import (
     statuses,
     turning_potential,
 )
-from .._ground.validation import Array, Numbers, as_finite_array, as_float, check_type, short_repr
 from .._model.scene import Ensemble, Scene
 from .._model.turning_points import TurningPoints, compute_turning_points
 from .._options.methods import (
@@ -35,6 +34,7 @@ from .._options.solve_options import SolveOptions
 from .._options.times import check_horizon
 from .._results.error_estimate import CLOSED_FORM
 from .._results.path import Path, Stats
+from .._utils.validation import Array, Numbers, as_finite_array, as_float, check_type, short_repr
 from .exact_ensemble import (
     ExactEnsemble,
     from_ensemble,

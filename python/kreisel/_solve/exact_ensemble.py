@@ -19,7 +19,6 @@ from .._core import (
     statuses,
     unsuited,
 )
-from .._ground.validation import Array, Numbers, as_finite_array, check_type, read_only
 from .._model.scene import Ensemble, Scene
 from .._model.turning_points import TurningPoints, turning_points_from_rows, why_no_turning_points
 from .._options.ensemble_options import (
@@ -35,6 +34,7 @@ from .._results.ensemble_buffers import LANES, Codes
 from .._results.ensemble_paths import Paths
 from .._results.executor import Job, SliceTask, WorkerPool
 from .._results.run_ensemble import run_ensemble
+from .._utils.validation import Array, Numbers, as_finite_array, check_type, read_only
 
 
 @dataclass(frozen=True, eq=False)

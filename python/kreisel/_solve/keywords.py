@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from typing import TypedDict
 
-from .._ground.literals import QuantityName
 from .._options.solve_options import Progress
+from .._utils.literals import QuantityName
 from .run import EventSpec
 
 

@@ -15,10 +15,6 @@ import numpy as np
 
 from .._core import start as start_top
 from .._core import statuses
-from .._ground.atomic_io import atomic_write
-from .._ground.errors import frozen_message
-from .._ground.literals import MethodName, QuantityName
-from .._ground.validation import Array, Numbers, as_int, short_repr
 from .._model.scene import Scene, parse_toml
 from .._options.methods import FALLBACK
 from .._options.plan import Plan, plan_of
@@ -45,6 +41,10 @@ from .._results.path import (
     stop_exception,
 )
 from .._results.recorder import add_events, record_chunks, report_end
+from .._utils.atomic_io import atomic_write
+from .._utils.errors import frozen_message
+from .._utils.literals import MethodName, QuantityName
+from .._utils.validation import Array, Numbers, as_int, short_repr
 from ..events import Event, from_record, parse_events, to_core_events, to_record
 
 if TYPE_CHECKING:

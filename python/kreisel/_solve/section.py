@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import horizons
-from .._ground.validation import Array, as_finite_array, as_int, check_type, short_repr
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import (
     EnsembleOptions,
@@ -22,6 +21,7 @@ from .._options.solve_options import Progress, parse_progress
 from .._results.executor import WorkerPool
 from .._results.run_ensemble import run_ensemble
 from .._results.section_result import SECTION, Section, slowest_turns
+from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
 from ..events import Event, nutation, parse_events, to_core_events
 
 _TURNS = 1024.0  # default longest wait, in slowest turns of a top

@@ -6,8 +6,6 @@ from collections.abc import Iterable
 from concurrent.futures import Executor
 from typing import Literal, Unpack, overload
 
-from .._ground.literals import MethodName, QuantityName
-from .._ground.validation import Array, Numbers, check_type
 from .._model.scene import Ensemble, Scene
 from .._options.plan import GEOMETRIC
 from .._options.solve_options import Progress, SolveOptions, parse_options, parse_progress
@@ -15,6 +13,8 @@ from .._options.times import check_horizon, time_array
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._results.recorder import record_path, record_path_fast
+from .._utils.literals import MethodName, QuantityName
+from .._utils.validation import Array, Numbers, check_type
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, solve_ensemble

@@ -7,8 +7,6 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import NamedTuple
 
-from .._ground.literals import MethodName, QuantityName
-from .._ground.validation import Array, Numbers, check_type
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import (
     EnsembleOptions,
@@ -26,6 +24,8 @@ from .._results.ensemble_paths import Paths
 from .._results.executor import WorkerPool
 from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
+from .._utils.literals import MethodName, QuantityName
+from .._utils.validation import Array, Numbers, check_type
 from ..events import parse_events, to_core_events
 from .run import EventSpec
 from .step_search import STEP_SEARCH, error_not_allowed, geometric_options

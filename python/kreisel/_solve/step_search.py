@@ -19,8 +19,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core import Work, values
-from .._ground.literals import MethodName
-from .._ground.validation import Array, as_int, as_positive
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions, member
 from .._options.methods import methods
@@ -48,6 +46,8 @@ from .._results.path import (
     stop_exception,
 )
 from .._results.recorder import report_end
+from .._utils.literals import MethodName
+from .._utils.validation import Array, as_int, as_positive
 from ..quaternion import attitude_error
 
 Listener = Progress | Work | None  # receives progress, or may stop the work

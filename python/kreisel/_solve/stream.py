@@ -6,13 +6,13 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor
 from typing import Unpack, overload
 
-from .._ground.literals import MethodName, QuantityName
-from .._ground.validation import Numbers, as_int
 from .._model.scene import Ensemble, Scene
 from .._options.solve_options import Progress, parse_progress
 from .._options.times import CHUNK_SIZE, direction, time_chunks
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
+from .._utils.literals import MethodName, QuantityName
+from .._utils.validation import Numbers, as_int
 from .keywords import PoolKeywords, StreamKeywords
 from .run import EventSpec, Run, parse_run
 from .solve_ensemble import SolveArguments, reject_ensemble_arguments, stream_ensemble

@@ -9,8 +9,6 @@ from typing import Literal
 
 from .._core import start as start_top
 from .._core import tangents as TANGENTS
-from .._ground.errors import unknown_name_message
-from .._ground.validation import Numbers, check_type, short_repr
 from .._model.scene import Scene
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress, SolveOptions, parse_every, parse_options
@@ -18,6 +16,8 @@ from .._options.times import check_horizon, time_array
 from .._results.path import Path, make_path, progress_text, stop_exception
 from .._results.recorder import report_end
 from .._results.tangent_data import TangentData
+from .._utils.errors import unknown_name_message
+from .._utils.validation import Numbers, check_type, short_repr
 
 TangentName = Literal["start", "moments", "com", "gravity", "mass"]
 TangentSpec = TangentName | Iterable[TangentName]

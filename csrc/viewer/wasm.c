@@ -1,0 +1,199 @@
+/* What the page calls beside kreisel.h: one stage, what is to be seen on it, and the numbers of the
+ * core by which the page is made. It is built for WebAssembly only. A page has one stage, hence the
+ * only global state there is. */
+#include <math.h>
+#include <stddef.h>
+#include "exact/kowalewski.h"
+#include "viewer/picture.h"
+#include "viewer/stage.h"
+#include "taylor/taylor.h"
+
+/* The driver knows kernels for 20 and 30 digits and for tangents, which are large. The stage asks
+ * for no more digits than a double has and for no tangents, so the page is built without them:
+ * these empty tables, which nothing reads, stand where the driver looks for them. */
+#ifdef __wasm__
+const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
+const kr_tangents_kernel kr_tangents_base, kr_tangents_dd_base;
+/* Nor has it the closed form of Kowalewski tops, which is as large as all else of the closed forms:
+ * a plan of no size says so to kr_method_applies. */
+static size_t no_size(void) { return 0; }
+const kr_kowalewski_one kr_kowalewski_one_base = {.size = no_size};
+void kr_kowalewski_many_base(const kr_theta_sums *plan, size_t n, const double t[], kr_state out[])
+{
+    (void)plan, (void)n, (void)t, (void)out;
+}
+#endif
+
+/* Begins a function that the page calls. No header declares it, for nothing in C calls it; so the
+ * declaration that compilers want before a definition is written here. */
+#define EXPORT(type, name, parameters)                                                             \
+    KR_API type name parameters;                                                                   \
+    KR_API type name parameters
+
+/* The page reads and writes these structures as rows of doubles, each part at its place in the row.
+ * An array of a negative size does not compile. */
+#define PLACE(type, part, place)                                                                   \
+    typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
+#define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
+PLACE(kr_body, mass, 0);
+PLACE(kr_body, inertia, 1);
+PLACE(kr_body, com, 4);
+PLACE(kr_body, axes, 7);
+PLACE(kr_body, rounded, 11);
+SIZE(kr_body, 12);
+PLACE(kr_state, t, 0);
+PLACE(kr_state, q, 1);
+PLACE(kr_state, m, 5);
+SIZE(kr_state, 8);
+PLACE(kr_scene, body, 0);
+PLACE(kr_scene, gravity, 12);
+PLACE(kr_scene, start, 13);
+PLACE(kr_scene, damping, 21);
+SIZE(kr_scene, 24);
+PLACE(kr_box, half, 0);
+PLACE(kr_box, centre, 3);
+PLACE(kr_box, turn, 6);
+PLACE(kr_box, density, 10);
+SIZE(kr_box, 11);
+
+static kr_stage stage;
+static double measured[KR_STAGE_MEASURES];
+static kr_vec3 velocity;
+static double reach[2];
+static kr_box box;
+static double limits[6];
+static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
+
+/* Numbers and names */
+EXPORT(int, kr_page_ticks, (void)) { return KR_STAGE_TICKS; }
+EXPORT(int, kr_page_tops, (void)) { return KR_STAGE_TOPS; }
+EXPORT(int, kr_page_way_points, (void)) { return KR_PICTURE_POINTS; }
+EXPORT(int, kr_page_rod_rings, (void)) { return KR_PICTURE_RINGS; }
+EXPORT(int, kr_page_rod_sides, (void)) { return KR_PICTURE_SIDES; }
+EXPORT(int, kr_page_adaptive, (const kr_method *method))
+{
+    return (kr_method_flags(method) & KR_ADAPTIVE) != 0;
+}
+EXPORT(int, kr_page_restarts, (const kr_method *method))
+{
+    return (kr_method_flags(method) & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
+}
+EXPORT(const char *, kr_page_kind, (const kr_body *body))
+{
+    return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
+}
+
+/* How the axis of a symmetric top moves: the turning points and mean rates of its closed form.
+ * These are the least and the greatest nutation, the critical spin, the mean precession and the
+ * period of the nutation, NaN where there is none, and the spin; NULL for tops that are not
+ * symmetric. */
+EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
+{
+    kr_turning turning;
+    kr_exact exact;
+    if (kr_exact_turning(scene, &turning) != KR_OK) return NULL;
+    const int known = kr_exact_plan(scene, &exact) == KR_OK;
+    limits[0] = turning.least;
+    limits[1] = turning.greatest;
+    limits[2] = turning.critical_spin;
+    limits[3] = known ? exact.precession : NAN;
+    limits[4] = known && isfinite(exact.period) ? exact.period : NAN;
+    kr_quantity_values(kr_quantity_find("spin"), scene, 1, &scene->start, &limits[5]);
+    return limits;
+}
+EXPORT(const char *, kr_page_course, (const kr_scene *scene))
+{
+    kr_turning turning;
+    return kr_exact_turning(scene, &turning) == KR_OK ? turning.course : "";
+}
+
+/* The stage */
+EXPORT(void, kr_page_clear, (void)) { kr_stage_clear(&stage); }
+EXPORT(kr_status, kr_page_add,
+       (const kr_scene *scene, const kr_method *method, double step, double tol, int against))
+{
+    return kr_stage_add(&stage, scene, method, (int64_t)step, tol, against);
+}
+EXPORT(kr_status, kr_page_add_track,
+       (const kr_scene *scene, const kr_state *track, int length, double step, int against))
+{
+    return kr_stage_add_track(&stage, scene, track, length, (int64_t)step, against);
+}
+EXPORT(double, kr_page_advance, (double target, int most))
+{
+    return (double)kr_stage_advance(&stage, (int64_t)target, most);
+}
+EXPORT(int, kr_page_late, (void)) { return stage.is_late; }
+EXPORT(double, kr_page_common, (void)) { return (double)stage.common; }
+EXPORT(const kr_state *, kr_page_state, (int i)) { return &stage.actor[i].now; }
+EXPORT(kr_status, kr_page_status, (int i)) { return stage.actor[i].status; }
+EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
+{
+    velocity = kr_state_velocity(&stage.actor[i].scene, &stage.actor[i].now);
+    return &velocity;
+}
+
+/* Measures and their record */
+EXPORT(int, kr_page_measures, (void)) { return KR_STAGE_MEASURES; }
+EXPORT(const char *, kr_page_measure_name, (int k))
+{
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    if (quantity) return kr_quantity_name(quantity);
+    return k == KR_STAGE_ERROR ? "error" : "modified_energy";
+}
+EXPORT(const char *, kr_page_measure_text, (int k))
+{
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    if (quantity) return kr_quantity_text(quantity);
+    return k == KR_STAGE_ERROR ? "attitude error against another top, in radians"
+                               : "the energy that bobenko_suris keeps at its step, in its place";
+}
+EXPORT(int, kr_page_measure_kept, (int k))
+{
+    const kr_quantity *quantity = kr_stage_quantity(k);
+    return k == KR_STAGE_MODIFIED || (quantity && kr_quantity_flags(quantity) & KR_KEPT);
+}
+EXPORT(const double *, kr_page_measure, (int i))
+{
+    kr_stage_measure(&stage, i, measured);
+    return measured;
+}
+EXPORT(int, kr_page_rows, (void)) { return (int)stage.rows; }
+EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_row) / sizeof(double); }
+EXPORT(const double *, kr_page_times, (void)) { return &stage.row[0].time; }
+/* Where a measure of top i stands in the first row: its value, or if `side` is -1 or 1 the least or
+ * the greatest since the row before. */
+EXPORT(const double *, kr_page_record, (int i, int measure, int side))
+{
+    const kr_row *row = &stage.row[0];
+    return &(side < 0 ? row->low : side ? row->high : row->at)[i][measure];
+}
+
+/* What is to be seen */
+EXPORT(const double *, kr_page_reach, (int i))
+{
+    kr_picture_reach(&stage.actor[i].scene, &reach[0], &reach[1]);
+    return reach;
+}
+EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
+{
+    box = kr_picture_box(body);
+    return &box;
+}
+static kr_trail trail(const kr_actor *a)
+{
+    const kr_trail t = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->step / KR_STAGE_TICKS};
+    return t;
+}
+EXPORT(const float *, kr_page_points, (void)) { return points[0]; }
+EXPORT(int, kr_page_way, (int i, double radius))
+{
+    const kr_trail t = trail(&stage.actor[i]);
+    return kr_picture_way(&stage.actor[i].scene.body, &t, radius, points);
+}
+EXPORT(int, kr_page_rod, (int i, double scale, double radius, double power))
+{
+    const kr_body *body = &stage.actor[i].scene.body;
+    const kr_trail t = trail(&stage.actor[i]);
+    return KR_PICTURE_SIDES * kr_picture_rod(body, &t, scale, radius, power, points);
+}

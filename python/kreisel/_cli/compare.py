@@ -1,0 +1,98 @@
+"""kreisel compare: error against run time, method by method."""
+
+from __future__ import annotations
+
+import click
+from rich import box
+from rich.console import Console, JustifyMethod
+from rich.table import Table as Grid
+
+from .._analysis.compare import CompareInterrupted, Table
+from .._analysis.compare import compare as compared
+from .._model.scene import Scene
+from .._utils.literals import MethodName
+from . import times
+from .output_files import FILE, check_outputs
+from .parsers import (
+    A_METHOD,
+    A_SCENE,
+    METHODS,
+    SEVERAL,
+    method,
+    numbers,
+    several_methods,
+    translate_errors,
+)
+from .parsers import scene as a_scene
+
+_OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
+
+
+@click.command()
+@click.argument("scene", type=a_scene, shell_complete=A_SCENE)
+@click.option("--t", type=times.times, required=True, metavar=times.METAVAR, help=times.HELP)
+@click.option(
+    "--methods",
+    type=several_methods,
+    metavar="NAME[,...]",
+    shell_complete=METHODS,
+    help="Which; all that apply to the body if left out.",
+)
+@click.option("--steps", type=numbers, metavar=SEVERAL, help="For methods of fixed step.")
+@click.option("--tols", type=numbers, metavar=SEVERAL, help="For adaptive methods.")
+@click.option(
+    "--truth",
+    type=method,
+    default="taylor",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=A_METHOD,
+    help="A method, taken with 20 digits, tol 1e-13 or a fine step.",
+)
+@click.option("--repeats", type=int, default=5, show_default=True, help="The fastest counts.")
+@click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
+def compare(
+    scene: Scene,
+    t: times.Times,
+    methods: list[MethodName] | None,
+    steps: list[float] | None,
+    tols: list[float] | None,
+    truth: MethodName,
+    repeats: int,
+    csv_file: str | None,
+) -> None:
+    """Error against run time, method by method. What an interrupted comparison has is shown too."""
+    stopped: CompareInterrupted | None = None
+    check_outputs([("--csv", csv_file)])
+    with translate_errors(_OPTIONS):
+        words = methods, steps or (), tols or (), truth, repeats
+        try:
+            table = compared(scene, t.argument(), *words)
+        except CompareInterrupted as error:
+            table, stopped = error.table, error
+    if csv_file == "-":
+        click.echo(table.to_csv(), nl=False)
+    else:
+        if csv_file:
+            table.to_csv(csv_file)
+        Console(markup=False).print(_in_columns(table))
+    if stopped:
+        raise stopped
+
+
+_LEFT = ("method", "")  # the columns of words
+_COLUMNS = ("method", "step", "tol", "ms", "steps", "attitude error [rad]", "energy error", "")
+
+
+def _in_columns(table: Table) -> Grid:
+    grid = Grid(box=box.SIMPLE_HEAD)
+    for name in _COLUMNS:
+        justify: JustifyMethod = "left" if name in _LEFT else "right"
+        grid.add_column(name, justify=justify, no_wrap=name == "method")
+    for row in table:
+        setting = ("" if x is None else f"{x:g}" for x in (row.step, row.tol))
+        errors = f"{row.attitude_error:.1e}", f"{row.energy_error:.1e}"
+        grid.add_row(
+            row.method, *setting, f"{1e3 * row.seconds:.3g}", str(row.steps), *errors, row.failure
+        )
+    return grid

@@ -1,0 +1,79 @@
+"""Events as a shell gives them: NAME[:ARGUMENT...][:WORD=VALUE...], the words of kreisel.events."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable
+
+from .._model.scene import Scene
+from .._utils.errors import suggest
+from ..events import MAKERS, Event
+from .parsers import UsageError, numbers
+
+_TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
+
+
+def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
+    """The events of these words; none where there are no words."""
+    return [_event(scene, word) for word in words] or None
+
+
+def _event(scene: Scene, word: str) -> Event:
+    name, *fields = word.split(":")
+    if name not in MAKERS:
+        raise UsageError(f"unknown event {name!r}; {suggest(name, MAKERS)}")
+    maker = MAKERS[name]
+    given: dict[str, object] = {}
+    free = _arguments(maker)
+    if "scene" in free:
+        free.remove("scene")
+        given["scene"] = scene
+    try:
+        for field in fields:
+            key, equals, value = field.partition("=")
+            if not equals and field != "terminal":
+                if not free:
+                    raise ValueError(f"{field!r} is one argument too many")
+                key, value = free.pop(0), field
+            given[key] = _read(key, value)
+        return maker(**given)
+    except (TypeError, ValueError) as error:
+        said = str(error).replace(f"{name}()", "it")
+        raise UsageError(f"--events {word}: {said}") from None
+
+
+def _arguments(maker: Callable[..., Event]) -> list[str]:
+    """The names of the arguments that need no name."""
+    parameters = inspect.signature(maker).parameters.values()
+    return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
+
+
+def _read(key: str, value: str) -> object:
+    """An argument in Python."""
+    if key == "terminal":
+        if value:
+            raise ValueError("terminal stands alone, without a value")
+        return True
+    if key in ("direction", "max_count"):
+        return int(value)
+    if key in ("value", "offset", "within"):
+        return float(value)
+    if key == "normal":
+        return numbers(value)
+    return _function(value) if key in ("function", "where") else value
+
+
+def _function(text: str) -> dict[str, float]:
+    """The terms of a sum such as 2*m_x+apex_z*apex_z-0.5."""
+    terms: dict[str, float] = {}
+    for term in _TERM.findall(text.replace(" ", "")):
+        factor, names = -1.0 if term[0] == "-" else 1.0, []
+        for word in term.lstrip("+-").split("*"):
+            try:
+                factor *= float(word)
+            except ValueError:
+                names.append(word)
+        key = "*".join(names) or "1"
+        terms[key] = terms.get(key, 0.0) + factor
+    return terms

@@ -1,0 +1,87 @@
+"""Lists of what can be named: methods, scenes, quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import click
+from rich import box
+from rich.console import Console
+from rich.table import Table as Grid
+
+from .._analysis.method_table import page
+from .._options.methods import Method, unknown_method
+from .._options.methods import methods as known
+from .._options.quantities import RECORDABLE, TIME
+from .._utils.errors import suggest
+from ..scenes import about, named
+from .parsers import UsageError, one_of
+
+
+def _listed(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
+    grid = Grid(box=box.SIMPLE_HEAD)
+    for i, column in enumerate(columns):
+        grid.add_column(column, no_wrap=i == 0)
+    for row in rows:
+        grid.add_row(*row)
+    Console(markup=False, highlight=False).print(grid)
+
+
+@click.command()
+@click.argument("name", required=False, shell_complete=one_of(known))
+@click.option(
+    "--markdown", is_flag=True, help="METHODS.md: a table with the cost of a step, measured now."
+)
+def methods(name: str | None, markdown: bool) -> None:
+    """The methods of this build, or all that is known of one."""
+    if markdown:
+        click.echo(page(known), nl=False)
+    elif name is None:
+        rows = [(m.name, _order(m), _kind(m), m.text) for m in known.values()]
+        _listed(("method", "order", "kind", "what it is"), rows)
+    elif name not in known:
+        raise UsageError(unknown_method(name))
+    else:
+        _describe(known[name])
+
+
+def _describe(method: Method) -> None:
+    console = Console(markup=False, highlight=False)
+    for word, value in {
+        "name": method.name,
+        "text": method.text,
+        "order": _order(method),
+        "kind": _kind(method),
+        "conserves": method.conserves,
+        "for": method.tops,
+        "reference": method.reference,
+    }.items():
+        console.print(f"{word:<10} {value}")
+
+
+def _order(method: Method) -> str:
+    return str(method.order) if method.order else "varies"
+
+
+def _kind(method: Method) -> str:
+    kinds = ("adaptive", "symplectic", "reversible", "implicit", "algebraic")
+    return ", ".join(kind for kind in kinds if getattr(method, kind))
+
+
+@click.command()
+@click.argument("name", required=False, shell_complete=one_of(about))
+def scenes(name: str | None) -> None:
+    """The scenes of kreisel's own, or one as TOML, to begin a file with."""
+    if name is None:
+        _listed(("scene", "what to look at"), list(about.items()))
+    elif name not in about:
+        raise UsageError(f"unknown scene {name!r}; {suggest(name, about)}")
+    else:
+        click.echo(f"# {about[name]}\n{named(name).to_toml()}", nl=False)
+
+
+@click.command()
+def quantities() -> None:
+    """The quantities that --want can name."""
+    rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
+    _listed(("quantity", "[M L T]", "what it is"), rows)

@@ -1,0 +1,131 @@
+"""The front of the command line: what fails is said in one line, and by an exit code."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+import click
+
+from .._core import version
+from .._results.path import Error
+from . import compare, lists, pages, solve, sweep
+
+_CODES = """\b
+Exit codes
+  0    done
+  1    a run failed, or a file could not be written; what was reached is kept
+  2    what was asked for cannot be done; nothing has run
+  130  stopped by Ctrl-C or SIGTERM; what was reached is kept"""
+
+
+class _Front(click.Group):
+    """The group of all commands."""
+
+    def make_context(
+        self,
+        info_name: str | None,
+        args: list[str],
+        parent: click.Context | None = None,
+        **extra: object,
+    ) -> click.Context:
+        with one_line_errors():
+            return super().make_context(info_name, args, parent, **extra)
+
+    def invoke(self, ctx: click.Context) -> None:
+        with one_line_errors(), sigterm_as_interrupt(), _warnings():
+            super().invoke(ctx)
+
+
+@contextmanager
+def one_line_errors() -> Iterator[None]:
+    """Print an error in one line and turn it into an exit code."""
+    try:
+        yield
+    except click.exceptions.NoArgsIsHelpError:
+        raise
+    except click.UsageError as error:
+        of = error.ctx.command_path if error.ctx else "kreisel"
+        code, why = 2, f"{error.format_message()} (see {of} --help)"
+    except click.ClickException as error:
+        code, why = error.exit_code, error.format_message()
+    except Error as error:
+        code, why = 1, str(error)
+    except KeyboardInterrupt as error:
+        code, why = 130, str(error) or "interrupted"
+    except OSError as error:
+        if error.errno == errno.EPIPE:
+            raise
+        code, why = 1, str(error)
+    else:
+        return
+    drop_unwritable_stdout()
+    click.echo(f"Error: {why}", err=True)
+    raise click.exceptions.Exit(code)
+
+
+@contextmanager
+def sigterm_as_interrupt() -> Iterator[None]:
+    """SIGTERM ends a command as Ctrl-C does, unless it is ignored."""
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
+        yield
+        return
+    try:
+        before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    except ValueError:  # in another thread than the main one, which alone may ask
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def _warnings() -> Iterator[None]:
+    """Warnings are lines as errors are."""
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)
+        yield
+
+
+def drop_unwritable_stdout() -> None:
+    """Drop the buffer of standard output if it cannot be written.
+
+    Otherwise the interpreter would fail again at its exit."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        with suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@click.group(
+    "kreisel", cls=_Front, context_settings={"help_option_names": ["-h", "--help"]}, epilog=_CODES
+)
+@click.version_option(version, prog_name="kreisel")
+def main() -> None:
+    """The motion of spinning tops.
+
+    A SCENE is a TOML file, the name of one of kreisel's own (see `kreisel scenes`), or - for TOML
+    from standard input; where a file is written, - is standard output.
+    """
+
+
+for _command in (
+    solve.solve,
+    solve.resume,
+    compare.compare,
+    sweep.sweep,
+    lists.methods,
+    lists.scenes,
+    lists.quantities,
+    pages.view,
+    pages.report,
+):
+    main.add_command(_command)

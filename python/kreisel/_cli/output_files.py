@@ -1,0 +1,89 @@
+"""The files that a command writes: looked at before anything runs."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path as File
+from typing import NamedTuple
+
+import click
+
+from .._utils.atomic_io import check_writable
+from .parsers import UsageError
+
+FILE = click.Path(allow_dash=True)
+_ENDINGS = {
+    "--csv": (".csv",),
+    "--events-csv": (".csv",),
+    "--json": (".json",),
+    "--npz": (".npz",),
+    "--save": (".kreisel",),
+    "view --save": (".html", ".htm"),
+}
+_FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
+    ".gz",
+    ".npy",
+    ".parquet",
+    ".toml",
+    ".xlsx",
+    ".zip",
+}
+
+
+class OutputFile(NamedTuple):
+    """An option, and the file that it writes; - is standard output."""
+
+    option: str
+    file: str
+
+    @property
+    def shown(self) -> bool:
+        """True if the output is standard output."""
+        return self.file == "-"
+
+
+def check_outputs(
+    places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
+) -> list[OutputFile]:
+    """The places that are asked for; refused where one could not be written, where two are the
+    same, or one is the file of these that is read."""
+    asked = [_named(OutputFile(option, file)) for option, file in places if file is not None]
+    taken = {_real(file): file for file in read if file != "-"}
+    for place in asked:
+        if not place.shown:
+            _refuse_no_place(place.file)
+        same = _real(place.file)
+        if same in taken and not _is_endless(place.file):
+            raise UsageError(f"{place.option} {place.file}: {taken[same]} is that file already")
+        taken[same] = f"{place.option} {place.file}"
+    return asked
+
+
+def _named(place: OutputFile) -> OutputFile:
+    """The place with the ending that numpy's archives have; refused with one of another form."""
+    _refuse_ending(place)
+    whole = place.option != "--npz" or place.shown or place.file.endswith(".npz")
+    return place if whole else OutputFile(place.option, f"{place.file}.npz")
+
+
+def _real(file: str) -> str:
+    return "-" if file in ("-", "/dev/stdout") else os.path.realpath(file)
+
+
+def _is_endless(file: str) -> bool:
+    """A device such as /dev/null takes more than one."""
+    return file != "-" and File(file).is_char_device()
+
+
+def _refuse_no_place(file: str) -> None:
+    try:
+        check_writable(file)
+    except (OSError, ValueError) as error:
+        raise UsageError(str(error)) from None
+
+
+def _refuse_ending(place: OutputFile) -> None:
+    ending = File(place.file).suffix.lower()
+    if ending in _FORMATS and ending not in _ENDINGS[place.option]:
+        option = place.option.split()[-1]
+        raise UsageError(f"{option} writes {_ENDINGS[place.option][0]}, not {ending}: {place.file}")

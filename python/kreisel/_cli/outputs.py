@@ -1,0 +1,247 @@
+"""Output files of a run, with its states or requested quantities, and the summary."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import sys
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import click
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table as Grid
+
+from .._core import values as values_of
+from .._core import version
+from .._options.quantities import LOW
+from .._results.path import Events, Path
+from .._results.serialization import dump_path
+from .._results.state_quantities import NO_STATES
+from .._results.tables import columns, quantity_rows
+from .._utils.atomic_io import atomic_open, atomic_write
+from .._utils.validation import Array
+from .table import AngleOptions, StateTable
+
+_MET = "which", "direction"
+_SHOWN = 20  # events in the summary
+Columns = Mapping[str, Sequence[object]]
+
+
+class Output(Protocol):
+    """An output that takes a path in pieces."""
+
+    def add(self, piece: Path) -> None:
+        """The next states."""
+
+
+def put(file: str, data: bytes) -> None:
+    """The bytes in a file, or on standard output."""
+    if file != "-":
+        atomic_write(file, data)
+        return
+    left = memoryview(data)
+    while left:  # an unbuffered standard output may take less than all
+        left = left[sys.stdout.buffer.write(left) :]
+    sys.stdout.buffer.flush()
+
+
+def selected_names(path: Path) -> tuple[str, ...]:
+    """The names of what a path has been asked for, beside t."""
+    return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
+
+
+def to_list(table: Mapping[str, Array]) -> dict[str, list[float]]:
+    """The columns as lists."""
+    return {name: column.tolist() for name, column in table.items()}
+
+
+def as_csv(table: Columns, head: bool = True) -> bytes:
+    """Rows of all digits, below the names of the columns."""
+    text = io.StringIO(newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    if head:
+        writer.writerow(table)
+    writer.writerows(zip(*table.values(), strict=True))
+    return text.getvalue().encode()
+
+
+class Csv:
+    """A table that grows by the rows of each piece, in constant memory."""
+
+    def __init__(self, file: str, angles: AngleOptions, files: ExitStack) -> None:
+        self._file, self._angles, self._files = file, angles, files
+        self._grow: Callable[[bytes], None] | None = None
+
+    def add(self, piece: Path) -> None:
+        """The next rows."""
+        table = to_list(self._angles.columns(piece, selected_names(piece)))
+        rows = as_csv(table, head=self._grow is None)
+        if self._grow is None:
+            self._grow = self._opened()
+        self._grow(rows)
+
+    def _opened(self) -> Callable[[bytes], None]:
+        if self._file == "-":
+            return lambda rows: put("-", rows)
+        return self._files.enter_context(atomic_open(self._file)).add
+
+
+@dataclass
+class PathCollector:
+    """An output that collects all pieces of a path."""
+
+    pieces: list[Path] = field(default_factory=list)
+
+    def add(self, piece: Path) -> None:
+        """The next states."""
+        self.pieces.append(piece)
+
+    @property
+    def path(self) -> Path:
+        """The pieces as one."""
+        last, rest = self.pieces[-1], self.pieces[:-1]
+        return last if not rest else _join_paths([*rest, last])
+
+
+def _join_paths(pieces: list[Path]) -> Path:
+    last = pieces[-1]
+    met = [piece._events for piece in pieces if piece._events is not None]
+    events = None
+    if met:
+        which, direction = (np.concatenate([getattr(m, n) for m in met]) for n in _MET)
+        events = Events(_join_paths([m.path for m in met]), which, direction)
+    if last.want is not None:
+        names: tuple[str, ...] = ("t", *last.want)
+        whole = {n: np.concatenate([getattr(p, n) for p in pieces]) for n in names}
+        return replace(last, states=NO_STATES, _events=events, _columns=whole)
+    low = None if last._low is None else np.concatenate([p._low for p in pieces])
+    states = np.concatenate([piece.states for piece in pieces])
+    return replace(last, states=states, _events=events, _low=low)
+
+
+@dataclass
+class EventCollector:
+    """The events on the way, by the words in which they were asked for."""
+
+    words: tuple[str, ...]
+    degrees: bool
+    parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
+
+    def add(self, piece: Path) -> None:
+        """The events of the next states."""
+        self.parts.append((piece.events, selected_names(piece)))
+
+    def table(self) -> dict[str, list[object]]:
+        """A row for each event: which, the time, the direction, and what the path has."""
+        whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
+        for events, names in self.parts:
+            table = to_list(columns(events.path, names, self.degrees))
+            rows = {
+                "event": [self.words[i] for i in events.which],
+                "t": table.pop("t"),
+                "direction": events.direction.tolist(),
+            }
+            for name, column in (rows | table).items():
+                whole.setdefault(name, []).extend(column)
+        return whole
+
+    def show(self) -> None:
+        """The first events, on standard output."""
+        table = self.table()
+        names = ("event", "t", "direction")
+        rows = list(zip(*(table[name] for name in names), strict=True))
+        grid = Grid(*names, box=box.SIMPLE_HEAD)
+        for event, t, direction in rows[:_SHOWN]:
+            grid.add_row(str(event), f"{t: .15g}", f"{direction:+d}")
+        Console(markup=False).print(grid)
+        if len(rows) > _SHOWN:
+            click.echo(f"and {len(rows) - _SHOWN} more events: --events-csv writes all")
+
+
+class Summary:
+    """A table of the states, and the energy error of all."""
+
+    def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
+        self._table = StateTable(angles, is_whole)
+        self._change = self._size = 0.0
+        self._last: Path | None = None
+
+    def add(self, piece: Path) -> None:
+        """The next states."""
+        if not len(piece):
+            self._last = self._last or piece
+            return
+        self._last = piece
+        self._table.add(piece, selected_names(piece))
+        if piece.want is None and not math.isnan(piece.energy_error):
+            size = _energy(piece)
+            self._change = max(self._change, piece.energy_error * size)
+            self._size = max(self._size, size)
+
+    def show(self) -> None:
+        """Print the summary on standard output."""
+        path = self._last
+        if path is None:
+            return
+        stats = path.stats
+        ran = f"{stats.steps} steps, {stats.evaluations} evaluations"
+        click.echo(f"{self._table.rows} states by {path.method}: {ran}")
+        if self._table.rows:
+            self._table.show()
+        if self._size:
+            click.echo(f"energy error {self._change / self._size:.2g}")
+        if path.plan.choice:
+            click.echo(str(path.plan.choice))
+
+
+def _energy(path: Path) -> float:
+    """Return the energy by which the energy error of a path is divided [M L^2 T^-2]."""
+    scene = path.scene
+    at_start = float(values_of("kinetic", scene._block, scene._start)[0])
+    lever = scene.body.mass * abs(scene.gravity) * float(np.linalg.norm(scene.body.com))
+    return max(at_start, float(path.kinetic.max())) + lever
+
+
+def as_json(
+    path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
+) -> bytes:
+    """The path as one object: what made it, then its quantities, each a list of numbers or rows."""
+    head = {
+        "kreisel": version,
+        "scene": tomllib.loads(path.scene.to_toml()),
+        "method": path.method,
+        "step": path.step,
+        "tol": path.tol,
+        "digits": path.digits,
+        "stats": path.stats._asdict(),
+        "stopped": stopped,
+    }
+    found = {"t": path.t.tolist()}
+    for quantity, values in quantity_rows(
+        path, selected_names(path), angles.degrees, angles.unwrap
+    ):
+        found[quantity.name] = _finite(values.tolist())
+    events = {} if met is None else {"events": _finite(met.table())}
+    return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
+
+
+def _finite(value: object) -> object:
+    """The value, with null for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {name: _finite(part) for name, part in value.items()}
+    if isinstance(value, list):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def as_npz(path: Path) -> bytes:
+    """Return the bytes that path.save writes."""
+    return dump_path(path, path._core_events)

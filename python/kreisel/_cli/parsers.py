@@ -1,0 +1,141 @@
+"""Parsers of arguments of the shell: scenes, numbers, times, names."""
+
+from __future__ import annotations
+
+import re
+import sys
+import warnings
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
+
+import click
+from click.shell_completion import CompletionItem
+
+from .._model.scene import Scene, parse_toml
+from .._model.toml import prefix_errors, read_limited
+from .._options.methods import methods, unknown_method
+from .._options.quantities import RECORDABLE
+from .._utils.errors import suggest
+from ..scenes import about, named
+
+Completion = list[CompletionItem[str]]
+Completer = Callable[[click.Context, click.Parameter, str], Completion]
+
+SEVERAL = "NUMBER[,...]"
+_AUTO = ("auto", "geometric")
+
+
+class UsageError(click.ClickException):
+    """An invalid argument; nothing has run."""
+
+    exit_code = 2
+
+
+def numbers(words: str) -> list[float]:
+    """Numbers with commas between them."""
+    try:
+        return [float(word) for word in words.split(",")]
+    except ValueError:
+        raise click.BadParameter(
+            f"{words!r} is not a number, nor numbers with commas between them"
+        ) from None
+
+
+def names(words: str) -> list[str]:
+    """Names with commas between them."""
+    return words.split(",")
+
+
+def scene(word: str) -> Scene:
+    """The scene of a name, of a file, or of - for standard input."""
+    if word in about:
+        return named(word)
+    with warnings.catch_warnings(record=True) as said:
+        read = _read(word)
+    for warning in said:
+        click.echo(f"Warning: {warning.message}", err=True)
+    return read
+
+
+def _read(word: str) -> Scene:
+    try:
+        if word == "-":
+            return prefix_errors(
+                "standard input", lambda: parse_toml(read_limited(sys.stdin.buffer))
+            )
+        return Scene.from_toml(word)
+    except FileNotFoundError:
+        raise click.BadParameter(
+            f"there is no file {word!r}, nor a scene of that name; {suggest(word, about)}",
+            param_hint="SCENE",
+        ) from None
+    except (OSError, TypeError, ValueError) as error:
+        raise click.BadParameter(str(error), param_hint="SCENE") from None
+
+
+def method(name: str) -> str:
+    """The name of a method that there is."""
+    if name in methods or name in _AUTO:
+        return name
+    raise click.BadParameter(unknown_method(name))
+
+
+def several_methods(words: str) -> list[str]:
+    """Names of methods, with commas between them."""
+    return [method(name) for name in names(words)]
+
+
+def one_of(known: Iterable[str], files: bool = False) -> Completer:
+    """Completes a word by names, or by those of files too."""
+    words = list(known)
+
+    def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
+        found = [CompletionItem(word) for word in words if word.startswith(begun)]
+        return [CompletionItem(begun, type="file"), *found] if files else found
+
+    return complete
+
+
+def some_of(known: Iterable[str]) -> Completer:
+    """Completes the last of several words with commas between them."""
+    words = list(known)
+
+    def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
+        before, comma, last = begun.rpartition(",")
+        return [CompletionItem(before + comma + word) for word in words if word.startswith(last)]
+
+    return complete
+
+
+A_METHOD = one_of([*_AUTO, *methods])
+METHODS = some_of(methods)
+QUANTITIES = some_of(RECORDABLE)
+A_SCENE = one_of(about, files=True)
+
+
+@contextmanager
+def translate_errors(options: Collection[str]) -> Iterator[None]:
+    """Translate errors of the package to the terms of a command with these options."""
+    try:
+        yield
+    except (TypeError, ValueError) as error:
+        raise UsageError(in_a_shell(str(error), options)) from None
+    except MemoryError as error:
+        raise UsageError(in_a_shell(str(error), options) or "it needs more memory") from None
+
+
+def in_a_shell(message: str, options: Collection[str]) -> str:
+    """A message of the package with its arguments as a shell has them: step=0.01 is --step 0.01."""
+    if not options:
+        return message
+    alternatives = "|".join(sorted(options, key=len, reverse=True))
+    value = r"\[[^]]*\]|\([^)]*\)|'[^']*'|[^\s,;:)]+"
+
+    def written(found: re.Match[str]) -> str:
+        plain = re.sub(r"[\[\]()' ]", "", found[2]).rstrip(",")
+        return f"--{found[1].replace('_', '-')} {plain}"
+
+    said = re.sub(rf"(?<![\w.])({alternatives})=({value})", written, message)
+    said = said.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
+    said = re.sub(rf"\b(give|leave) ({alternatives})\b", r"\1 --\2", said)
+    return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", said)

@@ -1,0 +1,101 @@
+"""A run that a shell watches: its progress, what ends it early, and the outputs that it feeds."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import Progress
+
+from .._results.path import Error, Interrupted, Path
+from .._solve.run import Run
+from .outputs import Output
+
+
+class Stops:
+    """Ctrl-C and SIGTERM: a run ends at its last good state when it next tells how far it has come,
+    and what is being written is written to its end. A second one ends all at once."""
+
+    def __init__(self, end: float) -> None:
+        self._end, self.asked = end, False
+        self._bar: Progress | None = None
+
+    @contextmanager
+    def heeded(self) -> Iterator[None]:
+        """While this lasts a signal is no exception."""
+        before = {
+            number: signal.getsignal(number)
+            for number in (signal.SIGINT, signal.SIGTERM)
+            if signal.getsignal(number) is not signal.SIG_IGN
+        }
+        try:
+            for number in before:
+                signal.signal(number, self._told)
+        except ValueError:  # in another thread than the main one, which alone may ask
+            before = {}
+        try:
+            yield
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def _told(self, number: int, frame: FrameType | None) -> None:
+        self.asked = True
+        signal.signal(number, signal.SIG_DFL)
+
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """While this lasts a bar shows how far the run has come, where somebody watches."""
+        console = Console(stderr=True)
+        with (
+            Progress(console=console, transient=True)
+            if console.is_terminal
+            else nullcontext() as bar
+        ):
+            if bar is not None:
+                self._bar, self._task = bar, bar.add_task("t", total=abs(self._end))
+            yield
+
+    def progress(self, t: float) -> None:
+        """To be told how far the run has come."""
+        if self._bar is not None:
+            self._bar.update(self._task, completed=abs(t))
+        if self.asked and t != self._end:
+            raise KeyboardInterrupt
+
+
+@dataclass
+class Outcome:
+    """The end of a run: the exception that stopped it, and a checkpoint to continue from.
+
+    The checkpoint lies behind all states that the outputs received.
+    """
+
+    stopped: BaseException | None = None
+    checkpoint: bytes | None = None
+
+
+def feed(outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: Stops) -> Outcome:
+    """Feed all pieces of a path to the outputs; checkpoints are those of `run`."""
+    while True:
+        checkpoint = run.checkpoint if run else None
+        stopped: BaseException | None = None
+        try:
+            piece = next(pieces, None)
+        except (Error, Interrupted) as error:
+            piece, stopped = error.path, error
+        if piece is None:
+            return Outcome(None, checkpoint)
+        try:
+            for output in outputs:
+                output.add(piece)
+        except OSError as error:
+            return Outcome(error, checkpoint)
+        if stopped is None and stops.asked:
+            stopped = KeyboardInterrupt(f"interrupted at t = {piece.t[-1]:g}")
+        if stopped is not None:
+            return Outcome(stopped, run.checkpoint if run else None)

@@ -1,0 +1,224 @@
+"""kreisel solve and kreisel resume: the motion of a scene, as it comes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from typing import Unpack
+
+import click
+import numpy as np
+
+from .._model.scene import Scene
+from .._options.solve_options import parse_every
+from .._options.times import check_horizon, check_memory, time_array
+from .._results.path import Path
+from .._solve.run import Run, start
+from .._solve.run import resume as resumed
+from .._solve.solve import solve as solved
+from .._utils.validation import Array
+from ..events import MAKERS
+from . import times
+from .event_option import parse_event_option
+from .output_files import FILE
+from .parsers import (
+    A_METHOD,
+    A_SCENE,
+    QUANTITIES,
+    UsageError,
+    method,
+    names,
+    one_of,
+    translate_errors,
+)
+from .parsers import scene as a_scene
+from .progress import Stops, feed
+from .run_outputs import RunOutputs, To, to
+
+_LONGEST = 1 << 24  # bytes: no checkpoint comes near
+
+
+class _Words(To):
+    """The words of kreisel.solve that the command line has, and where to."""
+
+    method: str
+    step: float | None
+    tol: float | None
+    digits: int | None
+    error: float | None
+    every: int | None
+    max_steps: int
+    want: list[str] | None
+    events: tuple[str, ...]
+
+
+class _More(To):
+    """The words of a run that goes on, and where to."""
+
+    every: int | None
+    max_steps: int | None
+
+
+_OPTIONS = ("t", *(word for word in _Words.__annotations__ if word not in To.__annotations__))
+_T = click.option("--t", type=times.times, required=True, metavar=times.METAVAR, help=times.HELP)
+_EVERY = click.option("--every", type=int, help="Record each so many steps, up to the time --t.")
+
+
+@click.command()
+@click.argument("scene", type=str, shell_complete=A_SCENE)
+@_T
+@click.option(
+    "--method",
+    type=method,
+    default="auto",
+    show_default=True,
+    metavar="NAME",
+    shell_complete=A_METHOD,
+    help="See `kreisel methods`; geometric chooses one that meets --error.",
+)
+@click.option("--step", type=float, help="For methods of fixed step.")
+@click.option("--tol", type=float, help="For adaptive methods.")
+@click.option("--digits", type=int, help="For taylor, in place of --tol: 16, 20 or 30.")
+@click.option("--error", type=float, help="For geometric: the attitude error allowed [rad].")
+@_EVERY
+@click.option("--max-steps", type=int, default=0, help="Give up after so many steps.")
+@click.option(
+    "--want",
+    type=names,
+    metavar="NAME[,...]",
+    shell_complete=QUANTITIES,
+    help="Quantities instead of states, as nutation,energy: see `kreisel quantities`.",
+)
+@click.option(
+    "--events",
+    multiple=True,
+    metavar="NAME[:ARGUMENT...][:WORD=VALUE...]",
+    shell_complete=one_of(MAKERS),
+    help="What to look for, once or more often, in the words of kreisel.events: nutation, "
+    "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
+)
+@to
+def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
+    """The motion of a scene.
+
+    Files are written whole, or as far as a failed or interrupted run has come. Only --json and
+    --npz need memory for all states.
+    """
+    top, stops = a_scene(scene), Stops(t.end)
+    left = RunOutputs(words, (scene,), words["events"])
+    with translate_errors(_OPTIONS):
+        events = parse_event_option(top, words["events"])
+        if words["method"] == "geometric" or words["error"] is not None:
+            if "--save" in left.files:
+                raise UsageError("--save is for runs of one method of your choice")
+            if events:
+                raise UsageError("--events are for taylor: geometric and --error have none")
+            _go(_at_once(top, t, words, stops), None, left, stops)
+            return
+        begin: Callable[..., Run] = start  # which checks what the words are
+        run = begin(
+            top,
+            words["method"],
+            step=words["step"],
+            tol=words["tol"],
+            digits=words["digits"],
+            max_steps=words["max_steps"],
+            want=words["want"],
+            events=events,
+            back=t.end < 0.0,
+        )
+        _go(_pieces(run, t, words["every"], left, stops), run, left, stops)
+
+
+@click.command()
+@click.argument("run", type=FILE)
+@_T
+@_EVERY
+@click.option("--max-steps", type=int, help="Another limit of steps.")
+@to
+def resume(run: str, t: times.Times, **words: Unpack[_More]) -> None:
+    """Continue a saved RUN, with the same bits.
+
+    RUN is a file written by --save. Times that it has passed are left out, so --t may be that of
+    the whole run. With --save the run may be written to its own file again.
+    """
+    stops = Stops(t.end)
+    with translate_errors(_OPTIONS):
+        top = _read(run, words["max_steps"])
+        sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
+        left = RunOutputs(words, (), sought)
+        _go(_pieces(top, t, words["every"], left, stops), top, left, stops)
+
+
+def _go(pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: Stops) -> None:
+    """The run, from its first piece to all that it leaves."""
+    with stops.heeded():
+        try:
+            with stops.watched():
+                end = feed(left.outputs(), pieces, run if "--save" in left.files else None, stops)
+        except MemoryError:
+            left.discard()
+            raise click.ClickException("there is not memory enough") from None
+        except BaseException:
+            left.discard()
+            raise
+        left.finish(end)
+
+
+def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Iterator[Path]:
+    """The path of what is no run that goes on in pieces, as the only piece."""
+    solve_all: Callable[..., Path] = solved
+    yield solve_all(
+        scene,
+        t.argument(),
+        words["method"],
+        step=words["step"],
+        tol=words["tol"],
+        digits=words["digits"],
+        every=words["every"],
+        max_steps=words["max_steps"],
+        error=words["error"],
+        want=words["want"],
+        progress=stops.progress,
+    )
+
+
+def _pieces(
+    run: Run, t: times.Times, every: int | None, left: RunOutputs, stops: Stops
+) -> Iterator[Path]:
+    """The path of a run in pieces, without the times that it has passed."""
+    check_horizon(run.scene, t.end, run.step)
+    rest = t if run._fresh else t.beyond(run.t)
+    if not rest.grids:
+        raise UsageError(f"the run has come to t = {run.t!r} already: give a --t beyond that")
+    size = run._options.size + 8
+    given: float | Array | Iterator[float] = iter(rest)
+    if not t.one:
+        if left.is_whole:
+            check_memory(len(rest), size)
+    elif every is None:
+        given = np.array([0.0, t.end] if run._fresh else [t.end])
+    elif left.is_whole:
+        return run.stream(_on_the_grid(run, t.end, every, size), progress=stops.progress)
+    else:
+        given = t.end
+    return run.stream(given, every=every, progress=stops.progress)
+
+
+def _on_the_grid(run: Run, end: float, every: int, size: int) -> Array:
+    """Return the grid times that a run has not passed; raise MemoryError if they are too many."""
+    whole = time_array(end, run.step, parse_every(run._options.method, every), size)
+    return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
+
+
+def _read(file: str, max_steps: int | None) -> Run:
+    """The run in a file, or in standard input."""
+    try:
+        if file == "-":
+            data = sys.stdin.buffer.read(_LONGEST)
+        else:
+            with open(file, "rb") as saved:
+                data = saved.read(_LONGEST)
+        return resumed(data, max_steps=max_steps)
+    except (OSError, ValueError) as error:
+        raise UsageError(str(error) if isinstance(error, OSError) else f"{file}: {error}") from None

@@ -1,0 +1,188 @@
+"""kreisel sweep: a plan's tops, part by part, and how they stand."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, InvalidStateError, ProcessPoolExecutor
+from contextlib import contextmanager, nullcontext
+from itertools import islice, pairwise
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
+
+from .._sweep.store import DONE, MISSING
+from .._sweep.sweep import sweep as swept
+from .._sweep.sweep_result import SweepResult, gaps, read_sweep
+from .._utils.optional import optional_dependency
+from .parsers import UsageError, translate_errors
+
+_OPTIONS = "parts", "to"
+_SHOWN = 6  # ranges of parts
+Watch = Callable[[float], object]
+
+
+class _Sweep(click.Group):
+    """The group of what can be done with a sweep, in which a plan needs no word before it."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
+            args = ["run", *args]
+        return super().parse_args(ctx, args)
+
+
+@click.group("sweep", cls=_Sweep)
+def sweep() -> None:
+    """Many tops in parts on the disk: kreisel sweep PLAN --to FOLDER.
+
+    The word run may be left out. The same line goes on where a sweep was ended.
+    """
+
+
+def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
+    """The parts A:B, from A on and without B."""
+    if word is None:
+        return None
+    first, colon, last = word.partition(":")
+    if not (colon and first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
+        raise click.BadParameter(f"{word!r} is no range of parts, as 0:100, which is without 100")
+    return range(int(first), int(last))
+
+
+@sweep.command()
+@click.argument("plan", type=click.Path())
+@click.option("--to", required=True, type=click.Path(), help="The folder of the parts.")
+@click.option(
+    "--parts",
+    callback=_parts,
+    metavar="A:B",
+    help="Only these, as for one of many jobs; 0:0 writes the plan and makes none.",
+)
+@click.option(
+    "--workers", type=click.IntRange(1), help="So many processes, each with a part of its own."
+)
+@click.option("--dask", metavar="ADDRESS", help="The workers of Dask's scheduler there.")
+def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str | None) -> None:
+    """The parts of a PLAN, which is a TOML file, that are not in the folder yet."""
+    if workers is not None and dask is not None:
+        raise UsageError("give either --workers or --dask")
+    with (
+        translate_errors(_OPTIONS),
+        _describe(),
+        _progress() as progress,
+        _executor(workers, dask) as executor,
+    ):
+        found = swept(Path(plan), to=to, parts=parts, executor=executor, progress=progress)
+    click.echo(_told(found, found.done))
+
+
+@contextmanager
+def _describe() -> Iterator[None]:
+    """A folder of something else is refused, and an executor that fails is told in a line."""
+    try:
+        yield
+    except (FileExistsError, FileNotFoundError) as error:
+        raise UsageError(str(error)) from None
+    except RuntimeError as error:
+        raise click.ClickException(str(error)) from None
+
+
+@contextmanager
+def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
+    """Create the executor of the parts; None: threads of this process."""
+    if dask is not None:
+        with optional_dependency("'kreisel[dask]'"):
+            import distributed
+        connect: Callable[..., Any] = distributed.Client
+        with connect(dask) as client:
+            yield client.get_executor()
+    elif workers is not None:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(workers, context, initializer=_unheeding) as pool:
+            try:
+                yield pool
+            except BaseException:
+                threading.excepthook = thread_excepthook
+                pool.shutdown(wait=False, cancel_futures=True)
+                for child in multiprocessing.active_children():
+                    child.terminate()
+                raise
+    else:
+        yield None
+
+
+def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
+    """Report an exception of a thread, except one of the process pool at the end.
+
+    The pool may fail when a worker ends after its task was cancelled.
+    """
+    if failure.exc_type is not InvalidStateError:
+        threading.__excepthook__(failure)
+
+
+def _unheeding() -> None:
+    """A worker leaves Ctrl-C to the one that called it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _progress() -> Iterator[Watch | None]:
+    """A bar with the time left, as all parts that this call has made tell it, where somebody
+    watches."""
+    console = Console(stderr=True)
+    columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+    shown = Progress(*columns, console=console, transient=True, speed_estimate_period=1e9)
+    with shown if console.is_terminal else nullcontext() as bar:
+        if bar is None:
+            yield None
+            return
+        task = bar.add_task("tops", total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+@sweep.command()
+@click.argument("folder", type=click.Path())
+def status(folder: str) -> None:
+    """Report the state of the parts in a FOLDER after verifying each of them."""
+    with translate_errors(_OPTIONS), _describe():
+        found = read_sweep(folder, partial=True)
+        stand, there = found._verify()
+    click.echo(_told(found, stand[DONE]))
+    if left := found.parts - len(there):
+        click.echo(f"{MISSING}: {left} parts, {_ranges(gaps(there, found.parts))}")
+    for how, parts in stand.items():
+        if how != DONE:
+            click.echo(f"{how}: {len(parts)} parts, {_ranges(_runs(parts))}")
+    failed = sum(int(np.count_nonzero(found.part(i)["status"])) for i in stand[DONE])
+    if failed:
+        click.echo(f"failed: {failed} tops, whose status is not 0")
+    left = sum(1 for _ in Path(folder).glob(".*.new"))
+    if left:
+        click.echo(f"beside them {left} files .*.new, of writers that are at work or were killed")
+
+
+def _told(found: SweepResult, done: list[int]) -> str:
+    size = sum(file.stat().st_size for file in Path(found.folder).glob("part-*"))
+    return (
+        f"{found.folder}: {len(done)} of {found.parts} parts, {found.size} tops in all, "
+        f"{1e-6 * size:.3g} MB; plan {found.hash[:16]}"
+    )
+
+
+def _runs(numbers: list[int]) -> Iterator[range]:
+    """Yield ascending `numbers` as ranges."""
+    breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
+    for a, b in pairwise([0, *breaks, len(numbers)]):
+        yield range(numbers[a], numbers[b - 1] + 1)
+
+
+def _ranges(runs: Iterator[range]) -> str:
+    """Return the first ranges as text: 3:7 is without 7."""
+    first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
+    return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

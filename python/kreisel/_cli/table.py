@@ -1,0 +1,112 @@
+"""Tables of states on standard output, and angles that go on beyond a turn."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+
+import click
+import numpy as np
+from rich import box
+from rich.console import Console
+from rich.table import Table as Grid
+
+from .._options.quantities import ANGLES
+from .._results.path import Path
+from .._results.tables import columns, units
+from .._utils.validation import Array
+
+_ENDS = 20  # rows at either end of a table that is not printed whole
+_WIDTH = 14  # of a column with 8 digits, a sign and an exponent
+Row = tuple[float, ...]
+
+
+class AngleOptions:
+    """Conversion of the quantities of a path, piece by piece, to columns in the units asked for.
+
+    degrees  whether angles are in degrees
+    unwrap   whether angles go on beyond a turn, from piece to piece as within one
+    """
+
+    def __init__(self, degrees: bool, unwrap: bool) -> None:
+        self.degrees, self.unwrap = degrees, unwrap
+        self._before: dict[str, float] = {}
+
+    def columns(self, piece: Path, names: Iterable[str]) -> dict[str, Array]:
+        """Return t and the components of the quantities of these names."""
+        table = columns(piece, names, self.degrees)
+        if self.unwrap and len(piece):
+            period = 360.0 if self.degrees else 2.0 * np.pi
+            for name in ANGLES & table.keys():
+                before = [self._before[name]] if name in self._before else []
+                angles = np.unwrap([*before, *table[name].tolist()], period=period)
+                self._before[name] = float(angles[-1])
+                table[name] = angles[len(before) :]
+        return table
+
+
+class StateTable:
+    """Rows of states for standard output: all of them, or as many at both ends.
+
+    is_whole  whether all rows are printed, and kept until then
+    """
+
+    def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
+        self._angles = angles
+        self._heads: dict[str, str] = {}
+        self._first: list[Row] = []
+        self._last: deque[Row] = deque(maxlen=None if is_whole else _ENDS)
+        self._before: dict[str, Array] = {}
+        self._has_jumps = False
+        self.rows = 0
+
+    def add(self, piece: Path, names: tuple[str, ...]) -> None:
+        """Add the states of a piece."""
+        table = self._angles.columns(piece, names)
+        if not self._heads:
+            of = units(piece, names, self._angles.degrees)
+            self._heads = {name: f"{name} [{of[name]}]" if of[name] else name for name in table}
+        self._note_jumps(table)
+        count = len(piece)
+        self.rows += count
+        head = min(count, _ENDS - len(self._first))
+        self._first += _rows(table, slice(head))
+        begin = head if self._last.maxlen is None else max(head, count - _ENDS)
+        self._last.extend(_rows(table, slice(begin, None)))
+
+    def _note_jumps(self, table: dict[str, Array]) -> None:
+        half_turn = 180.0 if self._angles.degrees else np.pi
+        for name in ANGLES & table.keys():
+            values = np.append(self._before.get(name, []), table[name])
+            self._has_jumps |= bool((np.abs(np.diff(values)) > half_turn).any())
+            self._before[name] = values[-1:]
+
+    def show(self) -> None:
+        """Print the rows: two or fewer as columns with all digits, others in lines."""
+        if self.rows <= 2:
+            self._show_ends()
+            return
+        width = {name: max(_WIDTH, len(head)) for name, head in self._heads.items()}
+        click.echo("  ".join(f"{head:>{width[name]}}" for name, head in self._heads.items()))
+        left_out = self.rows - len(self._first) - len(self._last)
+        for k, row in enumerate([*self._first, *self._last]):
+            if k == _ENDS and left_out:
+                click.echo(
+                    f"... {left_out} rows left out: --all-rows prints them, --csv writes them"
+                )
+            cells = zip(row, width.values(), strict=True)
+            click.echo("  ".join(f"{value:>{wide}.8g}" for value, wide in cells))
+        if self._has_jumps and not self._angles.unwrap:
+            click.echo("angles jump by whole turns: --unwrap lets them go on")
+
+    def _show_ends(self) -> None:
+        grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
+        for head, first, last in zip(
+            self._heads.values(), self._first[0], self._first[-1], strict=True
+        ):
+            grid.add_row(head, f"{first: .15g}", f"{last: .15g}")
+        Console(markup=False).print(grid)
+
+
+def _rows(table: dict[str, Array], at: slice) -> list[Row]:
+    return list(zip(*(column[at].tolist() for column in table.values()), strict=True))

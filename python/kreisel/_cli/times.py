@@ -1,0 +1,117 @@
+"""Times as a shell gives them: numbers and grids with commas between them, however many times these
+are."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import click
+import numpy as np
+
+from .._utils.validation import Array
+
+HELP = "The time to reach, or the times wanted: numbers and grids start:end:step, with commas."
+METAVAR = "TIME[,...]"
+_COUNTABLE = 2.0**53
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The times first + k step for k below count, each by one multiplication: no rounding adds
+    up."""
+
+    first: float
+    step: float
+    count: int
+
+    def __getitem__(self, k: int) -> float:
+        return self.first + k * self.step
+
+    def beyond(self, t: float) -> Grid:
+        """Return the times further from 0 than `t`."""
+        k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
+        return Grid(self[k], self.step, self.count - k) if k else self
+
+
+@dataclass(frozen=True)
+class Times:
+    """Grids one after the other, which lead away from 0 in one direction; a number is a grid of one
+    time."""
+
+    grids: tuple[Grid, ...]
+    one: bool  # whether a single number was given, the time to reach
+
+    def __len__(self) -> int:
+        return sum(grid.count for grid in self.grids)
+
+    def __iter__(self) -> Iterator[float]:
+        return (grid[k] for grid in self.grids for k in range(grid.count))
+
+    @property
+    def end(self) -> float:
+        """The last."""
+        return self.grids[-1][self.grids[-1].count - 1]
+
+    def array(self) -> Array:
+        """All times as an array; raises MemoryError if they do not fit."""
+        return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
+
+    def argument(self) -> float | Array:
+        """The times as an argument of kreisel.solve."""
+        return self.end if self.one else self.array()
+
+    def beyond(self, t: float) -> Times:
+        """Return the times further from 0 than `t`."""
+        left = (grid.beyond(t) for grid in self.grids)
+        return Times(tuple(grid for grid in left if grid.count), self.one)
+
+
+def times(words: str) -> Times:
+    """The times that numbers and grids start:end:step stand for."""
+    grids = tuple(map(_grid, words.split(",")))
+    _refuse_disorder([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
+    return Times(grids, len(grids) == 1 and ":" not in words)
+
+
+def _grid(word: str) -> Grid:
+    try:
+        given = [float(part) for part in word.split(":")]
+    except ValueError:
+        given = []
+    if len(given) not in (1, 3):
+        raise click.BadParameter(
+            f"{word!r} is not a number, nor a grid start:end:step, as in 0:10:0.01"
+        )
+    if not all(map(math.isfinite, given)):
+        raise click.BadParameter(f"t must be finite, not {word!r}")
+    if len(given) == 1:
+        return Grid(given[0], 0.0, 1)
+    return _parse_step(word, *given)
+
+
+def _parse_step(word: str, start: float, end: float, step: float) -> Grid:
+    """The grid from start to end, which it includes where a whole number of steps leads there."""
+    length = end - start
+    if step == 0.0 or (step < 0.0 < length):
+        raise click.BadParameter(f"the step of {word!r} does not lead from {start:g} to {end:g}")
+    steps = abs(length / step)
+    if not steps < _COUNTABLE:
+        raise click.BadParameter(f"{word!r} has more times than can be counted: take larger steps")
+    whole = math.floor(steps + 0.5)
+    slack = 2.0 * np.finfo(float).eps * max(abs(start), abs(end))
+    count = whole + 1 if whole * abs(step) - abs(length) <= slack else whole
+    return Grid(start, math.copysign(step, length), count)
+
+
+def _refuse_disorder(ends: Sequence[float]) -> None:
+    back = ends[-1] < 0.0
+    last = 0.0
+    for t in ends:
+        if (t > last) if back else (t < last):
+            raise click.BadParameter(
+                f"times must lead away from 0 in one direction; {t!r} goes back from {last!r}"
+            )
+        last = t

@@ -1,0 +1,226 @@
+"""Paths as pictures: the trace of the apex on a sphere, nutation and precession over the time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from io import BytesIO
+from typing import TYPE_CHECKING, NoReturn, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .._model.scene import Scene
+from .._model.turning_points import TurningPoints, compute_turning_points
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array, short_repr
+from .solids import BLUE, FAINT, ORANGE, bare, drawable, view
+
+with optional_dependency("'kreisel[plot]'"):
+    import matplotlib
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+
+class Plottable(Protocol):
+    """A path that can be plotted."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def method(self) -> str: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def apex(self) -> Array: ...
+    @property
+    def nutation(self) -> Array: ...
+    @property
+    def precession_angle(self) -> Array: ...
+
+
+class Picture(tuple[Axes, ...]):
+    """The axes of a picture, three a path: trace, nutation, precession; a notebook shows it. To a
+    file goes `picture.figure.savefig("top.png")`."""
+
+    __slots__ = ()
+
+    @property
+    def figure(self) -> Figure:
+        """The figure that they stand in, whose savefig makes a file."""
+        figure = self[0].get_figure()
+        assert isinstance(figure, Figure)
+        return figure
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Raise AttributeError, and name what makes a file."""
+            hint = ": picture.figure.savefig(file) makes a file" if "save" in name else ""
+            raise AttributeError(f"a picture has no {short_repr(name)}{hint}")
+
+    def _repr_png_(self) -> bytes:
+        file = BytesIO()
+        self.figure.savefig(file, format="png", dpi=120)
+        return file.getvalue()
+
+
+def new_axes() -> Axes:
+    """Axes in a figure of their own."""
+    return Figure(figsize=(6.0, 4.0), layout="constrained").add_subplot()
+
+
+def plot_paths(
+    paths: Sequence[tuple[Plottable, Plottable | None]], axes: Iterable[Axes] | None, degrees: bool
+) -> Picture:
+    """Plot each path with the states at its events, in three axes of its own or in a new figure."""
+    if not all(len(path.t) for path, _ in paths):
+        raise ValueError("a path without states cannot be drawn: solve for times")
+    picture = _lay_out(len(paths)) if axes is None else _picture_of(axes, 3 * len(paths))
+    for i, (path, events) in enumerate(paths):
+        one = picture[3 * i : 3 * i + 3]
+        _draw(one, path, events, degrees)
+        if i and axes is None:
+            for chart in one[1:]:
+                chart.set_ylabel("")
+    return picture
+
+
+def _lay_out(n: int) -> Picture:
+    if n == 1:
+        figure = Figure(figsize=(8.4, 3.9), layout="constrained")
+        grid = figure.add_gridspec(2, 2, width_ratios=(3, 4))
+        sphere, above = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
+        return Picture((sphere, above, figure.add_subplot(grid[1, 1], sharex=above)))
+    figure = Figure(figsize=(3.3 * n + 0.6, 6.4), layout="constrained")
+    grid = figure.add_gridspec(3, n, height_ratios=(6, 4, 4))
+    axes: list[Axes] = []
+    for i in range(n):
+        above = figure.add_subplot(grid[1, i], sharey=axes[1] if i else None)
+        below = figure.add_subplot(grid[2, i], sharex=above)
+        axes += figure.add_subplot(grid[0, i]), above, below
+    return Picture(axes)
+
+
+def _picture_of(axes: Iterable[Axes], n: int) -> Picture:
+    try:
+        picture = Picture(axes)
+    except TypeError:
+        raise TypeError(f"axes must be a list of {n}, not {short_repr(axes)}") from None
+    if len(picture) != n:
+        raise ValueError(
+            f"axes must be {n}, for trace, nutation and precession of each path, not {len(picture)}"
+        )
+    for one in picture:
+        drawable(one)
+    return picture
+
+
+def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degrees: bool) -> None:
+    sphere, above, below = axes
+    unit, sign = (180.0 / np.pi, "°") if degrees else (1.0, "rad")
+    limits = _limits(path.scene)
+    heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
+    globe(sphere, path.apex, limits=heights)
+    told = path.scene.body.kind if limits is None else str(limits.course[0])
+    method = "closed form" if path.method == "exact" else path.method
+    sphere.set_title(f"{told} ({method})", fontsize=10)
+    above.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)
+    for angle in [] if limits is None else [limits.least[0], limits.greatest[0]]:
+        above.axhline(unit * float(angle), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
+    around = np.unwrap(path.precession_angle)
+    below.plot(*_break_jumps(path.t, unit * around, _jumps(around)), color=BLUE, linewidth=1.2)
+    if events is not None and len(events.t):
+        _mark(axes, path.t, around, events, unit)
+    above.set_ylabel(f"nutation [{sign}]")
+    below.set(xlabel="time [T]", ylabel=f"precession [{sign}]")
+    _least_range(above, unit)
+    above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
+    for chart in above, below:
+        _apply_style(chart)
+
+
+def _jumps(around: Array) -> npt.NDArray[np.intp]:
+    """Return the intervals in which a precession angle jumps, since the apex passes close to the
+    vertical there: it changes by more than half a radian and far more than elsewhere."""
+    change = np.abs(np.diff(around))
+    usual = float(np.median(change)) if len(change) else 0.0
+    return np.flatnonzero(change > max(0.5, 8.0 * usual))
+
+
+def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
+    """Return a line that is interrupted in some of its intervals."""
+    return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
+
+
+def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit: float) -> None:
+    """A point at each event, on the trace and in both charts."""
+    sphere, above, below = axes
+
+    def dots(chart: Axes, x: Array, y: Array) -> None:
+        chart.plot(x, y, "o", color=ORANGE, markersize=4.0, zorder=4)
+
+    x, y, depth = view(events.apex)
+    dots(sphere, x[depth > 0.0], y[depth > 0.0])
+    dots(above, events.t, unit * events.nutation)
+    order = np.argsort(t)
+    dots(below, events.t, unit * np.interp(events.t, t[order], around[order]))
+
+
+def _limits(scene: Scene) -> TurningPoints | None:
+    try:
+        return compute_turning_points(scene)
+    except ValueError:
+        return None
+
+
+def _least_range(chart: Axes, unit: float) -> None:
+    """A nutation that is steady to rounding is drawn as a level line, not as its rounding."""
+    low, high = chart.get_ylim()
+    if high - low < 1e-6 * unit:
+        middle, half = 0.5 * (low + high), 0.05 * unit
+        chart.set_ylim(middle - half, middle + half)
+
+
+def _apply_style(chart: Axes) -> None:
+    chart.grid(True, alpha=0.25, linewidth=0.6)
+    chart.spines[["top", "right"]].set_visible(False)
+    chart.tick_params(labelsize=8, length=3)
+    chart.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    chart.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
+    chart.xaxis.label.set_fontsize(9)
+    chart.yaxis.label.set_fontsize(9)
+    chart.margins(x=0.01)
+
+
+def ball(axes: Axes, elevation: float = 20.0) -> None:
+    """The outline of the unit sphere, its equator, and an arrow upwards."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
+    _parallel(axes, 0.0, elevation, FAINT, "-")
+    x, y, _ = view(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
+    axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
+    axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.3))
+
+
+def _parallel(axes: Axes, height: float, elevation: float, colour: str, style: str) -> None:
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    flat = (1.0 - height * height) ** 0.5
+    circle = np.stack([flat * np.cos(angle), flat * np.sin(angle), height + 0.0 * angle], axis=-1)
+    x, y, depth = view(circle, elevation)
+    axes.plot(x, np.where(depth > 0.0, y, np.nan), style, color=colour, linewidth=0.7)
+
+
+def globe(axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[float] = ()) -> None:
+    """A trace (n, 3) on the unit sphere: faint where it is behind; the dot is the start, the arrow
+    points up, broken lines are the heights between which it stays."""
+    ball(axes, elevation)
+    for height in limits:
+        _parallel(axes, float(height), elevation, ORANGE, "--")
+    x, y, depth = view(trace, elevation)
+    axes.plot(x, y, color=BLUE, linewidth=0.5, alpha=0.4)
+    axes.plot(x, np.where(depth > 0.0, y, np.nan), color=BLUE, linewidth=1.0)
+    ink = matplotlib.rcParams["text.color"]
+    behind = depth[0] < 0.0
+    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if behind else 1.0)
+    bare(axes)

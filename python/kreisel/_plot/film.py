@@ -1,0 +1,267 @@
+"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML. A film is made in memory,
+so that a file is there whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from io import BytesIO
+from pathlib import Path as File
+from typing import Protocol
+
+import numpy as np
+
+from .._model.body import Body
+from .._model.scene import Scene
+from .._utils.atomic_io import atomic_write, check_writable
+from .._utils.errors import frozen_message
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array, as_int, as_positive
+from .charts import ball
+from .solids import BLUE, FAINT, ORANGE, bare, faces, solid_of, view
+
+with optional_dependency("'kreisel[plot]'"):
+    import matplotlib
+    from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, HTMLWriter
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+MOST_POINTS = 2**28  # of all frames; a GIF keeps a byte of each
+BETWEEN = 8  # points of the trace from one frame to the next
+SECONDS = 8.0
+_DPI = 100
+_REACH = 0.8  # of the sphere's radius, up to which the body is drawn
+_LEAN, _ASIDE = 0.2, 30.0  # sine of a lean that shows where the axis points; angle [degrees]
+
+
+class Animatable(Protocol):
+    """A path that can be animated."""
+
+    @property
+    def scene(self) -> Scene: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def q(self) -> Array: ...
+    @property
+    def apex(self) -> Array: ...
+    def __call__(self, t: Array, /) -> Animatable: ...
+
+
+@frozen_message("path.animate({}=...) makes another film")
+class Film:
+    """A film of a path: save it, or let a notebook show it.
+
+    t    (n,) times of its frames, evenly spaced [T]
+    fps  how many of them are shown in a second
+    """
+
+    t: Array
+    fps: int
+    _body: Body
+    _q: Array
+    _apex: Array
+    _size: int
+
+    def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
+        """`apex` has BETWEEN points for each step from frame to frame."""
+        self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __repr__(self) -> str:
+        span = f"t = {self.t[0]:g} .. {self.t[-1]:g}"
+        return f"<Film: {len(self)} frames, {self.fps} a second, {span}>"
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
+        all. ValueError for other names, OSError where it cannot be written."""
+        make = writer_for(file)
+        atomic_write(file, make(self))
+
+    def _repr_html_(self) -> str:
+        return self._page
+
+    @cached_property
+    def _page(self) -> str:
+        return _html(self).decode()
+
+    def _figures(self) -> Iterator[Figure]:
+        """One figure, drawn anew for each frame."""
+        figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        ball(axes)
+        bare(axes)
+        (behind,) = axes.plot([], [], color=BLUE, linewidth=0.6, alpha=0.4)
+        (trace,) = axes.plot([], [], color=BLUE, linewidth=1.1, alpha=0.8, zorder=3)
+        (needle,) = axes.plot([], [], color=ORANGE, linewidth=1.4)
+        (tip,) = axes.plot([], [], "o", color=ORANGE, markersize=4)
+        (lever,) = axes.plot([], [], color=FAINT, linewidth=2.2)
+        axes.plot([0.0], [0.0], "o", color=FAINT, markersize=5, zorder=1.6)
+        clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
+        x, y, depth = view(self._apex)
+        quads, colours = _solid(self._body)
+        heights = quads @ _matrix(self._q[0]).T @ self._apex[0]  # along the apex
+        begin, out = max(float(heights.min()), 0.0), float(heights.max())
+        for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
+            seen = slice(0, i * BETWEEN + 1)
+            behind.set_data(x[seen], np.where(depth[seen] <= 0.0, y[seen], np.nan))
+            trace.set_data(x[seen], np.where(depth[seen] > 0.0, y[seen], np.nan))
+            now = i * BETWEEN
+            needle.set_data([out * x[now], x[now]], [out * y[now], y[now]])
+            tip.set_data([x[now]], [y[now]])
+            if begin > 0.0:
+                lever.set_data([0.0, begin * x[now]], [0.0, begin * y[now]])
+            for part in needle, tip:
+                part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
+            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # than the body's
+            solid = faces(axes, quads @ _matrix(q).T, colours)
+            solid.set_zorder(2.0)
+            clock.set_text(f"t = {t:.4g}")
+            yield figure
+            solid.remove()
+
+
+def film_of(
+    path: Animatable,
+    file: str | os.PathLike[str] | None,
+    speed: float | None,
+    fps: int,
+    size: int,
+) -> Film:
+    """A film of a path, saved where a file is named; what cannot be is refused before anything
+    runs."""
+    make = None if file is None else writer_for(file)
+    rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
+    begin, end = _ends(path.t)
+    pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
+    frames = abs(end - begin) / pace * rate + 1.0
+    if frames * wide * wide > MOST_POINTS:
+        most = max(MOST_POINTS // wide**2 - 1, 1)
+        raise ValueError(
+            f"{frames:.0f} frames of {wide} x {wide} pixels are too many: {most + 1} are possible, "
+            f"with speed = {abs(end - begin) / most * rate:.3g}, or take fewer or smaller ones"
+        )
+    steps = max(round(frames) - 1, 1)
+    t = np.linspace(begin, end, steps * BETWEEN + 1)
+    states = path(t)
+    q, apex = _from_aside(states.q, states.apex)
+    film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide)
+    if file is not None and make is not None:
+        atomic_write(file, make(film))
+    return film
+
+
+def _from_aside(q: Array, apex: Array) -> tuple[Array, Array]:
+    """Turn states about the vertical so that the eye sees the axis from aside: it leans to the
+    right, and a little towards the eye, at the first state that leans, or else leans most."""
+    lean = np.hypot(apex[:, 0], apex[:, 1])
+    at = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
+    if not lean[at] > 0.0:
+        return q, apex
+    angle = -np.radians(_ASIDE) - np.arctan2(apex[at, 1], apex[at, 0])
+    about = np.array([np.cos(0.5 * angle), 0.0, 0.0, np.sin(0.5 * angle)])
+    w, x, y, z = q.T
+    first, _, _, last = about
+    turned = [
+        first * w - last * z,
+        first * x - last * y,
+        first * y + last * x,
+        first * z + last * w,
+    ]
+    return np.stack(turned, axis=-1), apex @ _matrix(about).T
+
+
+def _ends(t: Array) -> tuple[float, float]:
+    """The first and the last time of a path, whatever the order of those between."""
+    low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
+    if not low < high:
+        raise ValueError("a film needs a path of some time: solve to a later one")
+    return (low, high) if t[-1] >= t[0] else (high, low)
+
+
+def _solid(body: Body) -> tuple[Array, Array]:
+    """Faces along the frame of description, scaled into the sphere, and their colours."""
+    quads, colours = solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))
+    quads = quads @ _matrix(np.array(body.axes)).T
+    return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
+
+
+def _matrix(q: Array) -> Array:
+    """The rotation of a unit quaternion (w, x, y, z): columns are the turned axes."""
+    w, x, y, z = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (z * x + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (z * z + x * x), 2 * (y * z - w * x)],
+            [2 * (z * x - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
+    """Return the writer for a film file of this name, or raise before anything is computed."""
+    suffix = File(file).suffix.lower()
+    if suffix not in _MAKERS:
+        raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
+    if suffix == ".mp4" and not FFMpegWriter.isAvailable():
+        raise OSError("a film as .mp4 needs ffmpeg, which is not here: take .gif or .html")
+    check_writable(file)
+    return _MAKERS[suffix]
+
+
+def _gif(film: Film) -> bytes:
+    """Frames go to the palette of the first one and are kept in it, a byte a point."""
+    images = _images(film)
+    full = next(images)
+    first = full.quantize(128)
+    ground = np.array(full.getpixel((0, 0)))
+    colours = np.array(first.getpalette()).reshape(-1, 3)
+    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # else it is taken for a neighbour
+    first.putpalette(colours.ravel().tolist())
+    rest = (image.quantize(palette=first, dither=Image.Dither.NONE) for image in images)
+    file = BytesIO()
+    pause = 10 * max(2, round(100.0 / film.fps))  # a GIF counts hundredths of a second
+    first.save(file, "GIF", save_all=True, append_images=rest, duration=pause, loop=0)
+    return file.getvalue()
+
+
+def _images(film: Film) -> Iterator[Image.Image]:
+    for figure in film._figures():
+        raw = BytesIO()
+        figure.savefig(raw, format="rgba", dpi=_DPI)
+        size = figure.canvas.get_width_height()
+        yield Image.frombytes("RGBA", size, raw.getvalue()).convert("RGB")
+
+
+def _html(film: Film) -> bytes:
+    with matplotlib.rc_context({"animation.embed_limit": 500.0}):
+        return _write_frames(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
+
+
+def _document(film: Film) -> bytes:
+    return (
+        b'<!doctype html>\n<html><head><meta charset="utf-8"></head>\n' + _html(film) + b"</html>\n"
+    )
+
+
+def _mp4(film: Film) -> bytes:
+    return _write_frames(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
+
+
+def _write_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
+    """Return the bytes that a matplotlib writer makes of the frames, through a temporary folder."""
+    frames = film._figures()
+    with tempfile.TemporaryDirectory() as folder:
+        out = File(folder, f"film{suffix}")
+        with writer.saving(next(frames), out, _DPI):
+            writer.grab_frame()
+            for _ in frames:
+                writer.grab_frame()
+        return out.read_bytes()
+
+
+_MAKERS = {".gif": _gif, ".mp4": _mp4, ".html": _document}

@@ -1,0 +1,223 @@
+"""Solids seen from a little above: faces in the light, rods, and a body in the proportions of its
+moments."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._utils.optional import optional_dependency
+from .._utils.validation import Array, short_repr
+
+with optional_dependency("'kreisel[plot]'"):
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PolyCollection
+    from matplotlib.colors import to_rgb
+
+BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
+_LIGHT = np.array((-0.4, -0.5, 0.77))
+_SLICES = 96
+_ROUND = 16  # sides of a tube
+
+
+def view(
+    points: Array, elevation: float = 20.0, azimuth: float = 0.0
+) -> tuple[Array, Array, Array]:
+    """Across, up, and towards the eye, of points (..., 3) seen from these angles above the plane
+    and about the vertical [degrees]."""
+    e, a = np.radians((elevation, azimuth))
+    x, y, z = np.moveaxis(np.asarray(points), -1, 0)
+    across, away = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
+    return across, z * np.cos(e) + away * np.sin(e), z * np.sin(e) - away * np.cos(e)
+
+
+def drawable(axes: object) -> Axes:
+    """Return the axes if they can be drawn in; raise TypeError otherwise."""
+    if not isinstance(axes, Axes):
+        raise TypeError(
+            f"axes must be matplotlib's, as of figure.add_subplot(), not {short_repr(axes)}"
+        )
+    return axes
+
+
+def faces(
+    axes: Axes,
+    corners: Array,
+    colour: str | Array,
+    elevation: float = 20.0,
+    azimuth: float = 0.0,
+    edge: float = 0.0,
+) -> PolyCollection:
+    """Faces (n, 4, 3) of a solid, each counterclockwise from outside: those that face the eye,
+    farthest first, the brighter the more they face the light. `colour`: of all, or (n, 3) of each;
+    `edge`: width of their outline [pt]."""
+    x, y, depth = view(corners, elevation, azimuth)
+    towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
+        y[:, 2] - y[:, 0]
+    ) > 0.0
+    base = np.broadcast_to(to_rgb(colour) if isinstance(colour, str) else colour, (len(x), 3))
+    order = np.flatnonzero(towards)[np.argsort(depth[towards].mean(axis=-1))]
+    x, y, corners, base = x[order], y[order], corners[order], base[order]
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # what is seen has an area
+    shade = 0.45 + 0.55 * np.clip(0.5 + 0.6 * facing, 0.0, 1.0)
+    colours = np.clip(shade[:, None] * base, 0.0, 1.0)
+    outline = {"edgecolors": 0.55 * base, "linewidths": edge} if edge else {"edgecolors": colours}
+    solid = PolyCollection(list(np.stack([x, y], axis=-1)), facecolors=colours, **outline)
+    axes.add_collection(solid)
+    return solid
+
+
+def bare(axes: Axes) -> None:
+    """Without frame and ticks, as wide as high."""
+    axes.set_aspect("equal")
+    axes.autoscale_view()
+    axes.axis("off")
+
+
+def bar(
+    centre: Array,
+    frame: Array,
+    section: tuple[float, float],
+    axes: Axes,
+    thickness: float | None = None,
+    colour: str = ORANGE,
+    elevation: float = 20.0,
+    azimuth: float = 0.0,
+) -> None:
+    """A bar along a curve (n, 3), of rectangular section along the first two axes of its frame
+    (n, 3, 3), the larger side `thickness` (else a thirtieth of the curve's extent)."""
+    half = 0.5 * _thickness(centre, thickness) * np.array(section)
+    signs = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
+    rims = centre[:, None] + np.einsum("cj,njk->nck", signs, frame[:, :2])  # (n, 4, 3)
+    ends = np.stack([rims[0, ::-1], rims[-1]])
+    faces(axes, np.concatenate([_sides(rims), ends]), colour, elevation, azimuth)
+    bare(axes)
+
+
+def tube(
+    centre: Array,
+    tangent: Array,
+    axes: Axes,
+    thickness: float | None = None,
+    colour: str = ORANGE,
+    elevation: float = 20.0,
+    azimuth: float = 0.0,
+) -> None:
+    """Draw a tube of round section along a curve (n, 3) with these unit tangents (n, 3). Its
+    diameter is `thickness`, or else a thirtieth of the extent of the curve."""
+    angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
+    ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _untwisted(tangent))
+    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # an end is a fan of quadrilaterals
+    first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
+    middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
+    ends = [
+        np.concatenate([middle[0], first[:, ::-1]], axis=1),
+        np.concatenate([middle[1], last], axis=1),
+    ]
+    faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
+    bare(axes)
+
+
+def _thickness(centre: Array, thickness: float | None) -> float:
+    return float(np.ptp(centre, axis=0).max()) / 30.0 if thickness is None else thickness
+
+
+def _sides(rims: Array) -> Array:
+    """Return the faces (m, 4, 3) between rims (n, k, 3), one after the other."""
+    after = np.roll(rims, -1, axis=1)
+    return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
+
+
+def _untwisted(tangent: Array) -> Array:
+    """Return two normals (n, 2, 3) at each point of a curve, which do not turn about it."""
+    normals = np.empty_like(tangent)
+    normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
+    for k, along in enumerate(tangent):
+        normal = normal - (normal @ along) * along
+        normal = normal / np.linalg.norm(normal)
+        normals[k] = normal
+    return np.stack([normals, np.cross(tangent, normals)], axis=1)
+
+
+def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
+    """The cuboid with these principal moments at the fixed point and this mass times com: half
+    edges, centre, and its axes as rows. Of tops whose mass or lever is made up there is none of
+    their mass; then that of the mass which makes it largest is taken."""
+    best = _cuboid(mass, moments, mass * com)
+    if best is None:
+        made = (_cuboid(mass * 1.05**k, moments, mass * com) for k in range(1, 1200))
+        best = max((c for c in made if c), key=lambda c: float(np.prod(c[0])), default=None)
+    return best or (np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3))
+
+
+def _cuboid(mass: float, moments: Array, lever: Array) -> tuple[Array, Array, Array] | None:
+    centre = lever / mass
+    about = np.diag(moments) - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    off = np.abs(about - np.diag(np.diag(about))).max()
+    own, axes = (
+        np.linalg.eigh(about) if off > 1e-12 * moments.max() else (np.diag(about), np.eye(3))
+    )
+    squares = 1.5 / mass * (own.sum() - 2.0 * own)
+    thin = 1e-4 * squares.max()
+    if squares.min() < -1e-9 * squares.max() or not thin > 0.0:
+        return None
+    if np.linalg.det(axes) < 0.0:
+        axes = -axes
+    return np.sqrt(np.maximum(squares, thin)), centre, axes.T
+
+
+def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
+    """The faces (6, 4, 3) of a cuboid, and a colour for each: one of the six stands out."""
+    square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
+    corners = []
+    for k in range(3):
+        for side in -1.0, 1.0:
+            face = np.empty((4, 3))
+            face[:, k] = side
+            face[:, [(k + 1) % 3, (k + 2) % 3]] = square[:: int(side)]
+            corners.append(face)
+    shades = ["#2f7de1", "#2f7de1", "#7fb2f0", "#7fb2f0", "#1f5fb5", ORANGE]
+    return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
+
+
+def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
+    """A body of revolution about the third axis, inside the cylinder of this radius and half this
+    length whose centre is at this height: a spinning top that stands on the origin, or where it has
+    no tip the cylinder itself. Its faces (n, 4, 3), and a colour for each, so that it is seen to
+    turn."""
+    low = height - half
+    if tip:
+        foot = [(0.0, 0.0), (0.05, 0.02 * half)] if low > 0.3 * half else []
+        start = [(0.05, low)] if foot else [(0.0, min(low, 0.0))]
+        body = [(0.62, 0.55), (0.93, 0.9), (1.0, 1.1), (0.95, 1.3), (0.7, 1.5), (0.2, 1.62)]
+        stem = [(0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4)]
+        profile = foot + start + [(r, low + z * half) for r, z in body + stem]
+    else:
+        profile = [(0.0, low), (1.0, low), (1.0, low + 2 * half), (0.0, low + 2 * half)]
+    r, z = np.array(profile).T
+    angle = 2.0 * np.pi * np.arange(_SLICES + 1) / _SLICES
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    rings = np.empty((len(r), _SLICES + 1, 3))
+    rings[..., :2] = radius * r[:, None, None] * ring
+    rings[..., 2] = z[:, None]
+    quads = np.stack([rings[:-1, :-1], rings[:-1, 1:], rings[1:, 1:], rings[1:, :-1]], axis=2)
+    marked = np.arange(_SLICES) // (_SLICES // 8) % 4 == 0
+    colours = np.where(marked[:, None], to_rgb(ORANGE), to_rgb(BLUE))
+    return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
+
+
+def solid_of(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
+    """Faces and colours of a body, along its principal axes: a turned top where it is symmetric
+    about the axis of its centre of mass, else a cuboid."""
+    half, centre, axes = cuboid(mass, moments, com)
+    apex = int(np.argmax(np.abs(com))) if com.any() else 2
+    i, j = (apex + 1) % 3, (apex + 2) % 3
+    level = np.abs(com[[i, j]]).max() <= 1e-9 * np.abs(com).max(initial=0.0)
+    if not (level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max()):
+        return box(half, centre, axes)
+    quads, colours = revolve(2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any()))
+    frame = np.eye(3)[[i, j, apex]]
+    if com[apex] < 0.0:
+        frame[1:] *= -1.0
+    return quads @ frame, colours

@@ -1,0 +1,240 @@
+"""kreisel.view: the page with a scene inside, one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import os
+import re
+import sys
+import tempfile
+import warnings
+from dataclasses import dataclass
+from pathlib import Path as File
+from typing import TypedDict
+
+import numpy as np
+
+from ._model.scene import Scene
+from ._options.methods import resolve_method
+from ._results.path import Path
+from ._utils.atomic_io import atomic_write, check_writable
+from ._utils.validation import Quaternion, Vector, as_positive
+from .scenes import about, name_of
+
+_PAGE = File(__file__).with_name("viewer.html")
+_PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script>)')
+_TICK = 1e-6  # the page's clock counts these
+
+
+class _Body(TypedDict):
+    mass: float
+    inertia: list[float]
+    com: Vector
+
+
+class _Track(TypedDict):
+    name: str
+    step: float
+    states: str
+
+
+class _Scene(TypedDict):
+    """The data that the page reads: a scene and its display options."""
+
+    version: int
+    name: str
+    about: str
+    body: _Body
+    attitude: Quaternion
+    momentum: Vector
+    gravity: float
+    methods: list[str]
+    step: list[float]
+    speed: float
+    tracks: list[_Track]
+
+
+@dataclass(frozen=True)
+class View:
+    """A scene in the page. A notebook shows it by itself.
+
+    scene  as the page's JSON export writes it
+    """
+
+    scene: _Scene
+
+    @property
+    def html(self) -> str:
+        """The whole page."""
+        if not _PAGE.exists():
+            raise FileNotFoundError(
+                f"this kreisel was installed without its page, {_PAGE}: run `make page` in the "
+                "source folder (it needs npm), then `pip install .` again"
+            )
+        inside = json.dumps(self.scene).replace("<", "\\u003c")
+        return _PLACE.sub(
+            lambda place: place[1] + inside + place[2], _PAGE.read_text(encoding="utf-8"), count=1
+        )
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Write the page. It works from a disk, without a network."""
+        atomic_write(file, self.html.encode())
+
+    def open(self) -> File:
+        """Show the page in a browser; the file in which it stands, which the next page of this name
+        replaces. Warns where there is no browser."""
+        file, shown = opened(self)
+        if not shown:
+            warnings.warn(f"no browser was found to open the page: {file}", stacklevel=2)
+        return file
+
+    def _repr_html_(self) -> str:
+        style = "width:100%;height:600px;border:0"
+        inside = f'srcdoc="{html.escape(self.html)}" style="{style}"'
+        return f'<iframe {inside} title="kreisel: the top"></iframe>'
+
+
+def opened(page: View) -> tuple[File, bool]:
+    """The file in which a page stands now, and whether a browser was found to show it."""
+    import webbrowser  # here, since who shows nothing need not wait for it
+
+    name = page.scene["name"]
+    file = _folder() / f"{name if name in about else 'top'}.html"
+    page.save(file)
+    return file, webbrowser.open(file.as_uri())
+
+
+def _folder() -> File:
+    """A folder of the user's for what can be made again, so that nothing piles up; a temporary one
+    where there is no such."""
+    home = os.path.expanduser("~")
+    base = {
+        "win32": os.environ.get("LOCALAPPDATA") or home,
+        "darwin": os.path.join(home, "Library", "Caches"),
+    }.get(sys.platform) or os.environ.get("XDG_CACHE_HOME")
+    folder = File(base or os.path.join(home, ".cache")) / "kreisel"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        check_writable(folder / "top.html")
+    except OSError:
+        return File(tempfile.mkdtemp(prefix="kreisel-"))
+    return folder.absolute()
+
+
+def view(
+    what: Scene | Path,
+    *,
+    methods: str | list[str] | None = None,
+    step: float | None = None,
+    speed: float = 1.0,
+    open: bool = True,
+) -> View:
+    """A scene, or a path beside a live top, in the page: in a notebook as the result of a cell,
+    else in a browser.
+
+    methods  one to three that the page has, to begin with; left out: bobenko_suris for Lagrange
+             tops, else strang
+    step     theirs, in whole millionths [T]; left out: the path's, or 0.01
+    speed    units of time a second
+    open     false: only make it, for `.save("top.html")`
+
+    A path is played as it was computed: its states must lie at equal intervals of whole millionths
+    from t = 0 on, as with every=n. Raises FileNotFoundError if this installation has no page,
+    TypeError, ValueError for bad arguments.
+    """
+    if not isinstance(what, (Scene, Path)):
+        raise TypeError(f"a view is of a kreisel.Scene or a kreisel.Path, not {what!r}")
+    scene = what if isinstance(what, Scene) else what.scene
+    if scene._is_damped:
+        raise ValueError("the page moves no damped tops: plot the path, path.plot()")
+    tracks = [_track(what)] if isinstance(what, Path) else []
+    if step is None and isinstance(what, Path):
+        step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]
+    page = View(_shown(scene, _methods(methods, scene), step, as_positive("speed", speed), tracks))
+    if open and not _in_notebook():
+        page.open()
+    return page
+
+
+def _shown(
+    scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_Track]
+) -> _Scene:
+    name = name_of(scene)
+    return {
+        "version": 1,
+        "name": name or "a scene from Python",
+        "about": about.get(name, ""),
+        "body": _body(scene),
+        "attitude": scene.attitude,
+        "momentum": scene.momentum,
+        "gravity": scene.gravity,
+        "methods": methods,
+        "step": [_step(0.01 if step is None else step)],
+        "speed": speed,
+        "tracks": tracks,
+    }
+
+
+def _body(scene: Scene) -> _Body:
+    if scene.body.rounded:
+        raise ValueError(
+            f"the page has no rounded moments: view a body without rounded={scene.body.rounded!r}"
+        )
+    inertia = np.asarray(scene.body.inertia)
+    rows = np.diag(inertia) if inertia.ndim == 1 else inertia
+    return {"mass": scene.body.mass, "inertia": rows.ravel().tolist(), "com": scene.body.com}
+
+
+def _methods(names: str | list[str] | None, scene: Scene) -> list[str]:
+    if names is None:
+        return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
+    chosen = [names] if isinstance(names, str) else list(names)
+    if not 1 <= len(chosen) <= 3:
+        raise ValueError(f"the page shows one to three methods side by side, not {chosen!r}")
+    for name in chosen:
+        if resolve_method(name, scene).name.startswith("gsl_") or name == "auto":
+            raise ValueError(f"the page has no {name!r}: solve with it, and view the path")
+    return chosen
+
+
+def _is_whole(step: float) -> bool:
+    ticks = step / _TICK
+    return 0.5 < ticks < 2**31 and abs(ticks - round(ticks)) < 1e-6 * ticks
+
+
+def _step(step: float) -> float:
+    length = as_positive("step", step)
+    if not _is_whole(length):
+        raise ValueError(
+            f"the page's steps are whole millionths, at most 2147: step = {step!r} is not"
+        )
+    return round(length / _TICK) / 1e6
+
+
+def _track(path: Path) -> _Track:
+    n = len(path)
+    step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
+    even = n > 1 and _is_whole(step) and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
+    if not even:
+        raise ValueError(
+            "the page plays states at equal intervals of whole millionths from t = 0 on: solve "
+            "with step=0.01, "
+            "every=10, or with t=np.arange(n) * 0.1"
+        )
+    states = np.ascontiguousarray(path.states, dtype="<f8")
+    return {
+        "name": path.method,
+        "step": _step(step),
+        "states": base64.b64encode(states.tobytes()).decode(),
+    }
+
+
+def _in_notebook() -> bool:
+    shell = sys.modules.get("IPython")
+    return bool(
+        shell
+        and shell.get_ipython()
+        and shell.get_ipython().__class__.__name__ == "ZMQInteractiveShell"
+    )

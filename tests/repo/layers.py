@@ -1,0 +1,122 @@
+"""What ARCHITECTURE.md says of the layers, and what the files really use: includes in C, imports
+in Python wherever they stand, and imports in the page's scripts."""
+
+import ast
+import re
+from functools import cache
+from pathlib import Path
+
+from toolbox import ROOT
+
+PLAN = ROOT / "ARCHITECTURE.md"
+C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
+
+
+@cache
+def layers():
+    """For each tree its layers from the ground up, each the names that stand there."""
+    found = {}
+    for tree, text in re.findall(r"^```layers (\S+)\n(.*?)^```", PLAN.read_text(), re.M | re.S):
+        rows = [re.split(r"\s{2,}", line.strip())[0].split() for line in text.splitlines()]
+        found[tree] = rows[::-1]
+    return found
+
+
+def files(tree):
+    folder = ROOT / tree
+    known = C | PYTHON | SCRIPTS
+    return sorted(file for file in folder.rglob("*") if file.suffix in known and is_ours(file))
+
+
+def is_ours(file):
+    parts = file.relative_to(ROOT).parts
+    return not {"node_modules", "__pycache__", "install"} & set(parts)
+
+
+def layer(file, tree):
+    """The number of the layer on which a file stands, from the ground up; None for none or two."""
+    inside = file.relative_to(ROOT / tree).as_posix()
+    here = [
+        number
+        for number, names in enumerate(layers()[tree])
+        for name in names
+        if inside == name or (name.endswith("/") and inside.startswith(name))
+    ]
+    return here[0] if len(here) == 1 else None
+
+
+def targets(file, tree):
+    """The files of the same tree that a file uses."""
+    uses = included if file.suffix in C else imported if file.suffix in PYTHON else scripted
+    folder = ROOT / tree
+    return {other for other in uses(file) if other != file and other.is_relative_to(folder)}
+
+
+def included(file):
+    for name in re.findall(r'^\s*#\s*include\s+"(.+)"', file.read_text(), re.M):
+        beside = (file.parent / name).resolve()
+        yield beside if beside.exists() else ROOT / "csrc" / name
+
+
+def scripted(file):
+    for name in re.findall(r'^(?:import|\} from)\b.*"(\./.+\.js)";', file.read_text(), re.M):
+        yield (file.parent / name).resolve()
+
+
+def imported(file):
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield from module(alias.name.split("."))
+        elif isinstance(node, ast.ImportFrom):
+            base = package(file, node)
+            for alias in node.names:
+                yield from module([*base, alias.name]) or module(base)
+
+
+def package(file, node):
+    """The dotted name that follows `from`, counted from a folder in which imports begin."""
+    words = node.module.split(".") if node.module else []
+    if not node.level:
+        return words
+    beginning = next(top for top in TOPS if file.is_relative_to(top))
+    here = file.relative_to(beginning).parts[: -node.level]
+    return [*here, *words]
+
+
+TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT / "python", ROOT)
+
+
+def module(words):
+    """The file of a module or package of ours, as a list of none or one."""
+    for top in TOPS:
+        for path in (top.joinpath(*words).with_suffix(".py"), top.joinpath(*words, "__init__.py")):
+            if words and path.is_file() and is_ours(path):
+                return [path]
+    return []
+
+
+def circle(arrows):
+    """Files each of which uses the next, and the last the first; empty where there are none."""
+    state, way = {}, []
+
+    def visit(file):
+        state[file] = "open"
+        way.append(file)
+        for other in sorted(arrows.get(file, ())):
+            if state.get(other) == "open":
+                return way[way.index(other) :]
+            found = [] if other in state else visit(other)
+            if found:
+                return found
+        way.pop()
+        state[file] = "done"
+        return []
+
+    return next(
+        (found for file in sorted(arrows) if file not in state if (found := visit(file))), []
+    )
+
+
+def tree_of(file: Path):
+    return next((tree for tree in layers() if file.is_relative_to(ROOT / tree)), None)

@@ -1,0 +1,46 @@
+"""The plan on the wall is true: what a file uses stands below it or beside it."""
+
+import pytest
+from layers import PLAN, circle, files, layer, layers, targets
+from toolbox import ROOT
+
+TREES = sorted(layers())
+FILES = [
+    pytest.param(tree, file, id=str(file.relative_to(ROOT)))
+    for tree in TREES
+    for file in files(tree)
+]
+
+
+def test_the_plan_has_all_trees():
+    assert TREES == ["csrc", "python/kreisel", "python/viewer", "tests", "validation"]
+
+
+@pytest.mark.parametrize(("tree", "file"), FILES)
+def test_a_file_uses_what_stands_below_it_or_in_its_folder(tree, file):
+    here = layer(file, tree)
+    assert here is not None, f"{file.name} needs one layer in {PLAN.name}"
+    for other in targets(file, tree):
+        there = layer(other, tree)
+        is_beside = other.parent == file.parent and there == here
+        assert is_beside or there < here, f"{file.relative_to(ROOT)} uses {other.relative_to(ROOT)}"
+
+
+@pytest.mark.parametrize("tree", TREES)
+def test_no_files_go_round_in_a_circle(tree):
+    assert circle({file: targets(file, tree) for file in files(tree)}) == []
+
+
+def test_the_plan_hangs_on_one_wall():
+    assert len(PLAN.read_text().splitlines()) <= 100
+
+
+def test_a_circle_is_seen():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c"]
+    assert circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
+
+
+@pytest.mark.parametrize("tree", TREES)
+def test_every_name_on_the_plan_is_there(tree):
+    names = [name for row in layers()[tree] for name in row]
+    assert [name for name in names if not (ROOT / tree / name).exists()] == []
