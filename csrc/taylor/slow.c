@@ -19,6 +19,8 @@ enum { Q = 0, P = 4, W = 7, ROWS = 10, SWEEPS = 64 };
 /* An angular velocity below this, over the rate of damping, counts as none. */
 #define NOTHING 0x1p-400
 #define RESTS 900.0
+/* Digits of an angular velocity so many times smaller than the largest are not asked for. */
+#define NEGLIGIBLE 0x1p-64
 
 /* Axes about which damping is strong, the largest rate of the motion on the slow manifold, and the
  * largest at which a top falls there; in the units of the motion. */
@@ -35,6 +37,19 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     const double *p = s->end_x + 5, *w = s->end_w + 1;
     const double turning = slow->is_slow[j] && slow->is_slow[k] ? 0.0 : s->k[i] * w[j] * w[k];
     return (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k]) + fabs(turning)) / fabs(s->drag[i]);
+}
+
+/* Returns the least size of an angular velocity that follows its torque and is not negligible; the
+ * largest angular velocity where there is no torque. */
+static double least_size(const kr_series *s, const slow_axes *slow)
+{
+    double least = 1.0, most = 0.0;
+    for (int i = 0; i < 3; i++) {
+        const double size = slow->is_slow[i] ? slow_size(s, slow, i) : 0.0;
+        most = fmax(most, fmax(size, fabs(s->end_w[i + 1])));
+        if (size > 0.0) least = fmin(least, size);
+    }
+    return fmax(fmin(fmax(least, NEGLIGIBLE * most), most), NOTHING);
 }
 
 #define number double
@@ -132,13 +147,7 @@ static double log2_step(const kr_series *s, int n, double log2_tol)
  * follows its torque. */
 static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
 {
-    double least = 1.0, most = 0.0;
-    for (int i = 0; i < 3; i++) {
-        const double size = slow->is_slow[i] ? slow_size(p->series, slow, i) : 0.0;
-        most = fmax(most, fabs(p->series->end_w[i + 1]));
-        if (size > 0.0) least = fmin(least, size);
-    }
-    return p->log2_tol + log2(fmax(fmin(least, most), NOTHING));
+    return p->log2_tol + log2(least_size(p->series, slow));
 }
 
 /* Ends the step where the tolerance says. In double-double the terms behind the head are rounded to
@@ -161,9 +170,9 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
     }
 }
-/* Says whether the motion is near enough to the slow manifold for its expansion to be worth
- * while. */
-static int is_near(const kr_series *s, const slow_axes *slow)
+/* Returns whether the motion is near enough to the slow manifold for its expansion to be worth
+ * while. An angular velocity below `noise` counts as none. */
+static int is_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -171,7 +180,7 @@ static int is_near(const kr_series *s, const slow_axes *slow)
         const double follows =
             -(s->k[i + 1] * w[j] * w[k] + s->up[i + 1] * p[j] + s->down[i + 1] * p[k]) /
             s->drag[i + 1];
-        if (slow->is_slow[i] && fabs(w[i] - follows) > fmax(0.25 * slow_size(s, slow, i), NOTHING))
+        if (slow->is_slow[i] && fabs(w[i] - follows) > fmax(0.25 * slow_size(s, slow, i), noise))
             return 0;
     }
     return 1;
@@ -180,8 +189,9 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
                             const slow_axes *slow, const slow_axes *strong)
 {
     const double before = p->rate, near = exp2(p->log2_tol + 6.0);
+    const double noise = fmax(near * least_size(p->series, slow), NOTHING);
     int exponent;
-    if (!is_near(p->series, slow)) return 0;
+    if (!is_near(p->series, slow, noise)) return 0;
     frexp(slow->rate, &exponent);
     if (slow->rate > 0.0) set_rate(p, motion, ldexp(1.0, exponent));
     const int is_found = motion->digits > 16

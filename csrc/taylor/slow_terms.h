@@ -101,15 +101,17 @@ static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
             *lo = low(value);
         }
 }
-/* Says whether the angular velocity at the end of a series is that of the slow manifold, within
- * `near` of the terms of its size. */
+/* Returns whether the angular velocity at the end of a series is that of the slow manifold, within
+ * `near` of the terms of its size, or of the least size about any axis. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near)
 {
+    const double least = least_size(series, slow);
     for (int i = 0; i < 3; i++) {
         const number end = of(series[0].end_w[1 + i], series[1].end_w[1 + i]);
         const double off = fabs(high(minus(end, s->c[W + i][0]))),
-                     allowed = slow->is_slow[i] ? near * slow_size(series, slow, i) : INFINITY;
+                     size = fmax(slow_size(series, slow, i), least),
+                     allowed = slow->is_slow[i] ? near * size : INFINITY;
         if (off > fmax(allowed, NOTHING)) return 0;
     }
     return 1;

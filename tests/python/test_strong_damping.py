@@ -81,6 +81,21 @@ def test_a_free_body_comes_to_rest_and_stays(damping):
     )
 
 
+@pytest.mark.parametrize("velocity", [(0.5, 0.2, 3), (0.5, 0.2, 0), (0, 0, 3), (0, 0, 1e-100)])
+@pytest.mark.parametrize("damping", [1e3, 1e5, 1e9])
+def test_a_symmetric_top_comes_to_the_slow_manifold_with_any_spin(damping, velocity):
+    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True)
+    attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
+    top = kr.Scene(body, body_velocity=velocity, attitude=attitude, damping=damping)
+    for settings in ({}, {"tol": 1e-9}, {"digits": 20}):
+        path = kr.solve(top, [1.0, 3 * damping], max_steps=800, **settings)
+        assert path.nutation[0] == pytest.approx(0.5, abs=20 / damping)
+    moved = 4 * 2.0 / damping  # by the turn of the spin before it has decayed
+    assert abs(path.nutation[1] - creeping(3 * damping, damping)) < 2 * moved
+    q, _ = Series(top).to(20 / damping)
+    assert attitude_error(q, kr.solve(top, [20 / damping], max_steps=200).q[0]) < 1e-15
+
+
 def test_every_verb_takes_the_same_steps():
     top, times = scene(1e7), [1e-6, 1.0, 1e6, 1e7]
     path = kr.solve(top, times, max_steps=200)

@@ -52,6 +52,14 @@ def test_nothing_is_wrong_in_silence(name):
     assert max(found[method]["attitude_error"] for method in ("strang", "extrap", "rk4")) < 0.01
 
 
+@pytest.mark.parametrize("name", [name for name in CASES if name.startswith("damping")])
+def test_strong_damping_neither_stops_nor_misleads_taylor(name):
+    found = examine_case(name)
+    assert found["taylor"]["verdict"] in ("right", "as asked")
+    assert found["taylor"]["steps"] < 1000
+    assert found["taylor"]["agreement"] < found["taylor"]["conditioning"]
+
+
 def test_what_is_no_body_is_refused_with_its_message():
     for cell in examine_case("shape: no body, I3 > I1 + I2").values():
         assert cell["verdict"] == "refused" and "not physical" in cell["message"]

@@ -1,11 +1,14 @@
 """Tests of the reference solutions, recomputed in several ways, and of heyoka and kreisel."""
 
+import math
+
 import kreisel as kr
 import mpmath as mp
+import numpy as np
 import pytest
 
 from validation.competitors import single_runs
-from validation.references import multiprecision, reference
+from validation.references import multiprecision, radau, reference
 from validation.references.problems import (
     HORIZONS,
     SHORT,
@@ -147,6 +150,24 @@ def test_energies_are_those_of_kreisel(name):
     kinetic, potential = problem.energies(path.q, path.m)
     assert (kinetic + potential).astype(float) == pytest.approx(path.energy, rel=1e-14)
     assert problem.energy_error(path.q, path.m) < 1e-8
+
+
+@pytest.mark.parametrize("damping", [(0.0, 0.0, 0.0), (0.2, 0.5, 1.0), (10.0, 30.0, 0.0)])
+def test_collocation_agrees_with_heyoka_in_128_bits(damping):
+    body = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), made_up=True)
+    top = kr.Scene(body, momentum=(0.3, 0.4, 1.0), attitude=(0.8, 0.6, 0, 0), damping=damping)
+    problem = problem_of_scene("damped", top)
+    (q,), (m,) = radau.integrate(problem, [5.0])
+    (truth,) = reference.integrate_states(problem, [5.0])
+    assert attitude_error(q, [np.longdouble(mp.nstr(x, 22)) for x in truth[:4]]) < 1e-17
+    assert max(abs(float(x) - float(y)) for x, y in zip(m, truth[4:], strict=True)) < 1e-15
+
+
+def test_collocation_follows_a_decay_at_any_rate():
+    free = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 0)), velocity=(0, 0, 3), damping=1e9)
+    q, m = radau.integrate(problem_of_scene("free", free), [1e-9, 1.0])
+    assert m[0, 2] == pytest.approx(3 / math.e, rel=1e-15) and abs(m[1, 2]) < 1e-15
+    assert 2 * math.atan2(q[1, 3], q[1, 0]) == pytest.approx(3e-9, rel=1e-14)
 
 
 def test_attitude_error_is_an_angle_to_the_last_digit():

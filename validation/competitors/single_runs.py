@@ -105,6 +105,8 @@ class ScipyRun:
         self.start = np.array([float(x) for x in equations.start_state(problem)])
         self.inertia, self.end, self.tol = np.array(problem.inertia), end, setting.tol
         (self.J1, self.J2, self.J3), (self.l1, self.l2, self.l3) = problem.inertia, problem.lever
+        self.decay = np.array(problem.damping) / self.inertia
+        self.system = self.damped_rates if problem.is_damped else self.rates
 
     def rates(self, t, state):
         w, x, y, z, a, b, c = state.tolist()
@@ -120,9 +122,14 @@ class ScipyRun:
             ((J1 - J2) * a * b + u1 * l2 - u2 * l1) / J3,
         ]
 
+    def damped_rates(self, t, state):
+        rates = np.array(self.rates(t, state))
+        rates[4:] -= self.decay * state[4:]
+        return rates
+
     def integrate(self, times):
         run = solve_ivp(
-            self.rates, (0.0, self.end), self.start, "DOP853", times, rtol=self.tol, atol=self.tol
+            self.system, (0.0, self.end), self.start, "DOP853", times, rtol=self.tol, atol=self.tol
         )
         if not run.success:
             raise ArithmeticError(run.message)
@@ -140,11 +147,11 @@ class ScipyRun:
 
 
 @cache
-def compile_general_heyoka(tol):
+def compile_general_heyoka(tol, coefficients):
     """Compile one integrator for every top, slower than one for a single top and as accurate."""
-    zeros = np.zeros(equations.COEFFICIENTS)
+    system = equations.build_general_system(float, coefficients)
     return hy.taylor_adaptive(
-        equations.build_general_system(float), np.zeros(7), pars=zeros, tol=tol, compact_mode=True
+        system, np.zeros(7), pars=np.zeros(coefficients), tol=tol, compact_mode=True
     )
 
 
@@ -154,8 +161,9 @@ def series_order(tol):
 
 
 def record_with_heyoka(problem, times, tol):
-    top = compile_general_heyoka(tol)
-    top.pars[:] = equations.round_to(equations.compute_coefficients(problem), float)
+    coefficients = equations.round_to(equations.compute_coefficients(problem), float)
+    top = compile_general_heyoka(tol, len(coefficients))
+    top.pars[:] = coefficients
     top.state[:] = equations.round_to(equations.start_state(problem), float)
     top.time = 0.0
     outcome, _, _, steps, _, states = top.propagate_grid(times)

@@ -327,6 +327,35 @@ def stiff_cases():
         )
 
 
+def damping_cases():
+    """Yield damped tops; far from the start their motion is slow, and the damping is stiff."""
+    for damping in (0.1, 10.0, 1e3, 1e5, 1e7, 1e9):
+        yield Case(
+            "damping",
+            f"Lagrange, damping {damping:g}",
+            scene_factory(lagrange, damping=damping, **SPUN),
+        )
+    for name, damping in (("two axes", (0.0, 1e4, 1e4)), ("all axes", (1e2, 2e3, 1e4))):
+        yield Case(
+            "damping",
+            f"general, {name} damped by up to 1e4",
+            scene_factory(general, damping=damping, **SPUN),
+        )
+    for damping in (1e3, 1e6, 1e9):  # the fall takes about `damping` units of time
+        yield Case(
+            "damping",
+            f"Lagrange falls from rest, damping {damping:g}",
+            scene_factory(lagrange, momentum=(0.0, 0.0, 0.0), damping=damping),
+            turns=0.5,
+            rate=1 / damping,
+        )
+    yield Case(
+        "damping",
+        "free body, damping 1e9",
+        scene_factory(general, gravity=0.0, damping=1e9, **SPUN),
+    )
+
+
 FAMILIES = {
     "spin": (spin_cases, "spins from 1 to 1e6, for 20 turns"),
     "shape": (shape_cases, "needle, disc, plate, and almost a sphere"),
@@ -351,6 +380,11 @@ FAMILIES = {
     "stiff": (
         stiff_cases,
         "a spin of 1e4 times the precession, with steps that resolve only the precession",
+    ),
+    "damping": (
+        damping_cases,
+        "damping from weak to so strong that the top creeps; only taylor damps, and explicit "
+        "integrators are left out where their steps would follow the damping",
     ),
 }
 

@@ -54,7 +54,7 @@ def make_peer_candidate(name):
 
 
 def list_candidates(scene, radians):
-    """Return every method that suits the scene, and the peers."""
+    """Return every method that suits the scene, and the peers that reach the angle `radians`."""
     found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
     return found + [
         who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
@@ -136,5 +136,5 @@ def make_cells(case, who=list_candidates):
     }
     return [
         about | make_cell(case, problem, scene, candidate, true, end, step)
-        for candidate in who(scene, problem.rate * end)
+        for candidate in who(scene, problem.fastest_rate * end)
     ]

@@ -2,7 +2,9 @@
 
 With w the angular velocity seen from the body,
 
-    J w' = J w x w + (q* e3 q) x lever,    q' = q w / 2
+    J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
+
+D, the damping along the principal axes, is left out where it is zero.
 
 There are seven equations, for the attitude and the angular velocity (the fastest form for heyoka)
 or the angular momentum in the body. The coefficients are computed with 40 digits and rounded once.
@@ -14,7 +16,7 @@ import mpmath as mp
 import numpy as np
 
 NAMES = ("qw", "qx", "qy", "qz", "a", "b", "c")
-COEFFICIENTS = 12
+COEFFICIENTS, DAMPED_COEFFICIENTS = 12, 15
 CYCLE = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
@@ -50,11 +52,13 @@ def round_to(numbers, fp):
 def compute_coefficients(problem, form="velocity", digits=40):
     """Return the 3 + 3 + 6 coefficients of the equations, as mpmath numbers.
 
-    They turn variables into velocities, multiply products of two variables, and give the torque.
+    They turn variables into velocities, multiply products of two variables, and give the torque. A
+    damped top has three more, the rates at which damping reduces each variable.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
-        return coefficients_from(J, lever, form)
+        decay = [mp.mpf(d) / j for d, j in zip(problem.damping, J, strict=True)]
+        return coefficients_from(J, lever, form) + (decay if problem.is_damped else [])
 
 
 def coefficients_from(J, lever, form="velocity"):
@@ -94,6 +98,8 @@ def build_equations(numbers, fp):
             times(numbers[6 + 2 * i], up[j]),
             times(numbers[7 + 2 * i], up[k]),
         ]
+        if len(numbers) == DAMPED_COEFFICIENTS:
+            terms.append(times(-numbers[COEFFICIENTS + i], s[i]))
         terms = [term for term in terms if term is not None]
         spinning.append(sum(terms[1:], terms[0]) if terms else hy.expression(fp(0.0)))
     return list(zip(variables, turning + spinning, strict=True))
@@ -106,6 +112,6 @@ def build_system(problem, fp=float, form="velocity"):
     )
 
 
-def build_general_system(fp):
+def build_general_system(fp, coefficients=COEFFICIENTS):
     """Return the equations for any top, with the coefficients as parameters."""
-    return build_equations([hy.par[i] for i in range(COEFFICIENTS)], fp)
+    return build_equations([hy.par[i] for i in range(coefficients)], fp)

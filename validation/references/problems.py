@@ -34,6 +34,7 @@ class Problem:
     lever: tuple  # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
     attitude: tuple  # principal axes -> space, scalar first; a unit quaternion up to rounding
     momentum: tuple  # about the fixed point, seen from space [M L^2 T^-1]
+    damping: tuple = (0.0, 0.0, 0.0)  # torque is -damping w along these axes [M L^2 T^-1]
     user: kr.Scene | None = None  # the original scene, if it holds more information
 
     def to_scene(self):
@@ -47,6 +48,7 @@ class Problem:
             kr.Body(1.0, self.inertia, self.lever, made_up=True),
             momentum=self.momentum,
             attitude=self.attitude,
+            damping=self.damping,
         )
 
     def to_principal_axes(self, q):
@@ -61,6 +63,15 @@ class Problem:
     def symmetric(self):
         """True if the top is a Lagrange top to the last bit."""
         return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
+
+    @property
+    def is_damped(self):
+        return any(self.damping)
+
+    @property
+    def fastest_rate(self):
+        """The rate, or the largest rate of decay by damping if that is larger [T^-1]."""
+        return max(self.rate, *(d / j for d, j in zip(self.damping, self.inertia, strict=True)))
 
     @property
     def rate(self):
@@ -85,11 +96,15 @@ class Problem:
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
     def energy_errors(self, q, m):
-        """Return |E - E0| / max (T + mass gravity |com|) of each state; the first is the start."""
+        """Return |E - E0| / max (T + mass gravity |com|) of each state; the first is the start.
+
+        The energy of a damped top falls, so there only its growth is an error.
+        """
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
         scale = kinetic.max() + np.sqrt((np.array(self.lever, np.longdouble) ** 2).sum())
-        change = abs(energy - energy[0])
+        change = energy - energy[0]
+        change = np.maximum(change, 0) if self.is_damped else abs(change)
         return np.array(change / scale if scale else change, float)
 
     def energy_error(self, q, m):
@@ -115,6 +130,7 @@ class Problem:
                 inertia=by(moment, self.inertia),
                 lever=by(rate, by(moment * rate, self.lever)),
                 momentum=by(moment * rate, self.momentum),
+                damping=by(moment * rate, self.damping),
             ),
             moment,
             rate,
@@ -160,4 +176,4 @@ def problem_of_scene(name, scene):
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
     attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))
-    return Problem(name, body.moments, lever, attitude, scene.momentum, scene)
+    return Problem(name, body.moments, lever, attitude, scene.momentum, scene.damping, scene)

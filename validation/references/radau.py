@@ -1,0 +1,179 @@
+"""A reference for strongly damped tops: collocation at nine Radau points, in 64-bit mantissas.
+
+With w the angular velocity seen from the body and D the damping, both along the principal axes,
+
+    J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
+
+The method (Radau IIA, order 17; Hairer and Wanner, Solving Ordinary Differential Equations II,
+section IV.5) damps the fast modes at any step, so the steps follow the slow motion. Newton's method
+solves for the stages. Its matrices are doubles, its residuals are in extended precision. The step
+is chosen by the last Legendre coefficient of the stages, which measures the neglected terms.
+"""
+
+from functools import cache
+
+import mpmath as mp
+import numpy as np
+
+from .equations import start_state
+
+Real = np.longdouble
+STAGES, SIZE = 9, 7
+NEWTON_MOST = 12
+EPS = float(np.finfo(Real).eps)
+GROWTH = 3.0  # largest ratio of successive steps
+NEGLIGIBLE = 1e-12
+TOL, FINER_TOL = 1e-15, 1e-16
+
+
+@cache
+def radau_table():
+    """Return the nodes, the matrix of the method and the row that yields the last coefficient.
+
+    The row times the stages is the coefficient of the Legendre polynomial of degree `STAGES` - 1 in
+    the polynomial through the stages.
+    """
+    with mp.workdps(60):
+        high, low = shifted_legendre(STAGES), [*shifted_legendre(STAGES - 1), 0]
+        difference = [a - b for a, b in zip(high, low, strict=True)]
+        nodes = sorted(mp.polyroots(difference, maxsteps=200, extraprec=200, asc=True))
+        powers = mp.matrix(STAGES)
+        integrals = mp.matrix(STAGES)
+        for i, x in enumerate(nodes):
+            for k in range(STAGES):
+                powers[i, k] = x**k
+                integrals[i, k] = x ** (k + 1) / (k + 1)
+        inverse = powers**-1
+        matrix = integrals * inverse
+        last = inverse[STAGES - 1, :] / shifted_legendre(STAGES - 1)[-1]
+        return (
+            np.array([[real(matrix[i, j]) for j in range(STAGES)] for i in range(STAGES)]),
+            np.array([real(last[j]) for j in range(STAGES)]),
+        )
+
+
+def shifted_legendre(n):
+    """Return the coefficients of the Legendre polynomial P_n(2x - 1), of ascending powers."""
+    return [(-1) ** (n + k) * mp.binomial(n, k) * mp.binomial(n + k, k) for k in range(n + 1)]
+
+
+def real(x):
+    """Return the multiprecision number `x` in extended precision."""
+    return Real(mp.nstr(x, 25))
+
+
+class DampedTop:
+    """A top in its principal axes, as a system of seven equations for q and w."""
+
+    def __init__(self, problem):
+        self.inertia = np.array(problem.inertia, Real)
+        self.lever = np.array(problem.lever, Real)
+        self.damping = np.array(problem.damping, Real)
+        self.start = np.array([real(x) for x in start_state(problem)])
+
+    def rates(self, states):
+        """Return the derivatives of `states`, an array (n, 7)."""
+        q, w = states[:, :4], states[:, 4:]
+        up = vertical_of(q)
+        torque = np.cross(self.inertia * w, w) + np.cross(up, self.lever) - self.damping * w
+        turn = np.empty_like(q)
+        turn[:, 0] = -(q[:, 1:] * w).sum(1)
+        turn[:, 1:] = q[:, :1] * w + np.cross(q[:, 1:], w)
+        return np.concatenate([turn / 2, torque / self.inertia], axis=1)
+
+    def jacobians(self, states):
+        """Return the derivatives of the rates in double precision, an array (n, 7, 7)."""
+        states = states.astype(float)
+        inertia, lever = self.inertia.astype(float), self.lever.astype(float)
+        found = np.zeros((len(states), SIZE, SIZE))
+        for k in range(4):  # products of two variables: exact central differences
+            step = np.zeros(4)
+            step[k] = 1.0
+            up = vertical_of(states[:, :4] + step) - vertical_of(states[:, :4] - step)
+            found[:, 4:, k] = np.cross(up / 2, lever) / inertia
+        q, w = states[:, :4], states[:, 4:]
+        found[:, 0, 1:4], found[:, 1:4, 0] = -w / 2, w / 2
+        found[:, 1:4, 1:4] = -cross_matrix(w) / 2
+        found[:, 0, 4:] = -q[:, 1:] / 2
+        found[:, 1:4, 4:] = (q[:, :1, None] * np.eye(3) + cross_matrix(q[:, 1:])) / 2
+        push = cross_matrix(inertia * w) - cross_matrix(w) * inertia
+        found[:, 4:, 4:] = (push - np.diag(self.damping.astype(float))) / inertia[:, None]
+        return found
+
+
+def vertical_of(q):
+    """Return q* e3 q for rows of quaternions of any norm."""
+    w, x, y, z = q.T
+    return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z], 1)
+
+
+def cross_matrix(v):
+    """Return the matrices of the maps u -> v x u, for rows `v`."""
+    found = np.zeros((len(v), 3, 3))
+    found[:, 0, 1], found[:, 0, 2], found[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
+    return found - found.transpose(0, 2, 1)
+
+
+def solve_stages(top, start, step):
+    """Return the states at the nodes of one step; None if Newton's method fails."""
+    matrix, _ = radau_table()
+    stages = np.tile(start, (STAGES, 1))
+    before = np.inf
+    for _ in range(NEWTON_MOST):
+        slopes = top.rates(stages)
+        residual = start + step * (matrix @ slopes) - stages
+        blocks = top.jacobians(stages)
+        system = np.eye(STAGES * SIZE) - float(step) * np.einsum(
+            "ij,jab->iajb", matrix.astype(float), blocks
+        ).reshape(STAGES * SIZE, STAGES * SIZE)
+        rows = 1 / np.abs(system).max(axis=1)
+        change = np.linalg.solve(rows[:, None] * system, rows * residual.ravel().astype(float))
+        stages = stages + change.reshape(STAGES, SIZE)
+        size = np.abs(change.reshape(STAGES, SIZE)[:, :4]).max()
+        if size < 4 * EPS or (before < 1e-15 and size >= before / 2):
+            return stages
+        before = size
+    return None
+
+
+def first_step(top):
+    """Return a step that resolves the fastest mode at the start."""
+    rate = np.abs(top.start[4:]).max() + (top.damping / top.inertia).max()
+    fall = np.sqrt(np.abs(top.lever).max() / top.inertia.max())
+    return Real(0.1) / max(rate, fall)
+
+
+def integrate(problem, times, tol=TOL):
+    """Return the unit attitudes (n, 4) and body momenta (n, 3) at the ascending `times` > 0.
+
+    `tol` bounds the neglected terms of each step, relative to the state. Raises ArithmeticError if
+    the steps become too small.
+    """
+    top, (_, last) = DampedTop(problem), radau_table()
+    state, t, step, found = top.start, Real(0), first_step(top), []
+    for end in map(Real, times):
+        while t < end:
+            h = min(step, end - t)
+            taken = solve_stages(top, state, h)
+            error = np.inf if taken is None else neglected_part(top, last @ taken, taken)
+            if error > tol:
+                step = h / 4 if taken is None else h * max(0.2, 0.8 * (tol / error) ** (1 / STAGES))
+                if t + step == t:
+                    raise ArithmeticError(f"no step is small enough at t = {float(t):g}")
+                continue
+            state, t = taken[-1], t + h if h < end - t else end
+            growth = 0.8 * (tol / max(error, 1e-30)) ** (1 / STAGES)
+            step = max(step, h * min(GROWTH, growth)) if h < step else h * min(GROWTH, growth)
+        q = state[:4] / np.sqrt((state[:4] ** 2).sum())
+        found.append(np.concatenate([q, state[4:] * top.inertia]))
+    return np.array(found)[:, :4], np.array(found)[:, 4:]
+
+
+def neglected_part(top, term, stages):
+    """Return the size of the last `term` of a step, relative to the state.
+
+    Angular velocities below `NEGLIGIBLE` times the first one do not count: they have decayed.
+    """
+    least = max(NEGLIGIBLE * np.abs(top.start[4:]).max(), 1e-300)
+    scale = max(np.abs(stages[:, 4:]).max(), least)
+    return float(max(np.abs(term[:4]).max(), np.abs(term[4:]).max() / scale))
