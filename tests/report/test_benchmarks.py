@@ -6,7 +6,7 @@ import re
 import pytest
 from toolbox import ROOT, core_sources
 
-from validation.benchmarks import compiling
+from validation.benchmarks import agreement, compiling
 
 FILES = sorted(
     file for name in ("benchmarks", "mutation") for file in ROOT.glob(f"validation/{name}/*.py")
@@ -48,3 +48,8 @@ def test_the_core_is_compiled_as_the_library_is():
     assert {"avx2": tuple(avx2), "avx512": (*avx2, *avx512)} == compiling.ISAS
     flags = re.search(r"add_compile_options\((-ffp-contract=off .*) -Wall", said)[1].split()
     assert set(flags) <= set(compiling.FLAGS)
+
+
+def test_every_verb_agrees_with_20_digits_on_random_tops(capsys):
+    assert agreement.main(["--tops", "120", "--seed", "8"]) == 0
+    assert capsys.readouterr().out.endswith("\n0 disagreements\n")

@@ -86,7 +86,8 @@ def solve(
     events     taylor only: an event of kreisel.events or a list of them, for path.events; a
                terminal event ends the path
     tangents   taylor only, for one scene: "start", "moments", "com", "gravity", "mass", or several
-               of these, for path.tangents, the derivatives of the states; the path keeps its bits
+               of these, for path.tangents, the derivatives of the states; the path keeps its bits,
+               unless strong damping makes the steps shorter than those without tangents
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
