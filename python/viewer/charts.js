@@ -13,8 +13,8 @@ const SYMBOLS = {
   goryachev_chaplygin: "G",
 };
 const WORDS = {
-  kowalewski: "K (Kowalewski)",
-  goryachev_chaplygin: "G (Goryachev-Chaplygin)",
+  kowalewski: "integral K",
+  goryachev_chaplygin: "integral G",
   nutation: "tilt (nutation) [°]",
   spin: "spin [rad/s]",
   spin_angle: "spin angle [rad]",
@@ -65,6 +65,12 @@ function noteZoom(plot, key) {
   const { min, max } = plot.scales.x;
   const [first, last] = [plot.data[0][0], plot.data[0].at(-1)];
   plot.isZoomed = last > first && (min > first || max < last);
+}
+// Lets the Tab key reach an element whose content it cannot show whole: then arrow keys scroll it.
+export function letKeysScroll(element) {
+  const { scrollWidth, clientWidth, scrollHeight, clientHeight } = element;
+  if (scrollWidth > clientWidth || scrollHeight > clientHeight) element.tabIndex = 0;
+  else element.removeAttribute("tabindex");
 }
 const [SMALL, LARGE, HALL] = [118, 250, 320]; // pixels
 
@@ -207,6 +213,7 @@ export class Charts {
       return value;
     });
     place.replaceChildren(`t = ${+(plot.data[0][row] ?? 0).toPrecision(6)} s`, ...words);
+    letKeysScroll(place);
   }
   // Returns what the table says of the integrals of top i: the value now, and its change since the
   // start.

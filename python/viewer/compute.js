@@ -53,7 +53,7 @@ function ways(panel) {
     panel.slider("Second step", "step.1", { ...LOG, off: scene.step.length < 2 }),
     panel.pair("Tolerance", panel.number("Tolerance of adaptive methods", "tol")),
     panel.slider("Distance", "distance", { max: 6 }),
-    panel.button("Compare four", () => panel.choose(FOUR), "C"),
+    panel.button("Compare four", () => panel.page.set("methods.four", FOUR), "C"),
   ];
 }
 // The table has two rows for each top: whether the charts show it, and its integrals.

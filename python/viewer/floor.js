@@ -61,13 +61,18 @@ export class Floor {
     const look = { color: "#0c1018", transparent: true, opacity, depthWrite: false };
     const dark = new THREE.MeshBasicMaterial(look);
     for (const top of tops)
-      for (const body of top.solid.shading ?? [])
+      for (const body of [...top.solid.shading, top.rod])
         for (let k = 0; k < POINTS; k++) {
           const shadow = new THREE.Mesh(body.geometry, dark);
           Object.assign(shadow, { matrixAutoUpdate: false, frustumCulled: false, renderOrder: -1 });
-          shadow.userData = { body, press: press(k) };
+          shadow.userData = { body, press: press(k), isRod: body === top.rod };
           this.shadows.add(shadow);
         }
+  }
+  // Shows the shadows of bodies, of rods, or of both.
+  showShadows(ofBodies, ofRods) {
+    for (const shadow of this.shadows.children)
+      shadow.visible = shadow.userData.isRod ? ofRods : ofBodies;
   }
   // Lays the shadows where the bodies are now.
   follow() {

@@ -31,13 +31,13 @@ export class Letters {
     this.gap = times * GAP;
   }
   // Puts all where they belong. Of two that would lie over each other the lower gives way.
-  follow([width, height]) {
+  follow([width, height], covered) {
     const { gap, corner } = this;
     const taken = [];
     const placed = this.all.map((letter) => ({ ...letter, place: letter.at() }));
     for (const { span, place, wide } of placed.sort(isHigher)) {
       const inside = place && place[0] > 4 && place[0] < width - 8;
-      span.hidden = !inside || place[1] < 4 || place[1] > height - 8;
+      span.hidden = !inside || place[1] < 4 || place[1] > height - covered - 8;
       if (span.hidden) continue;
       const x = Math.min(place[0], width - wide);
       let [, y] = place;

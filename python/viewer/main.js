@@ -32,6 +32,12 @@ const charts = new Charts(page);
 const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
 const numbers = new Numbers($("view"));
 view.letters.avoid(numbers.place);
+const footerHeight = () => {
+  const first = $("hint").offsetParent ? $("hint") : $("bar");
+  return $("view").getBoundingClientRect().bottom - first.getBoundingClientRect().top;
+};
+const footer = new ResizeObserver(() => view.setFooter(footerHeight()));
+for (const id of ["hint", "bar"]) footer.observe($(id));
 const hands = new Hands(view, page);
 
 const keys = new Keys($("keys"), { page, view, hands, presets, choose });

@@ -1,7 +1,7 @@
 // The panel: what can be set and read, as a function of the page's state. lit-html writes what
 // differs.
 import { html, noChange, nothing, render } from "lit-html";
-import { title } from "./charts.js";
+import { letKeysScroll, title } from "./charts.js";
 import { chartPlace, compute } from "./compute.js";
 import { measureOf, stage } from "./core.js";
 import { remember } from "./memory.js";
@@ -42,6 +42,7 @@ export class Panel {
   }
   draw() {
     render([this.header(), this.plots(), ...this.sections()], this.place);
+    letKeysScroll(document.getElementById("about"));
   }
 
   // A control shows what the scene has at a place, and asks the page to set what it reads off

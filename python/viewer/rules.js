@@ -66,6 +66,11 @@ const rules = {
     scene.methods = scene.methods.filter(Boolean);
     if (scene.methods.length < 2) scene.second = null;
   },
+  // Puts the methods and steps of another scene on the top of this one, all from one start.
+  "methods.four"(scene, { methods, step, distance, chart, log }) {
+    Object.assign(scene, structuredClone({ methods, step, distance, chart, log }));
+    Object.assign(scene, { own: false, second: null });
+  },
   stop: (scene, x) => (scene.stop = x > 0 ? meeting(x) : x < 0 ? x : null),
   shape(scene, shape) {
     becomeCuboid(scene);

@@ -28,6 +28,13 @@ const TOP = [
   [0.72, 0.08],
   [0.72, 0],
 ];
+const CONE = [
+  [0, 0],
+  [0.999, 0.999],
+  [1, 1],
+  [1, 0.995],
+  [1, 0],
+];
 const DRUM = [
   [-1, 0],
   [-1, 0.995],
@@ -58,7 +65,7 @@ function lengthsOf(profile) {
   return [mean, Math.sqrt(second / volume - mean * mean), Math.sqrt(fourth / volume)];
 }
 
-const [SOLID_TOP, SOLID_DRUM] = [TOP, DRUM].map((profile) => [profile, lengthsOf(profile)]);
+const SOLIDS = [TOP, CONE, DRUM].map((profile) => [profile, lengthsOf(profile)]);
 
 // Two lengths that differ by less are equal, as those of a body given by its numbers.
 const CLOSE = 1e-6;
@@ -80,9 +87,11 @@ export function turnedOf({ half, centre }) {
     const wide = half[(axis + 1) % 3] / Math.sqrt(3) / across;
     return shape.map(([z, r]) => [height + along * (z - mean), wide * r]);
   };
-  const top = fit(SOLID_TOP);
-  const stands = height > 0 && top[0][0] >= 0;
-  return { axis, up, height, profile: stands || !height ? top : fit(SOLID_DRUM) };
+  // The first that does not reach below the fixed point, on which a top stands.
+  const [top, cone, drum] = SOLIDS.map(fit);
+  const stands = ([[tip]]) => tip >= -CLOSE * size;
+  const profile = !height || stands(top) ? top : stands(cone) ? cone : drum;
+  return { axis, up, height, profile };
 }
 
 // What casts the shadow is a simpler solid without hollows, from the tip on: pressed flat, it

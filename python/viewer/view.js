@@ -30,6 +30,7 @@ const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
 const FRONT = new THREE.Vector3(0, -11, 4.4); // from there tops side by side are equally far
 const ROD = "#2f7f86"; // what else is drawn of a first top is red
 const FLOOR = -2.7; // the lowest that it lies
+const LARGE_FOOTER = 0.12; // of the picture's height
 const isShown = (part) => part.visible && part.parent.visible;
 const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
 
@@ -59,6 +60,7 @@ export class View {
     this.orbit.addEventListener("start", () => (this.isHome = false));
     this.canvas.addEventListener("webglcontextrestored", () => (this.dirty = true));
     this.tops = [];
+    this.footer = this.covered = 0;
     this.paint();
     const resize = ([{ contentRect }]) => this.size(contentRect.width, contentRect.height);
     new ResizeObserver(resize).observe(parent);
@@ -92,9 +94,21 @@ export class View {
     this.renderer.setSize(w, h);
     this.pixels = [w, h];
     setWindow(w, h);
+    this.moveAboveFooter();
+    if (this.page) this.render(); // at once: a canvas of another size is empty
+  }
+  // Takes the height in pixels of the footer, which covers the lower part of the picture.
+  setFooter(height) {
+    this.footer = height;
+    this.moveAboveFooter();
+  }
+  // Moves the picture up between the numbers and a large footer.
+  moveAboveFooter() {
+    const [w, h] = this.pixels;
+    this.covered = this.footer > LARGE_FOOTER * h ? this.footer : 0;
+    for (const camera of this.cameras) camera.setViewOffset(w, h, 0, this.covered / 4, w, h);
     if (this.isHome) this.home();
     this.dirty = true;
-    if (this.page) this.render(); // at once: a canvas of another size is empty
   }
 
   // Makes the picture anew for a scene. With `fit` it chooses the scales of length and arrows too,
@@ -121,7 +135,8 @@ export class View {
     this.tops.forEach((top, i) => this.settle(top, page.tops[i]));
     const letters = this.tops.flatMap((top) => this.lettersOf(top));
     this.letters.set(letters, page.big ? 1.6 : 1);
-    if (this.fresh) this.home();
+    const isLower = this.isHome && height < this.lookedAt; // than when it looked from home
+    if (this.fresh || isLower) this.home();
     this.fresh = false;
     this.show(page.scene);
   }
@@ -159,7 +174,8 @@ export class View {
     const { fov, aspect } = this.cameras[0];
     const breadth = ((this.sides - 1) * scene.distance) / 2 + 2.6; // from the middle
     const away = breadth / (aspect * Math.tan((fov * Math.PI) / 360));
-    const distance = Math.max(far + more, away);
+    const free = 1 - this.covered / this.pixels[1] / 2; // numbers above need room, too
+    const distance = Math.max((far + more) / free, away);
     this.orbit.target.set(0, 0, (low + high) / 2 - (this.asTop ? 0 : 0.1));
     this.orbit.maxDistance = 2.5 * distance;
     const from = this.sides > 1 ? FRONT : HOME;
@@ -169,7 +185,7 @@ export class View {
     this.cameras[1].updateProjectionMatrix();
     Object.assign(this.world.fog, { near: distance, far: 6 * distance });
     this.orbit.update();
-    this.isHome = true;
+    Object.assign(this, { isHome: true, lookedAt: low });
   }
   makeTops(height) {
     for (const top of this.tops) {
@@ -251,7 +267,7 @@ export class View {
       top.solid.handles[0].visible = top.role === "thick" && apart;
     }
     this.floor.visible = show.floor;
-    this.floor.shadows.visible = show.solid !== "none";
+    this.floor.showShadows(show.solid !== "none", show.rod);
     this.orbit.object = this.cameras[+show.flat];
     this.orbit.maxPolarAngle = show.floor && !show.flat ? 1.64 : Math.PI; // above the floor
     this.orbit.update();
@@ -302,7 +318,7 @@ export class View {
     this.world.updateMatrixWorld();
     this.floor.follow();
     this.renderer.render(this.world, this.camera);
-    this.letters.follow(this.pixels);
+    this.letters.follow(this.pixels, this.covered);
   }
   // Returns the letters at a top's arrows, and at the circles between which its apex stays.
   lettersOf(top) {

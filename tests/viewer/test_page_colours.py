@@ -6,6 +6,7 @@ matrices of Machado, Oliveira and Fernandes (2009), in linear RGB; a distance is
 where 10 is seen at a glance."""
 
 import itertools
+import json
 import re
 
 import numpy as np
@@ -102,6 +103,22 @@ def test_tops_are_told_apart(eye):
 def test_the_first_and_the_second_method_are_told_apart_at_a_glance(eye):
     first, _, second, *_ = TOPS
     assert np.linalg.norm(seen(first, eye) - seen(second, eye)) > 60
+
+
+TEXTS = [
+    (preset["name"], text)
+    for preset in json.loads((VIEWER / "presets.json").read_text(encoding="utf-8"))
+    for text in [preset["about"], *(each["look"] for each in preset.get("tries", []))]
+]
+
+
+@pytest.mark.parametrize("name, text", TEXTS)
+def test_a_text_says_where_a_coloured_top_is(name, text):
+    """Readers who do not tell the colours apart find a top by its side or by its dashed line."""
+    for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
+        first = text.lower().index(colour)
+        around = text.lower()[max(0, first - 40) : first + 50]
+        assert re.search("left|right|dashed", around), (name, colour)
 
 
 @pytest.mark.parametrize("eye", EYES)

@@ -175,7 +175,7 @@ def test_buttons_and_keys(page):
     page.keyboard.press("3")
     assert scene(page)["name"] == PRESETS[2]
     page.keyboard.press("c")
-    assert scene(page)["name"] == "Compare four" and page.evaluate("kreisel.page.tops.length") == 4
+    assert page.evaluate("kreisel.page.tops.length") == 4
     page.keyboard.press("h")
     assert not page.locator("#panel").is_visible()
     page.keyboard.press("h")
@@ -185,10 +185,27 @@ def test_buttons_and_keys(page):
         and "Principal axes" in page.locator("#keys").inner_text()
     )
     page.keyboard.press("z")
-    assert scene(page)["name"] == "Compare four"  # the page waits behind the list
+    assert page.evaluate("kreisel.page.tops.length") == 4  # the page waits behind the list
     page.keyboard.press("Escape")
     page.keyboard.press("z")
-    assert scene(page)["name"] == PRESETS[2]
+    assert scene(page)["name"] == PRESETS[2] and page.evaluate("kreisel.page.tops.length") == 1
+
+
+@pytest.mark.parametrize("preset", ["Fast precession", "Kowalewski", "Sleeping top"])
+def test_compare_four_keeps_the_top_its_start_and_the_time(page, preset):
+    load(page, preset)
+    advance(page, 3)
+    before = scene(page)
+    page.get_by_role("button", name="Compare four").click()
+    until(page, 3)
+    after = scene(page)
+    for key in ("body", "shape", "attitude", "momentum", "gravity", "taken", "speed", "show"):
+        assert after[key] == before[key], key
+    first = "strang" if preset == "Kowalewski" else "bobenko_suris"
+    assert after["methods"] == [first, "extrap"] and after["step"] == [0.01, 0.2]
+    assert page.evaluate("kreisel.page.tops.length") == 4
+    page.evaluate("kreisel.page.restart()")
+    assert len({tuple(state) for state in states(page)}) == 1  # all from one start
 
 
 def test_stops_at_the_stop_time(page):

@@ -116,6 +116,61 @@ def test_the_table_of_integrals_is_whole(page):
     assert max(ends) <= 0
 
 
+PHONES = [(390, 780), (360, 640), (416, 480)]
+# The lowest pixel of each top and of each label, and the highest of the footer.
+LOWEST = """(() => {
+    const {view} = kreisel, {top} = document.querySelector('main').getBoundingClientRect();
+    view.dirty = true;
+    view.render();
+    view.world.updateMatrixWorld(true);
+    const corner = ({min, max}, i) => view.camera.position.clone().set(
+        i & 1 ? min.x : max.x, i & 2 ? min.y : max.y, i & 4 ? min.z : max.z);
+    const bodies = view.tops.flatMap(({solid}) => solid.handles).filter((part) => part.geometry);
+    const ends = bodies.flatMap((part) => {
+        part.geometry.computeBoundingBox();
+        return Array.from({length: 8}, (_, i) => view.project(
+            part.localToWorld(corner(part.geometry.boundingBox, i)))[1]);
+    });
+    const labels = [...document.querySelectorAll('.letters span')].filter((one) => !one.hidden)
+        .map((one) => one.getBoundingClientRect().bottom - top);
+    const shown = ['hint', 'bar'].map((id) => document.getElementById(id))
+        .filter((one) => one.offsetParent);
+    return [Math.max(...ends), Math.max(...labels), shown[0].getBoundingClientRect().top - top];
+})()"""
+
+
+@pytest.mark.parametrize("size", PHONES, ids=str)
+@pytest.mark.parametrize("preset", ["A spinning top", "Sleeping top", "Compare four"])
+def test_the_footer_covers_neither_tops_nor_their_names(resizable, size, preset):
+    resize(resizable, size)
+    resizable.keyboard.press("Home")
+    load(resizable, preset)
+    advance(resizable, 6)
+    wait_for(resizable, "kreisel.view.covered > 40")
+    body, label, footer = resizable.evaluate(LOWEST)
+    assert body < footer and label < footer
+
+
+@pytest.mark.parametrize("is_large", [False, True], ids=["plain", "projector"])
+def test_whatever_scrolls_can_be_scrolled_by_keys(resizable, is_large):
+    resize(resizable, PHONE)
+    load(resizable, "Compare four")
+    if is_large:
+        resizable.keyboard.press("b")
+    advance(resizable, 6)
+    resizable.evaluate("kreisel.page.tell(), kreisel.charts.update()")
+    out_of_reach = resizable.evaluate("""[...document.querySelectorAll('#panel *')].filter((one) => {
+        const {overflowX, overflowY} = getComputedStyle(one), scrolls = /auto|scroll/;
+        const isWide = scrolls.test(overflowX) && one.scrollWidth > one.clientWidth;
+        const isHigh = scrolls.test(overflowY) && one.scrollHeight > one.clientHeight;
+        return (isWide || isHigh) && one.tabIndex < 0;
+    }).map((one) => one.id || one.className)""")
+    reachable = resizable.evaluate("document.querySelectorAll('p[tabindex]').length")
+    if is_large:
+        resizable.keyboard.press("b")
+    assert out_of_reach == [] and (reachable > 0) == is_large
+
+
 def test_a_phone_has_a_hint_and_buttons_for_fingers(browser):
     page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
     assert page.locator("#hint").inner_text() == "Drag the green tip; ☞ lets you push the top."

@@ -260,6 +260,23 @@ def test_the_turned_top_has_the_mass_and_moments_of_the_scene(page, preset):
     assert profile[0, 0] > -0.02 and page.evaluate("kreisel.view.tops[0].solid.handles.length") == 4
 
 
+def draw_solid(page, body):
+    """Show a body of Python as a solid of revolution and return its profile."""
+    given = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
+    page.evaluate("given => kreisel.page.load(given)", {**given, "show": {"solid": "top"}})
+    return np.array(page.evaluate("kreisel.view.turned.profile"))
+
+
+def test_a_cone_is_drawn_as_a_cone_and_a_cylinder_as_a_drum(page):
+    height, radius = draw_solid(page, kr.Body.cone(1.0, 2.0, (0, 0, 0), mass=1.5)).T
+    assert radius[0] == 0 and height[0] == pytest.approx(0, abs=1e-6)
+    assert radius[1:3] / height[1:3] == pytest.approx(0.5, rel=1e-6)
+    assert height[2:] == pytest.approx(2, rel=1e-3) and radius.max() == pytest.approx(1, rel=1e-6)
+    height, radius = draw_solid(page, kr.Body.cylinder(1.0, 2.0, (0, 0, -1), mass=1.5)).T
+    assert radius[1:-1] == pytest.approx(1, rel=0.01)
+    assert np.ptp(height) == pytest.approx(2, rel=0.01)
+
+
 def test_top_and_box_are_chosen_and_only_a_symmetric_body_is_turned(page):
     choice, drawn = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
     assert page.evaluate(drawn) == 21  # faces, corners and edges

@@ -170,6 +170,23 @@ def test_window_can_be_resized(page, size):
     assert end - start == pytest.approx((12, -9), abs=1) and scene(page)["momentum"] != before
 
 
+def test_the_camera_goes_back_when_the_floor_sinks(page):
+    load(page, "A spinning top")
+    page.keyboard.press("Home")
+    (near, *_), floor = camera(page), "kreisel.view.floor.height"
+    before = page.evaluate(floor)
+    for axis in ("first", "second", "vertical"):
+        page.get_by_label(f"Momentum, {axis} component").fill("0")
+        page.keyboard.press("Tab")
+    assert page.evaluate(floor) < before - 0.5  # it falls through the lowest point
+    far, target, _ = camera(page)
+    assert np.linalg.norm(far) > 1.2 * np.linalg.norm(near)
+    low = f"""(({{orbit}}) => kreisel.view.project(
+        orbit.target.clone().setZ({floor})))(kreisel.view)[1]"""
+    assert page.evaluate(low) < WIDE[1]
+    assert target[2] < 0
+
+
 # The rod
 
 
