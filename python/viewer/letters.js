@@ -36,14 +36,14 @@ export class Letters {
     const taken = [];
     const placed = this.all.map((letter) => ({ ...letter, place: letter.at() }));
     for (const { span, place, wide } of placed.sort(isHigher)) {
-      const inside = place && place[0] > 4 && place[0] < width - 8;
-      span.hidden = !inside || place[1] < 4 || place[1] > height - covered - 8;
-      if (span.hidden) continue;
-      const x = Math.min(place[0], width - wide);
-      let [, y] = place;
+      const isInside = place && place[0] > 4 && place[0] < width - 8 && place[1] > 4;
+      const x = isInside && Math.min(place[0], width - wide);
+      let y = isInside && place[1];
       const meets = ([a, b, w]) => a < x + wide && x < a + w && Math.abs(b - y) < gap;
       const isOver = () => (x < corner[0] && y < corner[1] + gap / 2) || taken.some(meets);
       for (let i = 0; i < 6 && isOver(); i++) y += gap;
+      span.hidden = !isInside || y > height - covered - 16;
+      if (span.hidden) continue;
       taken.push([x, y, wide]);
       span.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     }

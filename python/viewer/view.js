@@ -71,10 +71,10 @@ export class View {
   }
   // What is to be drawn anew wakes the page.
   get dirty() {
-    return this.isDirty;
+    return this.needsRender;
   }
   set dirty(on) {
-    this.isDirty = on;
+    this.needsRender = on;
     if (on) this.wake();
   }
 
