@@ -1,18 +1,18 @@
-// How the eye moves without a mouse, and finds home.
+// Camera moves without a mouse, and the home view.
 import { Spherical, Vector3 } from "three";
-import { stage } from "./core.js";
+import { simulation } from "./core.js";
 
-// Looks from where it looked first, at all of the scene.
-export function home(view) {
+// Show the whole scene from the home position.
+export function showHomeView(view) {
   view.side = undefined;
   view.build(view.page, true);
   view.orbit.update();
 }
-// Turns about what it looks at, by angles in radians.
-export function swing(view, across, up) {
+// Turn the camera about its target by angles in radians.
+export function orbitBy(view, across, up) {
   const { orbit, camera } = view;
   const seen = camera.position.clone().sub(orbit.target);
-  // three.js counts these angles from its own vertical, y.
+  // Spherical coordinates of three.js have their pole at y.
   const at = new Spherical().setFromVector3(new Vector3(seen.y, seen.z, seen.x));
   at.theta += across;
   at.phi = Math.min(Math.max(at.phi - up, 0.01), orbit.maxPolarAngle);
@@ -21,17 +21,17 @@ export function swing(view, across, up) {
   view.isHome = false;
   orbit.update();
 }
-// Comes nearer by a factor, or goes along to the right, a part of the distance.
-export function approach(view, factor) {
+// Multiply the distance to the target by `factor`.
+export function zoomBy(view, factor) {
   const { orbit, camera } = view;
   if (camera.isOrthographicCamera) camera.zoom = Math.min(10, Math.max(0.2, camera.zoom / factor));
   else camera.position.sub(orbit.target).multiplyScalar(factor).add(orbit.target);
   camera.updateProjectionMatrix();
   orbit.update();
   view.isHome = false;
-  view.dirty = true;
+  view.isDirty = true;
 }
-export function slide(view, part) {
+export function panBy(view, part) {
   const { orbit, camera } = view;
   const right = new Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
   right.multiplyScalar(part * camera.position.distanceTo(orbit.target));
@@ -39,7 +39,7 @@ export function slide(view, part) {
   view.isHome = false;
   orbit.update();
 }
-// Draws arrows that left the picture on a smaller scale, and says whether there were any.
+// Shrink arrows whose tips left the picture. Return whether any did.
 export function fitArrows(view) {
   const [w, h] = view.pixels;
   const isOut = (arrow) => {
@@ -47,7 +47,7 @@ export function fitArrows(view) {
     return x < 0 || y < 0 || x > w || y > h;
   };
   view.world.updateMatrixWorld(true);
-  const [momentum, velocity] = stage.reach(0);
+  const [momentum, velocity] = simulation.getReach(0);
   const out = (part) => view.tops.some((top) => top[part] && isOut(top[part]));
   const [longMomentum, longVelocity] = [out("m"), out("w")];
   if (longMomentum) view.momentumZoom = 3.2 / momentum;

@@ -1,6 +1,6 @@
-// The C core as WebAssembly. Structures of kreisel.h go through its memory as rows of doubles: a
-// body has 12, a state 8 (t, q, m), a scene 24 (body, gravity, start, damping), as csrc/viewer/wasm.c
-// asserts.
+// The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
+// 12, a state 8 (t, q, m), and a scene 24 (body, gravity, start, damping). The file
+// csrc/viewer/wasm.c asserts these sizes.
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));
@@ -8,82 +8,100 @@ const { instance } = await WebAssembly.instantiate(await new Response(unpacked).
 const C = instance.exports;
 C._initialize();
 
-// Fixed places for what goes in and out: a scene, and three arguments.
+// Fixed addresses for arguments and results: one scene and three small arrays.
 const scratch = C.malloc(8 * 64);
 const [SCENE, FIRST, SECOND, THIRD] = [0, 24, 36, 40].map((offset) => scratch + 8 * offset);
 
-const doubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
-const put = (pointer, numbers) => (doubles(pointer, numbers.length).set(numbers), pointer);
-const putBody = ({ mass, moments, com, axes }) =>
-  put(SCENE, [mass, ...moments, ...com, ...axes, 0]);
-function putScene(body, gravity, q, m) {
-  put(putBody(body) + 8 * 12, [gravity, 0, ...q, ...m, 0, 0, 0]);
+const viewDoubles = (pointer, n) => new Float64Array(C.memory.buffer, pointer, n);
+const writeDoubles = (pointer, numbers) => (
+  viewDoubles(pointer, numbers.length).set(numbers),
+  pointer
+);
+const writeBody = ({ mass, moments, com, axes }) =>
+  writeDoubles(SCENE, [mass, ...moments, ...com, ...axes, 0]);
+function writeScene(body, gravity, q, m) {
+  writeDoubles(writeBody(body) + 8 * 12, [gravity, 0, ...q, ...m, 0, 0, 0]);
   return SCENE;
 }
-const list = (length, made) => Array.from({ length }, (_, i) => made(i));
+const makeList = (length, makeItem) => Array.from({ length }, (_, i) => makeItem(i));
 
-function text(pointer) {
+function readText(pointer) {
   const bytes = new Uint8Array(C.memory.buffer, pointer);
   return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
 }
-function check(status) {
-  if (status) throw new Error(text(C.kr_status_text(status)));
+function checkStatus(status) {
+  if (status) throw new Error(readText(C.kr_status_text(status)));
 }
 
-export const TICKS = C.kr_page_ticks(); // to the unit of time
-export const TOPS = C.kr_page_tops(); // that a stage has room for
-export const WAY_POINTS = C.kr_page_way_points();
+export const TICKS = C.kr_page_ticks(); // per unit of time
+export const MAX_TOPS = C.kr_page_tops(); // in one simulation
+export const TRACE_POINTS = C.kr_page_way_points();
 export const [ROD_RINGS, ROD_SIDES] = [C.kr_page_rod_rings(), C.kr_page_rod_sides()];
 
 export const methods = new Map(
-  list(C.kr_method_count(), (i) => {
+  makeList(C.kr_method_count(), (i) => {
     const pointer = C.kr_method_at(i);
-    const name = text(C.kr_method_name(pointer));
-    const adaptive = !!C.kr_page_adaptive(pointer);
-    const restarts = !!C.kr_page_restarts(pointer); // the stage starts it again after each step
-    const suits = (body, gravity) =>
-      !!C.kr_method_suits(pointer, putScene(body, gravity, [1, 0, 0, 0], [0, 0, 0]));
-    return [name, { pointer, adaptive, restarts, suits, text: text(C.kr_method_text(pointer)) }];
+    const name = readText(C.kr_method_name(pointer));
+    const isAdaptive = !!C.kr_page_adaptive(pointer);
+    // The simulation restarts the method after each step.
+    const isRestarting = !!C.kr_page_restarts(pointer);
+    const isSuitable = (body, gravity) =>
+      !!C.kr_method_suits(pointer, writeScene(body, gravity, [1, 0, 0, 0], [0, 0, 0]));
+    return [
+      name,
+      {
+        pointer,
+        isAdaptive,
+        isRestarting,
+        isSuitable,
+        description: readText(C.kr_method_text(pointer)),
+      },
+    ];
   }),
 );
 
-// These are measured of a top: quantities of its state, integrals among them (`kept`), the frame
-// error against another top, "error", and "modified_energy", which one method keeps.
-export const measures = list(C.kr_page_measures(), (number) => ({
+// Measures of a top: quantities of its state, the attitude error "error" against another top, and
+// "modified_energy", which only one method conserves.
+export const measures = makeList(C.kr_page_measures(), (number) => ({
   number,
-  name: text(C.kr_page_measure_name(number)),
-  text: text(C.kr_page_measure_text(number)),
-  kept: !!C.kr_page_measure_kept(number),
+  name: readText(C.kr_page_measure_name(number)),
+  description: readText(C.kr_page_measure_text(number)),
+  isConserved: !!C.kr_page_measure_kept(number),
 }));
-export const measureOf = (name) => measures.find((measure) => measure.name === name);
+export const findMeasure = (name) => measures.find((measure) => measure.name === name);
 
-// Makes the core's body of one as its user describes it.
+// Build a body in principal axes from a body as its user describes it.
 export function makeBody(body) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
-  if (half) check(C.kr_body_cuboid(density, put(FIRST, half), put(SECOND, pivot), SCENE));
-  else check(C.kr_body_from_tensor(mass, put(FIRST, inertia), put(THIRD, com), SCENE));
-  const [own, ...row] = Array.from(doubles(SCENE, 11));
+  if (half)
+    checkStatus(
+      C.kr_body_cuboid(density, writeDoubles(FIRST, half), writeDoubles(SECOND, pivot), SCENE),
+    );
+  else
+    checkStatus(
+      C.kr_body_from_tensor(mass, writeDoubles(FIRST, inertia), writeDoubles(THIRD, com), SCENE),
+    );
+  const [own, ...row] = Array.from(viewDoubles(SCENE, 11));
   return { mass: own, moments: row.slice(0, 3), com: row.slice(3, 6), axes: row.slice(6, 10) };
 }
-export const kindOf = (body) => text(C.kr_page_kind(putBody(body)));
+export const findKind = (body) => readText(C.kr_page_kind(writeBody(body)));
 
-// Tells how the axis of a symmetric top moves from a start on: between which nutations, how fast
-// about the vertical on the mean, with what period, beyond which spin it would sleep, and its own
-// spin at the start. null for other tops.
-export function limitsOf(body, gravity, q, m) {
-  const told = C.kr_page_limits(putScene(body, gravity, q, m));
-  if (!told) return null;
-  const [least, greatest, critical, precession, period, spin] = doubles(told, 6);
-  const course = text(C.kr_page_course(SCENE));
-  return { least, greatest, critical, precession, period, spin, course };
+// Compute the limits of the tilt, the mean precession, the period, the critical spin and the spin
+// of a symmetric top. Returns null for other bodies.
+export function computeLimits(body, gravity, q, m) {
+  const pointer = C.kr_page_limits(writeScene(body, gravity, q, m));
+  if (!pointer) return null;
+  const [least, greatest, critical, precession, period, spin] = viewDoubles(pointer, 6);
+  const motionType = readText(C.kr_page_course(SCENE));
+  return { least, greatest, critical, precession, period, spin, motionType };
 }
 
-// Finds the cuboid as which a body is drawn: its half edges, its centre seen from the fixed point,
-// its turn in the frame in which the body was described.
-export function cuboidOf(body) {
+// Compute the cuboid that represents a body: half edges, centre seen from the fixed point, and its
+// rotation in the frame of description.
+export function computeCuboid(body) {
   const { half, pivot, density = 1 } = body;
   if (half) return { half, centre: pivot.map((x) => -x || 0), turn: [1, 0, 0, 0], density };
-  const row = Array.from(doubles(C.kr_page_box(putBody(makeBody(body))), 11));
+  const row = Array.from(viewDoubles(C.kr_page_box(writeBody(makeBody(body))), 11));
   return {
     half: row.slice(0, 3),
     centre: row.slice(3, 6),
@@ -92,52 +110,52 @@ export function cuboidOf(body) {
   };
 }
 
-// Reads one number of each row of the record, from its place in the first row.
-function column(first) {
+// Read one number from each row of the record. `first` is its address in the first row.
+function readColumn(first) {
   const [rows, width] = [C.kr_page_rows(), C.kr_page_row_doubles()];
-  const all = doubles(first, rows && width * (rows - 1) + 1);
-  return list(rows, (row) => all[width * row]);
+  const all = viewDoubles(first, rows && width * (rows - 1) + 1);
+  return makeList(rows, (row) => all[width * row]);
 }
 
 const tracks = [];
-function points(n, into) {
+function copyPoints(n, into) {
   into.set(new Float32Array(C.memory.buffer, C.kr_page_points(), 3 * n));
   return n;
 }
-export const stage = {
+export const simulation = {
   clear() {
     C.kr_page_clear();
     for (const pointer of tracks.splice(0)) C.free(pointer);
   },
-  add(body, gravity, q, m, { pointer, adaptive }, step, tol, against) {
-    const scene = putScene(body, gravity, q, m);
-    check(C.kr_page_add(scene, pointer, step, adaptive ? tol : 0, against));
+  addTop(body, gravity, q, m, { pointer, isAdaptive }, step, tol, comparedWith) {
+    const scene = writeScene(body, gravity, q, m);
+    checkStatus(C.kr_page_add(scene, pointer, step, isAdaptive ? tol : 0, comparedWith));
   },
-  addTrack(body, gravity, states, step, against) {
-    const room = put(C.malloc(8 * states.length), states);
+  addTrack(body, gravity, states, step, comparedWith) {
+    const room = writeDoubles(C.malloc(8 * states.length), states);
     tracks.push(room);
     const [, w, x, y, z, ...m] = states.subarray(0, 8);
-    const scene = putScene(body, gravity, [w, x, y, z], m);
-    check(C.kr_page_add_track(scene, room, states.length / 8, step, against));
+    const scene = writeScene(body, gravity, [w, x, y, z], m);
+    checkStatus(C.kr_page_add_track(scene, room, states.length / 8, step, comparedWith));
   },
   advance: (target, most) => C.kr_page_advance(target, most),
-  late: () => C.kr_page_late() !== 0, // whether a top is too fast to have come to its next step
-  common: () => C.kr_page_common(),
-  state: (i) => doubles(C.kr_page_state(i), 8), // t, q, m
-  velocity: (i) => Array.from(doubles(C.kr_page_velocity(i), 3)),
-  reach: (i) => doubles(C.kr_page_reach(i), 2), // how long momentum and velocity get
-  failure: (i) => (C.kr_page_status(i) ? text(C.kr_status_text(C.kr_page_status(i))) : ""),
-  way: (i, radius, into) => points(C.kr_page_way(i, radius), into),
-  rod: (i, scale, radius, power, into) =>
-    points(C.kr_page_rod(i, scale, radius, power), into),
-  // Returns what is measured of top i now, by name; NaN is not to be had.
-  measure(i) {
-    const now = doubles(C.kr_page_measure(i), measures.length);
+  isLate: () => C.kr_page_late() !== 0, // whether a top needs more calls to finish its step
+  getCommonStep: () => C.kr_page_common(),
+  getState: (i) => viewDoubles(C.kr_page_state(i), 8), // t, q, m
+  getVelocity: (i) => Array.from(viewDoubles(C.kr_page_velocity(i), 3)),
+  getReach: (i) => viewDoubles(C.kr_page_reach(i), 2), // largest possible |m| and |w|
+  getFailure: (i) => (C.kr_page_status(i) ? readText(C.kr_status_text(C.kr_page_status(i))) : ""),
+  fillTrace: (i, radius, into) => copyPoints(C.kr_page_way(i, radius), into),
+  fillRod: (i, scale, radius, power, into) =>
+    copyPoints(C.kr_page_rod(i, scale, radius, power), into),
+  // Return the current measures of top `i` by name. NaN means undefined.
+  measureTop(i) {
+    const now = viewDoubles(C.kr_page_measure(i), measures.length);
     return Object.fromEntries(measures.map(({ name, number }) => [name, now[number]]));
   },
-  rows: () => C.kr_page_rows(),
-  time: () => column(C.kr_page_times()),
-  // Returns a measure of top i on its way; for `side` -1 and 1 its least and its greatest since the
-  // row before.
-  record: (i, name, side = 0) => column(C.kr_page_record(i, measureOf(name).number, side)),
+  countRows: () => C.kr_page_rows(),
+  getTimes: () => readColumn(C.kr_page_times()),
+  // Return the recorded values of a measure. `side` -1 and 1 select the least and the greatest
+  // value since the previous row.
+  getRecord: (i, name, side = 0) => readColumn(C.kr_page_record(i, findMeasure(name).number, side)),
 };

@@ -1,15 +1,14 @@
-// The floor, the stand on which a top's tip rests, and soft shadows. A shadow is the body itself,
-// pressed flat along the light: once for each of some points of a wide lamp, so that it is sharp
-// where the body touches the floor and soft where it is high.
+// The floor, the lights and soft shadows. A shadow is the body projected onto the floor from
+// several points of a wide lamp: sharp near the contact and soft farther up.
 import * as THREE from "three";
 
-const LAMP = new THREE.Vector3(2.2, -2.6, 7); // towards it, as the sun of light()
+const LAMP = new THREE.Vector3(2.2, -2.6, 7); // direction to the lamp and to the main light
 const POINTS = 9; // of the lamp
-const WIDTH = 0.07; // of the lamp, in radians
-const EXTENT = 11; // of the floor, which fades away
-const LIFT = 4e-3; // what lies on the floor is so far above it, or the two would flicker
+const WIDTH = 0.07; // of the lamp [rad]
+const EXTENT = 11; // radius of the floor, which fades out
+const LIFT = 4e-3; // height of shadows above the floor, against flicker
 
-export function light(world) {
+export function addLights(world) {
   const sun = new THREE.DirectionalLight("#fff3df", 2.4);
   const rim = new THREE.DirectionalLight("#cfe0ff", 0.9);
   sun.position.copy(LAMP);
@@ -17,8 +16,8 @@ export function light(world) {
   world.add(new THREE.HemisphereLight("#ffffff", "#a79c90", 1.5), sun, rim);
 }
 
-// A pool of light: a disc whose points are the clearer the farther out they are.
-function pool() {
+// Make a disc that becomes transparent towards its rim.
+function makeGround() {
   const shape = new THREE.RingGeometry(0, EXTENT, 48, 16);
   const places = shape.attributes.position;
   const shades = new Float32Array(4 * places.count).fill(1);
@@ -34,57 +33,61 @@ function pool() {
 export class Floor {
   constructor(world) {
     this.group = new THREE.Group();
-    this.pool = pool();
+    this.ground = makeGround();
     const grid = new THREE.PolarGridHelper(8, 24, 8, 96).rotateX(Math.PI / 2);
     const look = { color: "#808894", transparent: true, opacity: 0.22, depthWrite: false };
     grid.material = new THREE.LineBasicMaterial(look);
     grid.position.z = LIFT / 2;
-    [this.pool.renderOrder, grid.renderOrder] = [-3, -2];
+    [this.ground.renderOrder, grid.renderOrder] = [-3, -2];
     this.shadows = new THREE.Group();
-    world.add(this.group.add(this.pool, grid, this.shadows));
+    world.add(this.group.add(this.ground, grid, this.shadows));
   }
   set visible(on) {
     this.group.visible = on;
   }
-  // Takes the floor to its height, in the colours of the page.
-  place(height, isDark) {
+  // Set the height and the colours of the floor.
+  setHeight(height, isDark) {
     this.height = height;
     this.group.position.z = height;
-    this.pool.material.color.set(isDark ? "#2b3342" : "#ffffff");
+    this.ground.material.color.set(isDark ? "#2b3342" : "#ffffff");
     this.strength = isDark ? 0.55 : 0.3;
   }
-  // Gives each top that is solid its shadows.
-  cast(tops) {
+  // Make the shadows of all bodies and rods.
+  castShadows(tops) {
     for (const shadow of this.shadows.children) shadow.material.dispose();
     this.shadows.clear();
     const opacity = 1 - (1 - this.strength) ** (1 / POINTS);
     const look = { color: "#0c1018", transparent: true, opacity, depthWrite: false };
     const dark = new THREE.MeshBasicMaterial(look);
     for (const top of tops)
-      for (const body of [...top.solid.shading, top.rod])
+      for (const body of [...top.solid.shadowCasters, top.rod])
         for (let k = 0; k < POINTS; k++) {
           const shadow = new THREE.Mesh(body.geometry, dark);
           Object.assign(shadow, { matrixAutoUpdate: false, frustumCulled: false, renderOrder: -1 });
-          shadow.userData = { body, press: press(k), isRod: body === top.rod };
+          shadow.userData = {
+            caster: body,
+            projection: makeProjection(k),
+            isRod: body === top.rod,
+          };
           this.shadows.add(shadow);
         }
   }
-  // Shows the shadows of bodies, of rods, or of both.
+  // Show the shadows of bodies, of rods, or of both.
   showShadows(ofBodies, ofRods) {
     for (const shadow of this.shadows.children)
       shadow.visible = shadow.userData.isRod ? ofRods : ofBodies;
   }
-  // Lays the shadows where the bodies are now.
-  follow() {
+  // Move the shadows to the current positions.
+  updateShadows() {
     const down = new THREE.Matrix4().makeTranslation(0, 0, -this.height);
     for (const { matrix, userData } of this.shadows.children) {
-      matrix.multiplyMatrices(down, userData.body.matrixWorld).premultiply(userData.press);
+      matrix.multiplyMatrices(down, userData.caster.matrixWorld).premultiply(userData.projection);
     }
   }
 }
-// Returns what presses a body flat along the light from a point of the lamp. Points lie on a
-// sunflower's spiral.
-function press(k) {
+// Return the projection onto the floor from point `k` of the lamp. The points lie on a Fermat
+// spiral.
+function makeProjection(k) {
   const [out, turn] = [WIDTH * Math.sqrt((k + 0.5) / POINTS), 2.39996 * k];
   const x = LAMP.x / LAMP.z + out * Math.cos(turn);
   const y = LAMP.y / LAMP.z + out * Math.sin(turn);

@@ -1,168 +1,187 @@
-// The page comes to life: buttons and keys, the window, and a frame loop.
-import { Bar } from "./bar.js";
-import { nameOf } from "./compute.js";
-import { stage, TICKS } from "./core.js";
-import { home } from "./camera.js";
+// Create all parts of the page and run the frame loop.
+import { Toolbar } from "./toolbar.js";
+import { formatTopName } from "./accuracy.js";
+import { simulation, TICKS } from "./core.js";
+import { showHomeView } from "./camera.js";
 import { Charts } from "./charts.js";
-import { Hands } from "./hands.js";
-import { fileButtons } from "./files.js";
-import { Keys } from "./keys.js";
-import { remembered } from "./memory.js";
-import { Numbers } from "./numbers.js";
-import { Page } from "./page.js";
+import { DragHandler } from "./drags.js";
+import { listDownloads } from "./downloads.js";
+import { Keyboard } from "./keyboard.js";
+import { loadColorScheme } from "./storage.js";
+import { Readout } from "./readout.js";
+import { PageState } from "./page_state.js";
 import { Panel } from "./panel.js";
 import presets from "./presets.json";
-import { complete } from "./scene.js";
+import { completeScene } from "./scene.js";
 import { View } from "./view.js";
 
-// The page as it came, before anything is changed.
+// The page before any change, for the download.
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
-const $ = (id) => document.getElementById(id);
-const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const getElement = (id) => document.getElementById(id);
+const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
 const { style } = document.documentElement;
-style.colorScheme = remembered();
+style.colorScheme = loadColorScheme();
 
-// An event without an error is a note of the browser's, as that a size is told a frame later.
+// Events without an error are notes of the browser, such as ResizeObserver notifications.
 addEventListener("error", ({ message, error }) => {
-  if (error) $("words").textContent = `The page has stopped on an error: ${message}`;
+  if (error) getElement("words").textContent = `The page has stopped on an error: ${message}`;
 });
-const view = new View($("view"));
-const page = new Page(view);
+const view = new View(getElement("view"));
+const page = new PageState(view);
 const charts = new Charts(page);
-const panel = new Panel($("panel"), page, charts, fileButtons(page, view, charts, source), choose);
-const numbers = new Numbers($("view"));
-view.letters.avoid(numbers.place);
-const footerHeight = () => {
-  const first = $("hint").offsetParent ? $("hint") : $("bar");
-  return $("view").getBoundingClientRect().bottom - first.getBoundingClientRect().top;
+const panel = new Panel(
+  getElement("panel"),
+  page,
+  charts,
+  listDownloads(page, view, charts, source),
+  choosePreset,
+);
+const readout = new Readout(getElement("view"));
+view.labels.avoidElement(readout.container);
+const measureFooter = () => {
+  const first = getElement("hint").offsetParent ? getElement("hint") : getElement("bar");
+  return getElement("view").getBoundingClientRect().bottom - first.getBoundingClientRect().top;
 };
-const footer = new ResizeObserver(() => view.setFooter(footerHeight()));
-for (const id of ["hint", "bar"]) footer.observe($(id));
-const hands = new Hands(view, page);
+const footerObserver = new ResizeObserver(() => view.setFooter(measureFooter()));
+for (const id of ["hint", "bar"]) footerObserver.observe(getElement(id));
+const drags = new DragHandler(view, page);
 
-const keys = new Keys($("keys"), { page, view, hands, presets, choose });
-const bar = new Bar($("bar"), page, hands, keys);
+const keyboard = new Keyboard(getElement("keys"), { page, view, drags, presets, choosePreset });
+const toolbar = new Toolbar(getElement("bar"), page, drags, keyboard);
 
-function choose(preset) {
+function choosePreset(preset) {
   if (!preset) return;
-  page.replace(preset);
-  home(view);
-  page.run(!calm.matches);
+  page.replaceScene(preset);
+  showHomeView(view);
+  page.setRunning(!reducedMotion.matches);
 }
-let stale = false; // while a hand moves, what is told waits for the next frame
-let told = {}; // of what was told last
-const differs = (before) => ["clock", "tops", "running"].some((key) => before[key] !== page[key]);
-function draw() {
-  stale = false;
-  const { clock, tops, running } = page;
-  told = { clock, tops, running };
+let isStale = false; // during a drag all updates wait for the next frame
+let drawn = {}; // the state at the last update
+const hasChanged = (before) =>
+  ["clock", "tops", "isRunning"].some((key) => before[key] !== page[key]);
+function drawPanel() {
+  isStale = false;
+  const { clock, tops, isRunning } = page;
+  drawn = { clock, tops, isRunning };
   panel.draw();
-  bar.draw();
-  numbers.update(page);
+  toolbar.draw();
+  readout.update(page);
   charts.build();
-  $("times").textContent = behind();
+  getElement("times").textContent = describeLateTops();
 }
-page.tell = () => {
-  if (hands.drag) stale = true;
-  else draw();
-  wake();
+page.onChange = () => {
+  if (drags.current) isStale = true;
+  else drawPanel();
+  wakeUp();
 };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => panel.repaint());
-// Paper is white, whatever the screen was.
-let chosen = "";
+// Print on a light background.
+let chosenScheme = "";
 addEventListener("beforeprint", () => {
-  chosen = style.colorScheme;
+  chosenScheme = style.colorScheme;
   style.colorScheme = "light";
   panel.repaint();
   view.render();
 });
 addEventListener("afterprint", () => {
-  style.colorScheme = chosen;
+  style.colorScheme = chosenScheme;
   panel.repaint();
 });
 view.canvas.addEventListener("webglcontextlost", () =>
-  page.say("The browser has stopped drawing the picture for now"),
+  page.showMessage("The browser has stopped drawing the picture for now"),
 );
-view.canvas.addEventListener("webglcontextrestored", () => page.say(""));
-// A double click shows one top alone in the charts, or all of them.
+view.canvas.addEventListener("webglcontextrestored", () => page.showMessage(""));
+// A double click shows one top alone in the charts, or all tops.
 view.canvas.addEventListener("dblclick", ({ clientX, clientY }) => {
   const top = view.pick(clientX, clientY)?.i;
   const shown = page.scene.shown.map((_, i) => i === (top ?? i));
-  page.set("shown", shown);
+  page.setValue("shown", shown);
 });
 
-$("fold").addEventListener("click", () => {
-  $("panel").hidden = !$("panel").hidden;
-  $("fold").ariaExpanded = !$("panel").hidden;
+getElement("fold").addEventListener("click", () => {
+  getElement("panel").hidden = !getElement("panel").hidden;
+  getElement("fold").ariaExpanded = !getElement("panel").hidden;
 });
 
-// A page at rest asks for no frames: whatever changes it wakes it.
-let asked = 0;
-function wake() {
-  asked ||= requestAnimationFrame(frame);
+// A page at rest requests no frames. Each change requests one.
+let request = 0;
+function wakeUp() {
+  request ||= requestAnimationFrame(drawFrame);
 }
-view.wake = wake;
-let last = null; // when the frame before was, if that was just now
-let due = 0; // when all may be told again
-function frame(now) {
-  asked = 0;
-  const rate = page.frame(last === null ? 0 : (now - last) / 1000);
-  const isOld = () => stale || differs(told) || charts.clock !== page.clock;
-  if (isOld() && now >= due) {
-    due = now + 120;
-    if (stale || differs(told)) draw();
+view.requestFrame = wakeUp;
+let lastFrame = null; // time of the previous frame while the motion runs
+let nextUpdate = 0; // earliest time of the next update
+function drawFrame(now) {
+  request = 0;
+  const rate = page.advanceFrame(lastFrame === null ? 0 : (now - lastFrame) / 1000);
+  const isOutdated = () => isStale || hasChanged(drawn) || charts.clock !== page.clock;
+  if (isOutdated() && now >= nextUpdate) {
+    nextUpdate = now + 120;
+    if (isStale || hasChanged(drawn)) drawPanel();
     charts.update();
   }
-  tellTime(rate);
-  hands.follow();
+  showTime(rate);
+  drags.updateHighlight();
   view.render();
-  const goesOn = page.running || page.goal !== null || view.recording || isOld();
-  last = goesOn ? now : null;
-  if (goesOn) wake();
+  const isActive = page.isRunning || page.goal !== null || view.recording || isOutdated();
+  lastFrame = isActive ? now : null;
+  if (isActive) wakeUp();
 }
-function tellTime(rate) {
+function showTime(rate) {
   const more = page.goal ? ` → ${page.goal / TICKS}` : "";
-  $("clock").textContent = `t = ${(page.clock / TICKS).toFixed(2)}${more} s`;
-  const slow = rate && `slower than asked for, ${rate.toPrecision(2)} units of time per second`;
-  $("clock").title = slow || "time";
+  getElement("clock").textContent = `t = ${(page.clock / TICKS).toFixed(2)}${more} s`;
+  const slow = rate && `slower than request for, ${rate.toPrecision(2)} units of time per second`;
+  getElement("clock").title = slow || "time";
 }
-// Says which tops stand at another time than the clock: they move from step to step.
-function behind() {
+// Describe the tops that are shown at another time than the clock, because they move in steps.
+function describeLateTops() {
   const least = Math.min(...page.tops.map((top) => top.ticks));
   const words = page.tops.map((top, i) => {
-    const [t] = stage.state(i);
-    if (page.running) return top.ticks > least ? `${nameOf(top)} waits for its next step` : "";
-    const isBehind = Math.abs(t * TICKS - page.clock) > 0.5 && !stage.failure(i);
-    return isBehind ? `${nameOf(top)} is shown at t = ${+t.toFixed(6)}` : "";
+    const [t] = simulation.getState(i);
+    if (page.isRunning)
+      return top.ticks > least ? `${formatTopName(top)} waits for its next step` : "";
+    const isBehind = Math.abs(t * TICKS - page.clock) > 0.5 && !simulation.getFailure(i);
+    return isBehind ? `${formatTopName(top)} is shown at t = ${+t.toFixed(6)}` : "";
   });
   return words.filter(Boolean).join("\n");
 }
 
-const linked = () =>
+const readLink = () =>
   location.hash.startsWith("#scene=") && JSON.parse(decodeURIComponent(location.hash.slice(7)));
-function attempt(open) {
+function tryToOpen(openLink) {
   try {
     open();
   } catch (error) {
     if (!view.page) page.load(presets[0]);
-    page.say(`This scene cannot be shown: ${error.message}`);
+    page.showMessage(`This scene cannot be shown: ${error.message}`);
   }
 }
-attempt(() => page.load(linked() || JSON.parse($("scene").textContent) || presets[0]));
-const open = () => linked() && page.replace(complete(linked()));
-addEventListener("hashchange", () => attempt(open));
-new ResizeObserver(() => charts.build()).observe($("panel"));
-// In a notebook it waits, and the wheel scrolls that until one clicks in.
-const isInside = window.parent !== window;
-view.orbit.enableZoom = !isInside;
+tryToOpen(() => page.load(readLink() || JSON.parse(getElement("scene").textContent) || presets[0]));
+const openLink = () => readLink() && page.replaceScene(completeScene(readLink()));
+addEventListener("hashchange", () => tryToOpen(openLink));
+new ResizeObserver(() => charts.build()).observe(getElement("panel"));
+// Inside a frame the motion waits, and the wheel scrolls the outer page until a click.
+const isInFrame = window.parent !== window;
+view.orbit.enableZoom = !isInFrame;
 view.canvas.addEventListener("pointerdown", () => (view.orbit.enableZoom = true));
-view.canvas.addEventListener("pointerleave", () => (view.orbit.enableZoom = !isInside));
-if (!calm.matches && !isInside) setTimeout(() => page.run(true), 600);
-setTimeout(() => ($("hint").style.opacity = 0), 20000);
-wake();
+view.canvas.addEventListener("pointerleave", () => (view.orbit.enableZoom = !isInFrame));
+if (!reducedMotion.matches && !isInFrame) setTimeout(() => page.setRunning(true), 600);
+setTimeout(() => (getElement("hint").style.opacity = 0), 20000);
+wakeUp();
 
-// For tests and for the curious, here are the page's state and what moves it.
-const at = (part, i = 0, number = 0) => view.project(view.handle(part, i, number));
+// Interface for tests and for the browser's console.
+const locate = (part, i = 0, number = 0) => view.project(view.findHandle(part, i, number));
 const advance = (t) => page.advance(Math.round(t * TICKS));
-const states = () => page.tops.map((_, i) => Array.from(stage.state(i)));
-window.kreisel = { page, view, hands, charts, stage, presets, choose, at, advance, states };
+const readStates = () => page.tops.map((_, i) => Array.from(simulation.getState(i)));
+window.kreisel = {
+  page,
+  view,
+  drags,
+  charts,
+  simulation,
+  presets,
+  choosePreset,
+  locate,
+  advance,
+  readStates,
+};

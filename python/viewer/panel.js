@@ -1,14 +1,13 @@
-// The panel: what can be set and read, as a function of the page's state. lit-html writes what
-// differs.
+// The panel of controls, charts and tables, rendered by lit-html from the state of the page.
 import { html, noChange, nothing, render } from "lit-html";
-import { letKeysScroll, title } from "./charts.js";
-import { chartPlace, compute } from "./compute.js";
-import { measureOf, stage } from "./core.js";
-import { remember } from "./memory.js";
+import { letKeysScroll, getTitle } from "./charts.js";
+import { renderChartPlace, renderAccuracy } from "./accuracy.js";
+import { findMeasure, simulation } from "./core.js";
+import { saveColorScheme } from "./storage.js";
 import presets from "./presets.json";
-import { valueAt } from "./rules.js";
-import { aboutOf, tries } from "./tries.js";
-import { toPython } from "./words.js";
+import { getValue } from "./setters.js";
+import { describeScene, renderExercises } from "./exercises.js";
+import { toPython } from "./text_export.js";
 
 const COMPONENTS = ["first", "second", "vertical"];
 const SHAPE_NAMES = {
@@ -22,262 +21,283 @@ const SECTION_NAMES = [
   ["thesis", "as in the thesis: moments"],
   ["round", "round"],
 ];
-const LIGHT_NAMES = [
+const COLOR_SCHEMES = [
   ["", "as in the system"],
   ["light", "light"],
   ["dark", "dark"],
 ];
-const button = (words, act, key = nothing, off = false) =>
+const renderButton = (words, act, key = nothing, off = false) =>
   html`<button aria-keyshortcuts=${key} ?disabled=${off} @click=${act}>${words}</button>`;
-const section = (words, content, { open = false, toggle = nothing } = {}) =>
+const renderSection = (words, content, { open = false, toggle = nothing } = {}) =>
   html`<details ?open=${open} @toggle=${toggle}>
     <summary>${words}</summary>${content}</details>`;
 
-// What is nothing beside a size, but for rounding, is nothing.
-const dusted = (x, size) => (Math.abs(x) < 1e-12 * size ? 0 : x);
+// Replace rounding errors by zero.
+const dropRounding = (x, size) => (Math.abs(x) < 1e-12 * size ? 0 : x);
 
 export class Panel {
-  constructor(place, page, charts, files, choose) {
-    Object.assign(this, { place, page, charts, files, choose, ends: {}, typed: null, button });
+  constructor(place, page, charts, files, choosePreset) {
+    Object.assign(this, {
+      place,
+      page,
+      charts,
+      files,
+      choosePreset,
+      sliderEnds: {},
+      typedPlace: null,
+      renderButton,
+    });
   }
   draw() {
-    render([this.header(), this.plots(), ...this.sections()], this.place);
+    render([this.renderHeader(), this.renderChart(), ...this.renderSections()], this.place);
     letKeysScroll(document.getElementById("about"));
   }
 
-  // A control shows what the scene has at a place, and asks the page to set what it reads off
-  // itself. `back` tells what it shows then: another value than was asked for, or the old one. Why
-  // a value cannot be is told beside the control until somebody is at it again.
-  setter(place, read, back, gesture) {
+  // Make the event handler of a control, which sets its value at a place of the scene. `back`
+  // returns the value that the control shows afterwards. The reason of a refusal is shown beside
+  // the control until the next edit.
+  makeSetter(place, read, back, gesture) {
     return ({ target }) => {
-      this.typed = null;
-      const why = this.page.set(place, read(target), gesture);
-      this.wrong = why && { place, why };
+      this.typedPlace = null;
+      const why = this.page.setValue(place, read(target), gesture);
+      this.refused = why && { place, why };
       if (back) target.value = back();
       this.draw();
     };
   }
-  slider(words, place, { min = 0, max = 10, step = 0.1, log = false, off = false } = {}) {
+  renderSlider(words, place, { min = 0, max = 10, step = 0.1, log = false, off = false } = {}) {
     const where = () => {
-      const x = valueAt(this.page.scene, place) ?? 0.2;
+      const x = getValue(this.page.scene, place) ?? 0.2;
       return log ? Math.log10(x) : x;
     };
     const at = where();
-    let [low, high] = this.ends[place] ?? [min, max]; // as wide as any value was
+    let [low, high] = this.sliderEnds[place] ?? [min, max]; // widened by each value outside
     low = Math.min(low, Math.floor(at / step) * step);
     high = Math.max(high, Math.ceil(at / step) * step);
-    this.ends[place] = [low, high];
+    this.sliderEnds[place] = [low, high];
     const settle = () => (this.page.gesture = null);
-    // Two digits make whole ticks, and small common multiples.
+    // Two digits give whole ticks and small common multiples.
     const read = ({ valueAsNumber: to }) => (log ? +(10 ** to).toPrecision(2) : to);
     return html`<label class="slider">${words}
       <input type="range" min=${low} max=${high} step=${step} .value=${at} ?disabled=${off}
-        aria-valuetext=${this.shown(place) || 0.2} @input=${this.setter(place, read, where, place)}
+        aria-valuetext=${this.formatValue(place) || 0.2} @input=${this.makeSetter(place, read, where, place)}
         @change=${settle} @pointerup=${settle}>
-      ${this.number(`${words}, number`, place, { off })}</label>`;
+      ${this.renderNumber(`${words}, number`, place, { off })}</label>`;
   }
-  number(words, place, { off = false, none = "" } = {}) {
-    const show = () => this.shown(place);
+  renderNumber(words, place, { off = false, none = "" } = {}) {
+    const show = () => this.formatValue(place);
     const read = (input) => input.valueAsNumber;
-    // Somebody is at it.
+    // The user is editing the field.
     const type = () => {
-      this.typed = place;
-      if (this.wrong?.place === place) this.wrong = null;
+      this.typedPlace = place;
+      if (this.refused?.place === place) this.refused = null;
       this.draw();
     };
-    const leave = () => (this.typed = null);
-    const why = this.wrong?.place === place ? this.wrong.why : "";
+    const leave = () => (this.typedPlace = null);
+    const why = this.refused?.place === place ? this.refused.why : "";
     return html`<span class="number"><input type="number" step="any" aria-label=${words}
       placeholder=${none} ?disabled=${off}
-      .value=${this.typed === place ? noChange : show()} @focus=${type} @input=${type}
-      @blur=${leave} @change=${this.setter(place, read, show)}
+      .value=${this.typedPlace === place ? noChange : show()} @focus=${type} @input=${type}
+      @blur=${leave} @change=${this.makeSetter(place, read, show)}
       ><span class="wrong" ?hidden=${!why}>${why}</span></span>`;
   }
-  // Returns a number as it is shown. Momentum, tilt and spin are those of now.
-  shown(place) {
-    const x = this.value(place);
-    const digits = /^(tilt|spin)$/.test(place) ? 5 : 6; // as fit into the field
-    return Number.isFinite(x) ? +x.toPrecision(digits) : ""; // a top that failed has no tilt
+  // Format the number at a place. Momentum, tilt and spin are the current ones.
+  formatValue(place) {
+    const x = this.getValue(place);
+    const digits = /^(tilt|spin)$/.test(place) ? 5 : 6; // that fit into the field
+    return Number.isFinite(x) ? +x.toPrecision(digits) : ""; // a failed top has no tilt
   }
-  value(place) {
+  getValue(place) {
     const { page } = this;
     const [key, k] = place.split(/\.(?=\d)/);
-    if (key === "momentum") return page.leader()[5 + +k];
+    if (key === "momentum") return page.readLiveState()[5 + +k];
     if (key === "mass") return page.body.mass;
     if (key === "body.half") return page.view.body.half[k];
-    if (key === "body.pivot") return dusted(-page.view.body.centre[k], page.view.reach);
+    if (key === "body.pivot") return dropRounding(-page.view.body.centre[k], page.view.bodySize);
     if (key === "density") return page.view.body.density;
-    if (key !== "tilt" && key !== "spin") return valueAt(page.scene, place);
-    const now = stage.measure(page.lead());
-    return key === "spin" ? dusted(now.spin, 1) : dusted((now.nutation * 180) / Math.PI, 1);
+    if (key !== "tilt" && key !== "spin") return getValue(page.scene, place);
+    const now = simulation.measureTop(page.findLiveTop());
+    return key === "spin"
+      ? dropRounding(now.spin, 1)
+      : dropRounding((now.nutation * 180) / Math.PI, 1);
   }
-  check(words, place, key, on = valueAt(this.page.scene, place)) {
+  renderCheckbox(words, place, key, on = getValue(this.page.scene, place)) {
     return html`<label class="check"><input type="checkbox"
       aria-keyshortcuts=${key ?? nothing} .checked=${on}
-      @change=${this.setter(place, (box) => box.checked)}>${words}</label>`;
+      @change=${this.makeSetter(place, (box) => box.checked)}>${words}</label>`;
   }
-  // A choice is what it sets, its words, whether it is off, and what it is.
-  select(words, place, choices, chosen = valueAt(this.page.scene, place) ?? "") {
-    const now = () => valueAt(this.page.scene, place) ?? "";
+  // Render a menu. A choice is [value, text, whether disabled, tooltip].
+  renderSelect(words, place, choices, chosen = getValue(this.page.scene, place) ?? "") {
+    const now = () => getValue(this.page.scene, place) ?? "";
     const option = ([value, text, off, about = nothing]) =>
       html`<option value=${value} title=${about} .selected=${value === chosen}
         ?disabled=${off}>${text}</option>`;
     const read = (list) => list.value;
-    return html`<select aria-label=${words} @change=${this.setter(place, read, now)}>
+    return html`<select aria-label=${words} @change=${this.makeSetter(place, read, now)}>
       ${choices.map(option)}</select>`;
   }
-  pair(words, control) {
+  renderPair(words, control) {
     return html`<label class="pair">${words}${control}</label>`;
   }
 
-  header() {
+  renderHeader() {
     const { page } = this;
     const known = presets.findIndex((preset) => preset.name === page.scene.name);
     const option = ({ name }, i) =>
       html`<option value=${i} .selected=${i === known}>${i + 1}  ${name}</option>`;
     const given = html`<option value="-1" .selected=${known < 0}
       ?hidden=${known >= 0}>${page.scene.name}</option>`;
-    const choose = ({ target }) => this.choose(presets[target.value]);
+    const choosePreset = ({ target }) => this.choosePreset(presets[target.value]);
     return html`<header>
       <label for="preset">What to look at</label>
-      <select id="preset" @change=${choose}>${presets.map(option)}${given}</select>
-      <p id="about">${aboutOf(page)}</p>
-      ${this.start()}
-      ${tries(page, this.choose)}
+      <select id="preset" @change=${choosePreset}>${presets.map(option)}${given}</select>
+      <p id="about">${describeScene(page)}</p>
+      ${this.renderStart()}
+      ${renderExercises(page, this.choosePreset)}
     </header>`;
   }
-  // Says where the start is from.
-  start() {
+  // Render the origin of the start.
+  renderStart() {
     const { page } = this;
     const { taken } = page.scene;
     const from = taken === null ? "as given" : `the motion at t = ${taken.toFixed(2)} s`;
     return html`<p id="start">Start: ${from}</p><div class="row">
-      ${button("Start again from this moment", () => page.take(), nothing, !page.clock)}
-      ${button("Reset", () => page.reset(), "0")}</div>`;
+      ${renderButton("Start again from this moment", () => page.startFromNow(), nothing, !page.clock)}
+      ${renderButton("Reset", () => page.reset(), "0")}</div>`;
   }
-  plots() {
+  renderChart() {
     const { page } = this;
-    const drawn = title(measureOf(page.scene.chart));
-    const choices = page.measures.map((each) => [each.name, title(each), false, each.text]);
+    const drawn = getTitle(findMeasure(page.scene.chart));
+    const choices = page.measures.map((each) => [
+      each.name,
+      getTitle(each),
+      false,
+      each.description,
+    ]);
     return html`<section aria-label="Charts" id="charts">
-      <div class="row">${this.select("Quantity in the chart", "chart", choices)}
-        <button aria-pressed=${!!page.large} aria-keyshortcuts="L"
-          @click=${() => this.enlarge()}>Larger</button></div>
-      ${chartPlace("chart", drawn)}</section>`;
+      <div class="row">${this.renderSelect("Quantity in the chart", "chart", choices)}
+        <button aria-pressed=${!!page.hasLargeCharts} aria-keyshortcuts="L"
+          @click=${() => this.toggleLargeCharts()}>Larger</button></div>
+      ${renderChartPlace("chart", drawn)}</section>`;
   }
-  enlarge() {
-    this.page.large = !this.page.large;
-    document.body.classList.toggle("large", this.page.large);
-    this.page.tell();
+  toggleLargeCharts() {
+    this.page.hasLargeCharts = !this.page.hasLargeCharts;
+    document.body.classList.toggle("large", this.page.hasLargeCharts);
+    this.page.onChange();
   }
-  sections() {
-    const files = Object.entries(this.files).map(([words, [act, key]]) => button(words, act, key));
+  renderSections() {
+    const files = Object.entries(this.files).map(([words, [act, key]]) =>
+      renderButton(words, act, key),
+    );
     const unfold = () => this.charts.build();
     return [
-      section("Motion", this.motion(), { open: true }),
-      section("Body", this.body()),
-      section("How accurate is the computation?", compute(this), { toggle: unfold }),
-      section("Looks: trace, rod, view", this.looks()),
-      section("Save and share", [html`<div class="row">${files}</div>`, this.python()]),
+      renderSection("Motion", this.renderMotion(), { open: true }),
+      renderSection("Body", this.renderBody()),
+      renderSection("How accurate is the computation?", renderAccuracy(this), { toggle: unfold }),
+      renderSection("Looks: trace, rod, view", this.renderLooks()),
+      renderSection("Save and share", [html`<div class="row">${files}</div>`, this.renderPython()]),
     ];
   }
-  motion() {
-    const jump = ({ target }) => (this.page.jump(target.valueAsNumber), (target.value = ""));
+  renderMotion() {
+    const jump = ({ target }) => (this.page.jumpTo(target.valueAsNumber), (target.value = ""));
     return [
-      this.slider("Speed", "speed"),
-      this.slider("Gravity", "gravity"),
+      this.renderSlider("Speed", "speed"),
+      this.renderSlider("Gravity", "gravity"),
       html`<div class="pairs">
-        ${this.pair("Tilt [°]", this.number("Tilt, degrees", "tilt"))}
-        ${this.pair("Spin", this.number("Spin, number", "spin"))}</div>`,
-      this.pair(
+        ${this.renderPair("Tilt [°]", this.renderNumber("Tilt, degrees", "tilt"))}
+        ${this.renderPair("Spin", this.renderNumber("Spin, number", "spin"))}</div>`,
+      this.renderPair(
         "Jump to t",
         html`<input type="number" step="any" @change=${jump} aria-keyshortcuts="J">`,
       ),
       html`<fieldset><legend>Angular momentum m in space</legend>
-        ${COMPONENTS.map((axis, k) => this.number(`Momentum, ${axis} component`, `momentum.${k}`))}
+        ${COMPONENTS.map((axis, k) => this.renderNumber(`Momentum, ${axis} component`, `momentum.${k}`))}
         </fieldset>
         <p>Green: angular momentum m. Blue: angular velocity ω. Grey: the vertical p. Units: s, m,
           kg, or any other consistent set.</p>`,
     ];
   }
-  body() {
+  renderBody() {
     const { mass, moments, com } = this.page.body;
-    const { reach } = this.page.view;
-    const short = (x) => +dusted(x, reach).toPrecision(4);
+    const { bodySize } = this.page.view;
+    const short = (x) => +dropRounding(x, bodySize).toPrecision(4);
     const all = (numbers) => numbers.map(short).join(", ");
     const capital = (first) => first.replace("_", "-").toUpperCase();
     const kind = this.page.kind.replace(/(^|_)./g, capital);
     const three = (words, place) => html`<fieldset><legend>${words}</legend>
-      ${["N", "B", "T"].map((axis, k) => this.number(`${words}, ${axis}`, `${place}.${k}`))}
+      ${["N", "B", "T"].map((axis, k) => this.renderNumber(`${words}, ${axis}`, `${place}.${k}`))}
       </fieldset>`;
     return [
-      this.pair("Shape", this.select("Shape", "shape", Object.entries(SHAPE_NAMES))),
+      this.renderPair("Shape", this.renderSelect("Shape", "shape", Object.entries(SHAPE_NAMES))),
       three("Half edges", "body.half"),
       three("Fixed point, from the centre", "body.pivot"),
-      html`<div class="pairs">${this.pair("Mass", this.number("Mass, number", "mass"))}
-        ${this.pair("Density", this.number("Density, number", "density"))}</div>`,
-      this.check("Corners move the fixed point (or Alt, middle button)", "corners"),
+      html`<div class="pairs">${this.renderPair("Mass", this.renderNumber("Mass, number", "mass"))}
+        ${this.renderPair("Density", this.renderNumber("Density, number", "density"))}</div>`,
+      this.renderCheckbox("Corners move the fixed point (or Alt, middle renderButton)", "corners"),
       html`<p id="body">${kind} top: mass ${short(mass)}, moments ${all(moments)},
         centre of mass ${all(com)} (along N, B, T)</p>`,
     ];
   }
-  looks() {
+  renderLooks() {
     const { view } = this.page;
     const solids = [
-      ["top", "round top", !view.turned],
+      ["top", "round top", !view.revolution],
       ["box", "box"],
       ["none", "nothing"],
     ];
     const isHidden = this.page.scene.show.solid === "none";
-    const drawn = isHidden ? "none" : view.asTop ? "top" : "box"; // other bodies are boxes
+    // Other bodies are drawn as boxes.
+    const drawn = isHidden ? "none" : view.isRevolution ? "top" : "box";
     return [
-      this.pair("Show as", this.select("Show as", "show.solid", solids, drawn)),
-      this.check("Trace of the apex", "show.trace", "T"),
-      this.check("Elastic rod (Kirchhoff)", "show.rod", "E"),
-      this.pair("Section", this.select("Rod's section", "show.section", SECTION_NAMES)),
-      this.check("Principal axes and centre of mass", "show.axes", "P"),
-      this.check("Drop lines", "show.drops", "G"),
-      this.check("Floor", "show.floor"),
-      this.check("2D view", "show.flat", "V"),
-      this.pair("Light", this.light()),
-      this.slider("Opacity", "show.opacity", { max: 1, step: 0.05 }),
-      this.slider("Thickness", "show.thickness", { min: 0.1, max: 4 }),
-      html`<div class="row">${button("From the next side", () => view.turn(), "N")}
-        <button aria-pressed=${!!this.page.big} aria-keyshortcuts="B"
-          @click=${() => this.enbig()}>Projector</button></div>`,
+      this.renderPair("Show as", this.renderSelect("Show as", "show.solid", solids, drawn)),
+      this.renderCheckbox("Trace of the apex", "show.trace", "T"),
+      this.renderCheckbox("Elastic rod (Kirchhoff)", "show.rod", "E"),
+      this.renderPair("Section", this.renderSelect("Rod's section", "show.section", SECTION_NAMES)),
+      this.renderCheckbox("Principal axes and centre of mass", "show.axes", "P"),
+      this.renderCheckbox("Drop lines", "show.drops", "G"),
+      this.renderCheckbox("Floor", "show.floor"),
+      this.renderCheckbox("2D view", "show.flat", "V"),
+      this.renderPair("Light", this.renderColorScheme()),
+      this.renderSlider("Opacity", "show.opacity", { max: 1, step: 0.05 }),
+      this.renderSlider("Thickness", "show.thickness", { min: 0.1, max: 4 }),
+      html`<div class="row">${renderButton("From the next side", () => view.showNextSide(), "N")}
+        <button aria-pressed=${!!this.page.isProjector} aria-keyshortcuts="B"
+          @click=${() => this.toggleProjector()}>Projector</button></div>`,
     ];
   }
-  // Light or dark is as the system has it, until somebody chooses, for later visits too.
-  light() {
+  // Render the choice of the colour scheme, which is stored for later visits.
+  renderColorScheme() {
     const { style } = document.documentElement;
     const set = ({ target }) => {
       style.colorScheme = target.value;
-      remember(target.value);
+      saveColorScheme(target.value);
       this.repaint();
     };
     const option = ([value, text]) =>
       html`<option value=${value} .selected=${value === style.colorScheme}>${text}</option>`;
     return html`<select aria-label="Light or dark" @change=${set}>
-      ${LIGHT_NAMES.map(option)}</select>`;
+      ${COLOR_SCHEMES.map(option)}</select>`;
   }
-  // For a hall: large letters, large charts, and as much contrast as a projector can make.
-  enbig() {
-    this.page.big = !this.page.big;
-    document.body.classList.toggle("projector", this.page.big);
+  // Toggle large text, large charts and strong contrast, for a projector.
+  toggleProjector() {
+    this.page.isProjector = !this.page.isProjector;
+    document.body.classList.toggle("projector", this.page.isProjector);
     this.repaint();
   }
   repaint() {
-    this.page.view.paint();
+    this.page.view.updateBackground();
     this.page.view.build(this.page, false);
-    this.page.tell();
+    this.page.onChange();
   }
-  python() {
+  renderPython() {
     const words = toPython(this.page.scene);
     const copy = () => {
-      const copied = () => this.page.say("Copied");
-      navigator.clipboard?.writeText(words).then(copied, () => this.page.say("Copy it by hand"));
+      const copied = () => this.page.showMessage("Copied");
+      navigator.clipboard
+        ?.writeText(words)
+        .then(copied, () => this.page.showMessage("Copy it by hand"));
     };
     return html`<textarea readonly rows="9" wrap="off" aria-label="The same in Python"
-      .value=${words}></textarea>${button("Copy", copy)}`;
+      .value=${words}></textarea>${renderButton("Copy", copy)}`;
   }
 }

@@ -1,4 +1,4 @@
-// Starts in the words of textbooks: tilt and spin instead of an attitude and a momentum.
+// Starts given by tilt and spin instead of attitude and momentum.
 import { makeBody } from "./core.js";
 
 const isNumber = (x) => typeof x === "number" && Math.abs(x) <= 1e12;
@@ -9,11 +9,10 @@ const isStart = ({ tilt, spin, precession = 0, ...rest }) =>
   isNumber(spin) &&
   (isNumber(precession) || ["slow", "fast"].includes(precession)) &&
   !Object.keys(rest).length;
-// Returns the attitude and the momentum of a start: the angle with the vertical in degrees, the
-// angular velocity about the apex, the rate about the vertical, 0 if it is left out, or "slow" or
-// "fast" for the two that keep the tilt. They solve I1 W^2 cos - I3 spin W + mass gravity height =
-// 0.
-export function startOf({ body, gravity }, start) {
+// Return attitude and momentum of a start: tilt in degrees, spin about the apex, and precession
+// about the vertical, 0 by default. "slow" and "fast" select a steady precession W, a root of I1
+// W^2 cos - I3 spin W + mass gravity height = 0.
+export function computeStart({ body, gravity }, start) {
   if (!isStart(start)) throw new Error(`start cannot be ${JSON.stringify(start).slice(0, 60)}`);
   const { mass, moments, com } = makeBody(body);
   const [across, , along] = moments;
@@ -28,11 +27,11 @@ export function startOf({ body, gravity }, start) {
   const momentum = [0, level * cos - axial * sin, level * sin + axial * cos];
   return { attitude: [Math.cos(tilt / 2), Math.sin(tilt / 2), 0, 0], momentum };
 }
-// Puts attitudes and momenta in place of the starts of a scene.
-export function begun({ start, second, ...scene }) {
-  if (start) Object.assign(scene, startOf(scene, start));
+// Replace the starts of a scene by attitudes and momenta.
+export function resolveStarts({ start, second, ...scene }) {
+  if (start) Object.assign(scene, computeStart(scene, start));
   if (second === undefined) return scene;
   if (second?.constructor !== Object) return { ...scene, second };
-  const { attitude, momentum } = startOf(scene, second);
+  const { attitude, momentum } = computeStart(scene, second);
   return { ...scene, second: [...attitude, ...momentum] };
 }

@@ -94,7 +94,7 @@ def until(page, t):
 
 def drag(page, kind, by, number=0, button="left", key=None):
     """Where the handle was, and where it is then."""
-    where = f"kreisel.at('{kind}', 0, {number})"
+    where = f"kreisel.locate('{kind}', 0, {number})"
     x, y = page.evaluate(where)
     if key:
         page.keyboard.down(key)
@@ -126,17 +126,17 @@ def clock(page):
 
 def states(page):
     """(t, q, m) of each top."""
-    return page.evaluate("kreisel.states()")
+    return page.evaluate("kreisel.readStates()")
 
 
 def measure(page, top, name):
     """What is measured of a top now."""
-    return page.evaluate(f"kreisel.stage.measure({top}).{name}")
+    return page.evaluate(f"kreisel.simulation.measureTop({top}).{name}")
 
 
 def record(page, top, name):
     """What was measured of a top on its way."""
-    values = page.evaluate(f"kreisel.stage.record({top}, '{name}')")
+    values = page.evaluate(f"kreisel.simulation.getRecord({top}, '{name}')")
     return np.array(values, float)
 
 

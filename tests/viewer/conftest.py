@@ -40,8 +40,8 @@ def page(shared):
     """Lagrange's top at rest, at its start, and all of the panel open."""
     shared.evaluate("""{
         const {page, view} = kreisel;
-        page.run(false);
-        Object.assign(page, {past: [], future: [], gesture: null});
+        page.setRunning(false);
+        Object.assign(page, {undoStack: [], redoStack: [], gesture: null});
         Object.assign(view, {isHome: true, side: undefined});
         document.getElementById('panel').hidden = false;
         document.getElementById('keys').close();

@@ -62,7 +62,7 @@ def test_one_small_file_with_its_licences():
 
 def test_starts_by_itself(browser):
     page = visit(browser)
-    wait_for(page, "kreisel.page.clock > 200000 && kreisel.stage.rows() > 2")
+    wait_for(page, "kreisel.page.clock > 200000 && kreisel.simulation.countRows() > 2")
     assert page.get_by_role("button", name="Stop").is_visible()
     assert page.evaluate("kreisel.view.tops[0].line.geometry.drawRange.count") > 60
     assert page.troubles == []
@@ -85,7 +85,7 @@ def test_states_are_those_of_python_bit_for_bit(page, preset):
         if not kr.methods[method].applies_to(scene_in_python(given).body):
             continue
         page.evaluate(
-            "name => kreisel.page.edit((s) => (s.methods = s.methods.map(() => name)))", method
+            "name => kreisel.page.editScene((s) => (s.methods = s.methods.map(() => name)))", method
         )
         advance(page, 21)
         for i, state in enumerate(states(page)):
@@ -102,14 +102,14 @@ def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
     assert len(names) >= 9
     for name in names:
         page.evaluate(
-            "name => { kreisel.page.edit((s) => (s.methods = [name])); kreisel.advance(5); }", name
+            "name => { kreisel.page.editScene((s) => (s.methods = [name])); kreisel.advance(5); }", name
         )
         expected = kr.solve(top, 5, name, step=0.01, every=500).states[-1]
         assert states(page)[0] == expected.tolist(), name
 
 
 def test_adaptive_methods_agree_with_python(page):
-    page.evaluate("kreisel.page.edit((s) => ((s.methods = ['extrap']), (s.tol = 1e-10)))")
+    page.evaluate("kreisel.page.editScene((s) => ((s.methods = ['extrap']), (s.tol = 1e-10)))")
     advance(page, 20)
     expected = kr.solve(scene_in_python(scene(page)), [20.0], "extrap", tol=1e-10).states[0]
     assert states(page)[0] == pytest.approx(expected.tolist(), abs=1e-7)
@@ -133,7 +133,7 @@ def test_one_big_advance_equals_many_small(page):
     advance(page, 30)
     once = states(page)
     page.evaluate("""{
-        kreisel.page.restart();
+        kreisel.page.rewind();
         for (let t = 0, i = 0; t < 30; i++) {
             t = Math.min(30, t + ((i * 7919) % 97) / 300);
             kreisel.advance(t);
@@ -145,8 +145,8 @@ def test_one_big_advance_equals_many_small(page):
 def test_compares_at_common_multiples_only(page):
     load(page, "Compare four", step=[0.03, 0.2])
     advance(page, 30)
-    assert page.evaluate("kreisel.stage.common()") == 0.6 * TICKS
-    times = np.array(page.evaluate("Array.from(kreisel.stage.time())"))
+    assert page.evaluate("kreisel.simulation.getCommonStep()") == 0.6 * TICKS
+    times = np.array(page.evaluate("Array.from(kreisel.simulation.getTimes())"))
     assert np.abs(times - 0.6 * np.arange(51)).max() < 1e-9
     assert 1e-4 < record(page, 1, "error").max() < 0.3
     advance(page, 30.03)
@@ -178,7 +178,7 @@ def heights_until(page, end):
     told = page.evaluate(
         """(end) => Array.from({length: end + 1}, (_, t) => {
             kreisel.advance(t);
-            return kreisel.states();
+            return kreisel.readStates();
         })""",
         end,
     )
@@ -221,8 +221,8 @@ def test_files(page, browser, tmp_path):
     (tmp_path / "top.html").write_bytes(taken(page, "This page").read_bytes())
     other = visit(browser, tmp_path / "top.html", reduced_motion="reduce")
     other.evaluate("kreisel.advance(2)")
-    assert scene(other) == given and other.evaluate("kreisel.states()") == page.evaluate(
-        "kreisel.states()"
+    assert scene(other) == given and other.evaluate("kreisel.readStates()") == page.evaluate(
+        "kreisel.readStates()"
     )
     page.get_by_role("button", name="Link").click()
     link = page.url
@@ -260,7 +260,7 @@ def test_a_bad_link_says_so(page, link):
     page.evaluate("link => { location.hash = ''; location.hash = `#scene=${link}`; }", link)
     wait_for(page, "document.getElementById('words').textContent.includes('cannot be')")
     assert scene(page) == before
-    page.evaluate("history.replaceState(null, '', '#'); kreisel.page.say('')")
+    page.evaluate("history.replaceState(null, '', '#'); kreisel.page.showMessage('')")
 
 
 def test_python_snippet_runs(page):
@@ -273,7 +273,7 @@ def test_python_snippet_runs(page):
 
 
 def test_picture_is_not_blank(page):
-    page.evaluate("kreisel.view.dirty = true; kreisel.view.render()")
+    page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
     assert colours(page) > 200
 
 
@@ -289,7 +289,7 @@ def test_sizes(browser, theme):
         )
         panel = page.locator("#panel").bounding_box()
         for handle in ("tip", "face"):
-            x, y = page.evaluate(f"kreisel.at('{handle}')")
+            x, y = page.evaluate(f"kreisel.locate('{handle}')")
             assert 0 < x < size[0] and 0 < y < size[1]
             assert not (x > panel["x"] and y > panel["y"]), handle
     assert page.troubles == []

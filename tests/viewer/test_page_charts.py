@@ -18,7 +18,7 @@ def drawn(page, chart=0):
 def run_to(page, t):
     """On, until the charts show it."""
     advance(page, t)
-    wait_for(page, "kreisel.charts.plots[0].data[0].at(-1) === kreisel.stage.time().at(-1)")
+    wait_for(page, "kreisel.charts.plots[0].data[0].at(-1) === kreisel.simulation.getTimes().at(-1)")
 
 
 def labels(page):
@@ -169,7 +169,7 @@ def expected(path):
 )
 def test_integrals_are_those_of_python(page, preset, fourth):
     load(page, preset, methods=["strang", "rk4"], step=[0.05])
-    page.evaluate("kreisel.page.set('gravity', 2.5)")
+    page.evaluate("kreisel.page.setValue('gravity', 2.5)")
     for t in (2, 6):
         advance(page, t)
         show(page, states(page)[0][5:])
@@ -216,9 +216,9 @@ def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
 def test_charts_go_on_after_a_step(page):
     load(page, "A spinning top")
     run_to(page, 3)
-    page.evaluate("kreisel.page.step(); kreisel.page.run(true); kreisel.advance(3.5)")
-    page.evaluate("kreisel.page.step(), kreisel.advance(4), kreisel.charts.update()")
-    page.evaluate("kreisel.page.run(false)")
+    page.evaluate("kreisel.page.stepOnce(); kreisel.page.setRunning(true); kreisel.advance(3.5)")
+    page.evaluate("kreisel.page.stepOnce(), kreisel.advance(4), kreisel.charts.update()")
+    page.evaluate("kreisel.page.setRunning(false)")
     run_to(page, 9)
     assert page.evaluate("kreisel.charts.plots[0].scales.x.max") == pytest.approx(9)
 
@@ -234,8 +234,8 @@ def test_the_motion_before_a_push_stays_in_sight(page):
     load(page, "A spinning top")
     run_to(page, 3)
     before = drawn(page)
-    push = "kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 2))"
-    page.evaluate(f"{push}; kreisel.page.run(false)")
+    push = "kreisel.page.pushTop(kreisel.page.tops[0], (s) => (s.momentum[0] += 2))"
+    page.evaluate(f"{push}; kreisel.page.setRunning(false)")
     assert clock(page) == 0
     run_to(page, 1)
     times, tilts = drawn(page)
@@ -247,16 +247,16 @@ def test_the_motion_before_a_push_stays_in_sight(page):
     page.get_by_role("button", name="Rewind").click()
     assert page.evaluate(old)
     page.get_by_role("button", name="Undo").click()
-    assert not page.evaluate(old) and page.evaluate("kreisel.page.before") is None
+    assert not page.evaluate(old) and page.evaluate("kreisel.page.previousMotion") is None
 
 
 def test_a_change_of_the_scene_ends_what_was_before_a_push(page):
     advance(page, 2)
-    push = "kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 1))"
-    page.evaluate(f"{push}; kreisel.page.run(false)")
-    assert page.evaluate("!!kreisel.page.before")
-    page.evaluate("kreisel.page.set('gravity', 2)")
-    assert page.evaluate("kreisel.page.before") is None
+    push = "kreisel.page.pushTop(kreisel.page.tops[0], (s) => (s.momentum[0] += 1))"
+    page.evaluate(f"{push}; kreisel.page.setRunning(false)")
+    assert page.evaluate("!!kreisel.page.previousMotion")
+    page.evaluate("kreisel.page.setValue('gravity', 2)")
+    assert page.evaluate("kreisel.page.previousMotion") is None
 
 
 def test_a_chart_of_an_integral_goes_to_the_one_of_the_shape(page):

@@ -44,8 +44,8 @@ def colours(file, pattern):
 
 
 TOPS = colours("scene.js", r"COLOURS = .*")
-ARROWS = [colours("view.js", rf"parts\.{name} = arrow.*")[0] for name in "mwp"]
-CIRCLES = colours("globe.js", "INK = .*")
+ARROWS = [colours("view.js", rf"parts\.{name} = makeArrow.*")[0] for name in "mwp"]
+CIRCLES = colours("apex_sphere.js", "INK = .*")
 LIGHT, DARK = zip(
     *(colours("style.css", rf"--{name}: light-dark.*") for name in ("ground", "panel")), strict=True
 )
@@ -108,7 +108,7 @@ def test_the_first_and_the_second_method_are_told_apart_at_a_glance(eye):
 TEXTS = [
     (preset["name"], text)
     for preset in json.loads((VIEWER / "presets.json").read_text(encoding="utf-8"))
-    for text in [preset["about"], *(each["look"] for each in preset.get("tries", []))]
+    for text in [preset["about"], *(each["text"] for each in preset.get("exercises", []))]
 ]
 
 

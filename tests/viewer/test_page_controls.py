@@ -104,7 +104,7 @@ def test_jump_goes_to_any_time_and_back(page):
         )
         now = states(page)
         assert (now[0], now[3]) == (first.tolist(), last.tolist())
-    assert not page.evaluate("kreisel.page.running")
+    assert not page.evaluate("kreisel.page.isRunning")
     field.fill("-3")
     field.press("Tab")
     assert clock(page) == 7 * TICKS and "Cannot jump" in words(page)
@@ -133,7 +133,7 @@ def test_looks(page):
 @pytest.mark.parametrize("flat", [False, True])
 def test_sides(page, flat):
     page.evaluate(
-        f"kreisel.page.scene.show.flat = {str(flat).lower()}; kreisel.view.show(kreisel.page.scene)"
+        f"kreisel.page.scene.show.flat = {str(flat).lower()}; kreisel.view.showScene(kreisel.page.scene)"
     )
     seen = []
     for _ in range(3):
@@ -165,7 +165,7 @@ def test_buttons_and_keys(page):
     page.keyboard.press("Space")
     wait_for(page, "kreisel.page.clock > 0")
     page.get_by_role("button", name="Stop").click()
-    assert not page.evaluate("kreisel.page.running")
+    assert not page.evaluate("kreisel.page.isRunning")
     for key, what in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
         before = scene(page)["show"][what]
         page.keyboard.press("Escape")
@@ -204,15 +204,15 @@ def test_compare_four_keeps_the_top_its_start_and_the_time(page, preset):
     first = "strang" if preset == "Kowalewski" else "bobenko_suris"
     assert after["methods"] == [first, "extrap"] and after["step"] == [0.01, 0.2]
     assert page.evaluate("kreisel.page.tops.length") == 4
-    page.evaluate("kreisel.page.restart()")
+    page.evaluate("kreisel.page.rewind()")
     assert len({tuple(state) for state in states(page)}) == 1  # all from one start
 
 
 def test_stops_at_the_stop_time(page):
     page.evaluate(
-        "kreisel.page.edit((s) => (s.stop = 0.5)); kreisel.page.run(true); kreisel.advance(3)"
+        "kreisel.page.editScene((s) => (s.stop = 0.5)); kreisel.page.setRunning(true); kreisel.advance(3)"
     )
-    assert clock(page) == 0.5 * TICKS and not page.evaluate("kreisel.page.running")
+    assert clock(page) == 0.5 * TICKS and not page.evaluate("kreisel.page.isRunning")
 
 
 def test_toggles_and_table(page):

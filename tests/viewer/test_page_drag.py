@@ -31,7 +31,7 @@ def test_drag_of_face_or_edge_turns(page, kind):
 
 @pytest.mark.parametrize("shape", ["free", "lagrange", "kowalewski", "goryachev_chaplygin"])
 def test_drag_of_a_corner_resizes(page, shape):
-    page.evaluate("name => kreisel.page.set('shape', name)", shape)
+    page.evaluate("name => kreisel.page.setValue('shape', name)", shape)
     before = scene(page)["body"]
     start, end = drag(page, "corner", (25, -30), number=5)
     after = scene(page)["body"]
@@ -68,7 +68,7 @@ def test_drag_of_a_corner_moves_the_fixed_point(page, how):
 
 
 def test_principal_axes_are_shown_while_the_fixed_point_moves(page):
-    x, y = page.evaluate("kreisel.at('corner', 0, 5)")
+    x, y = page.evaluate("kreisel.locate('corner', 0, 5)")
     page.mouse.move(x, y)
     page.mouse.down(button="middle")
     page.mouse.move(x + 9, y + 9)
@@ -94,7 +94,7 @@ def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
     load(page, "Compare four")
     advance(page, 3)
     before = scene(page)
-    x, y = page.evaluate("kreisel.at('corner', 2, 5)")
+    x, y = page.evaluate("kreisel.locate('corner', 2, 5)")
     shown = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
     page.mouse.dblclick(x, y)
     assert page.evaluate(shown) == [False, False, True, False]
@@ -105,7 +105,7 @@ def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
 
 def test_touch_drags_too(browser):
     page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
-    x, y = page.evaluate("kreisel.at('tip')")
+    x, y = page.evaluate("kreisel.locate('tip')")
     assert y < 400
     page.evaluate(
         """([x, y]) => {
@@ -121,7 +121,7 @@ def test_touch_drags_too(browser):
     }""",
         [x, y],
     )
-    assert np.subtract(page.evaluate("kreisel.at('tip')"), (x, y)) == pytest.approx(
+    assert np.subtract(page.evaluate("kreisel.locate('tip')"), (x, y)) == pytest.approx(
         (40, -30), abs=1
     )
     page.context.close()
@@ -132,7 +132,7 @@ def test_each_of_two_motions_is_changed_by_itself(page, kind, moved):
     load(page, "Sleeping top")
     advance(page, 4)
     before = states(page)
-    x, y = page.evaluate(f"kreisel.at('{kind}', 1)")
+    x, y = page.evaluate(f"kreisel.locate('{kind}', 1)")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 15, y - 10)

@@ -56,7 +56,7 @@ def resize(page, size):
 @pytest.mark.parametrize("is_folded", [False, True], ids=["panel", "alone"])
 def test_the_bar_is_whole_in_every_frame(resizable, is_folded):
     load(resizable, "A spinning top", speed=0.25, step=[0.1])
-    resizable.evaluate("kreisel.page.jump(12345.6)")
+    resizable.evaluate("kreisel.page.jumpTo(12345.6)")
     wait_for(resizable, "kreisel.page.goal === null")
     resizable.evaluate(f"document.getElementById('panel').hidden = {str(is_folded).lower()}")
     broken = {}
@@ -106,9 +106,9 @@ def test_keys_wait_while_their_list_is_open(resizable):
 
 
 def test_the_table_of_integrals_is_whole(page):
-    page.evaluate("kreisel.page.set('methods.1', 'strang')")
+    page.evaluate("kreisel.page.setValue('methods.1', 'strang')")
     advance(page, 20)
-    page.evaluate("kreisel.page.tell()")
+    page.evaluate("kreisel.page.onChange()")
     assert page.get_by_role("columnheader", name="H_ε").is_visible()
     right = "document.getElementById('panel').getBoundingClientRect().right"
     cells = "[...document.querySelectorAll('#integrals th, #integrals td')]"
@@ -120,7 +120,7 @@ PHONES = [(390, 780), (360, 640), (416, 480)]
 # The lowest pixel of each top and of each label, and the highest of the footer.
 LOWEST = """(() => {
     const {view} = kreisel, {top} = document.querySelector('main').getBoundingClientRect();
-    view.dirty = true;
+    view.isDirty = true;
     view.render();
     view.world.updateMatrixWorld(true);
     const corner = ({min, max}, i) => view.camera.position.clone().set(
@@ -131,7 +131,7 @@ LOWEST = """(() => {
         return Array.from({length: 8}, (_, i) => view.project(
             part.localToWorld(corner(part.geometry.boundingBox, i)))[1]);
     });
-    const labels = [...document.querySelectorAll('.letters span')].filter((one) => !one.hidden)
+    const labels = [...document.querySelectorAll('.labels span')].filter((one) => !one.hidden)
         .map((one) => one.getBoundingClientRect().bottom - top);
     const shown = ['hint', 'bar'].map((id) => document.getElementById(id))
         .filter((one) => one.offsetParent);
@@ -158,7 +158,7 @@ def test_whatever_scrolls_can_be_scrolled_by_keys(resizable, is_large):
     if is_large:
         resizable.keyboard.press("b")
     advance(resizable, 6)
-    resizable.evaluate("kreisel.page.tell(), kreisel.charts.update()")
+    resizable.evaluate("kreisel.page.onChange(), kreisel.charts.update()")
     out_of_reach = resizable.evaluate("""[...document.querySelectorAll('#panel *')].filter((one) => {
         const {overflowX, overflowY} = getComputedStyle(one), scrolls = /auto|scroll/;
         const isWide = scrolls.test(overflowX) && one.scrollWidth > one.clientWidth;

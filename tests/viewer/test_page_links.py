@@ -78,7 +78,7 @@ def follow(page, given):
     """Another link, in the page that is open; what it says then."""
     page.evaluate(
         """(hash) => new Promise((done) => {
-        kreisel.page.say('');
+        kreisel.page.showMessage('');
         history.replaceState(null, '', '#');
         addEventListener('hashchange', () => setTimeout(done), {once: true});
         location.hash = hash;
@@ -200,7 +200,7 @@ def test_a_film_of_what_stands_still_has_bytes(page):
 
 def test_picture_comes_back_with_the_graphics(browser):
     page = visit(browser, size=SMALL, reduced_motion="reduce")
-    wait_for(page, "!kreisel.view.dirty")
+    wait_for(page, "!kreisel.view.isDirty")
     before = colours(page)
     page.evaluate("""new Promise((done) => {
         const lose = kreisel.view.renderer.getContext().getExtension('WEBGL_lose_context');
@@ -219,7 +219,7 @@ def test_picture_comes_back_with_the_graphics(browser):
 
 def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
     load(page, methods=["veselov2", "strang"], step=[1], gravity=10)
-    page.evaluate("kreisel.page.run(true)")
+    page.evaluate("kreisel.page.setRunning(true)")
     advance(page, 20)
     assert words(page).startswith("veselov2 1 stopped: ") and "converge" in words(page)
     assert [t for t, *_ in states(page)] == [1, 20]
@@ -228,7 +228,7 @@ def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
 
 def test_it_stops_when_all_have_failed(page):
     load(page, methods=["veselov2", "rk4"], step=[1], gravity=10)
-    page.evaluate("kreisel.page.run(true)")
+    page.evaluate("kreisel.page.setRunning(true)")
     advance(page, 20)
     assert (
         " stopped: " in words(page)
@@ -266,4 +266,4 @@ def test_a_link_leaves_out_what_is_as_always(page):
     load(page, "A spinning top")
     page.get_by_role("button", name="Link").click()
     assert len(page.url) - page.url.index("#") < 1000
-    page.evaluate("history.replaceState(null, '', '#'); kreisel.page.say('')")
+    page.evaluate("history.replaceState(null, '', '#'); kreisel.page.showMessage('')")

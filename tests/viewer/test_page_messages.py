@@ -31,7 +31,7 @@ REFUSED = [
 def everything(page):
     """What a refusal must not change: the scene, the time, the states, and what can be undone."""
     return page.evaluate(
-        "[kreisel.page.scene, kreisel.page.clock, kreisel.states(), kreisel.page.past]"
+        "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )
 
 
@@ -51,7 +51,7 @@ def chosen(page, name):
 @pytest.mark.parametrize("name, value", REFUSED)
 def test_a_refused_number_changes_nothing(page, name, value):
     page.get_by_role("checkbox", name="Each with a second step").check()
-    page.evaluate("kreisel.page.past = []; kreisel.page.say(''); kreisel.advance(3)")
+    page.evaluate("kreisel.page.undoStack = []; kreisel.page.showMessage(''); kreisel.advance(3)")
     before, field = everything(page), page.get_by_label(name, exact=True)
     shown = field.input_value()
     field.fill(value)
@@ -61,7 +61,7 @@ def test_a_refused_number_changes_nothing(page, name, value):
 
 
 def test_an_empty_momentum_changes_nothing(page):
-    page.evaluate("kreisel.page.say(''); kreisel.advance(3)")
+    page.evaluate("kreisel.page.showMessage(''); kreisel.advance(3)")
     before, field = everything(page), page.get_by_label("Momentum, first component")
     field.fill("")
     field.press("Tab")
@@ -109,7 +109,7 @@ def test_undo_of_a_drag_is_not_for_the_field_that_had_the_focus(page):
 def test_escape_amid_a_drag_takes_it_back(page):
     advance(page, 3)
     before = everything(page)
-    x, y = page.evaluate("kreisel.at('tip')")
+    x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 30, y + 20)
@@ -155,7 +155,7 @@ def test_keys_work_after_a_click_on_a_button(page):
 
 
 def test_keys_do_nothing_while_a_drag_is_held(page):
-    x, y = page.evaluate("kreisel.at('tip')")
+    x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 30, y + 20)
@@ -222,9 +222,9 @@ def test_tolerance_is_kept_to(page):
     for tol in ("0.01", "1e-10"):
         field.fill(tol)
         field.press("Tab")
-        page.evaluate("kreisel.page.set('step.0', 0.5); kreisel.advance(4)")
+        page.evaluate("kreisel.page.setValue('step.0', 0.5); kreisel.advance(4)")
         errors.append(np.abs(np.subtract(states(page)[0], exact)).max())
-        page.evaluate("kreisel.page.restart()")
+        page.evaluate("kreisel.page.rewind()")
     assert scene(page)["tol"] == 1e-10 and errors[1] < 1e-8 < 1e-5 < errors[0]
     field.fill("0")
     field.press("Tab")
@@ -248,10 +248,10 @@ def test_stop_time_is_told_and_kept(page):
 def test_advance_keeps_within_its_budget(page):
     load(page, methods=["extrap"], momentum=[1e4, 0, 1e4])
     page.evaluate(f"kreisel.page.advance({100 * TICKS}, 8)")
-    assert page.evaluate("kreisel.page.late") and 0 < clock(page) < 100 * TICKS
+    assert page.evaluate("kreisel.page.isLate") and 0 < clock(page) < 100 * TICKS
     load(page)
     page.evaluate(f"kreisel.page.advance({TICKS}, 1e6)")
-    assert not page.evaluate("kreisel.page.late") and clock(page) == TICKS
+    assert not page.evaluate("kreisel.page.isLate") and clock(page) == TICKS
 
 
 # Redo
@@ -260,7 +260,7 @@ def test_advance_keeps_within_its_budget(page):
 @pytest.mark.parametrize("key", ["Control+Shift+z", "Control+y"])
 def test_redo_gives_back_what_undo_took(page, key):
     for gravity in (4, 5, 6):
-        page.evaluate("x => kreisel.page.set('gravity', x)", gravity)
+        page.evaluate("x => kreisel.page.setValue('gravity', x)", gravity)
     advance(page, 2)
     last = everything(page)[:3]
     page.locator("canvas").first.focus()
@@ -272,13 +272,13 @@ def test_redo_gives_back_what_undo_took(page, key):
     until(page, 2)
     assert everything(page)[:3] == last
     page.keyboard.press("Control+z")
-    page.evaluate("kreisel.page.set('gravity', 1)")
+    page.evaluate("kreisel.page.setValue('gravity', 1)")
     assert button(page, "Redo").is_disabled()
 
 
 def test_a_refusal_leaves_redo_as_it_was(page):
-    page.evaluate("kreisel.page.set('gravity', 4)")
+    page.evaluate("kreisel.page.setValue('gravity', 4)")
     page.keyboard.press("Control+z")
-    page.evaluate("kreisel.page.set('step.0', -1)")
+    page.evaluate("kreisel.page.setValue('step.0', -1)")
     button(page, "Redo").click()
     assert scene(page)["gravity"] == 4

@@ -23,14 +23,14 @@ def about(page):
 def attempt(page, ask):
     """A scene that is tried, as Python has it."""
     page.get_by_role("button", name=ask, exact=True).click()
-    page.evaluate("kreisel.page.run(false)")
+    page.evaluate("kreisel.page.setRunning(false)")
     return kr.exact(scene_in_python(scene(page)))
 
 
 def told(page):
     """The numbers beside the picture: each with what stands below it."""
     return dict(
-        page.evaluate("""(kreisel.view.dirty = true, [...document.querySelectorAll('#numbers div')]
+        page.evaluate("""(kreisel.view.isDirty = true, [...document.querySelectorAll('#numbers div')]
             .map((box) => [box.querySelector('dt').textContent,
                 [box.querySelector('dd').textContent, box.querySelector('small').textContent]]))""")
     )
@@ -49,7 +49,7 @@ def test_circles_and_critical_spin_are_those_of_python(page, preset):
         assert [top[key] for key in ("least", "greatest", "critical")] == pytest.approx(
             expected, rel=1e-12, abs=1e-12
         )
-        assert top["course"] == exact.motion_type
+        assert top["motionType"] == exact.motion_type
         assert top["precession"] == pytest.approx(exact.precession, rel=1e-10, abs=1e-12)
 
 
@@ -103,25 +103,25 @@ def test_too_little_spin_for_steady_precession_is_told(page):
 
 @pytest.mark.parametrize("preset", ALL, **NAMES)
 def test_each_preset_has_three_things_to_try_and_all_numbers_are_filled_in(page, preset):
-    assert len(preset["tries"]) == 3
+    assert len(preset["exercises"]) == 3
     page.evaluate(
         """name => {
         kreisel.page.load(kreisel.presets.find((preset) => preset.name === name));
-        kreisel.page.say("");
+        kreisel.page.showMessage("");
     }""",
         preset["name"],
     )
-    for each in [None, *preset["tries"]]:
+    for each in [None, *preset["exercises"]]:
         if each:
-            attempt_only(page, each["ask"])
-            assert page.locator(".try[aria-pressed=true]").inner_text() == each["ask"]
+            attempt_only(page, each["title"])
+            assert page.locator(".exercise[aria-pressed=true]").inner_text() == each["title"]
         assert about(page) and not re.search(r"[{}]|NaN|undefined|Infinity", about(page))
         assert page.locator("#words").inner_text() == ""
 
 
 def attempt_only(page, ask):
     page.get_by_role("button", name=ask, exact=True).click()
-    page.evaluate("kreisel.page.run(false)")
+    page.evaluate("kreisel.page.setRunning(false)")
 
 
 def test_doubled_spin_halves_the_precession(page):
@@ -178,12 +178,12 @@ def test_red_sleeps_and_violet_does_as_is_told(page, ask):
 
 
 def states_spin(page, top):
-    return page.evaluate(f"kreisel.stage.measure({top}).spin")
+    return page.evaluate(f"kreisel.simulation.measureTop({top}).spin")
 
 
 def test_a_scene_changed_by_hand_is_told_as_it_is(page):
     load(page, "A spinning top")
-    page.evaluate("kreisel.page.set('gravity', 2)")
+    page.evaluate("kreisel.page.setValue('gravity', 2)")
     exact = kr.exact(scene_in_python(scene(page)))
     least, greatest = np.degrees([exact.least_nutation, exact.greatest_nutation])
     assert f"{least:.1f}° and {greatest:.1f}°" in about(page) and exact.motion_type == "loops"
@@ -221,12 +221,12 @@ def test_the_live_numbers_are_those_of_python(page, t):
 
 def test_letters_stand_at_the_arrows_and_circles(page):
     load(page, "A spinning top")
-    page.evaluate("kreisel.view.dirty = true; kreisel.view.render()")
-    letters = page.locator(".letters span").all_inner_texts()
+    page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
+    letters = page.locator(".labels span").all_inner_texts()
     assert letters == ["m", "ω", "p", "highest 30.0°", "lowest 48.6°"]
-    where = page.evaluate("""[...document.querySelectorAll('.letters span')].map((span) =>
+    where = page.evaluate("""[...document.querySelectorAll('.labels span')].map((span) =>
         span.style.transform.match(/[\\d.]+/g).map(Number))""")
-    assert where[0] == pytest.approx(page.evaluate("kreisel.at('tip')"), abs=40)
+    assert where[0] == pytest.approx(page.evaluate("kreisel.locate('tip')"), abs=40)
 
 
 # The drawn body
@@ -235,7 +235,7 @@ def test_letters_stand_at_the_arrows_and_circles(page):
 @pytest.mark.parametrize("preset", TOPS, **NAMES)
 def test_the_turned_top_has_the_mass_and_moments_of_the_scene(page, preset):
     load(page, preset["name"], show={"solid": "top"})
-    profile = np.array(page.evaluate("kreisel.view.turned.profile"))
+    profile = np.array(page.evaluate("kreisel.view.revolution.profile"))
     body = scene_in_python(scene(page)).body
     at = np.linspace(0, 1, 2001)
     z = np.concatenate(
@@ -264,7 +264,7 @@ def draw_solid(page, body):
     """Show a body of Python as a solid of revolution and return its profile."""
     given = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
     page.evaluate("given => kreisel.page.load(given)", {**given, "show": {"solid": "top"}})
-    return np.array(page.evaluate("kreisel.view.turned.profile"))
+    return np.array(page.evaluate("kreisel.view.revolution.profile"))
 
 
 def test_a_cone_is_drawn_as_a_cone_and_a_cylinder_as_a_drum(page):
@@ -300,18 +300,18 @@ def test_letters_keep_off_the_numbers(page, size):
         const {bottom} = document.getElementById('numbers').getBoundingClientRect();
         return [right, bottom];
     })()""")
-    wait_for(page, f"kreisel.view.letters.corner[1] >= {corner[1]} - 1")
+    wait_for(page, f"kreisel.view.labels.corner[1] >= {corner[1]} - 1")
     over = page.evaluate(
         """([right, bottom]) => {
-        const {letters, pixels} = kreisel.view, over = [];
+        const {labels, pixels} = kreisel.view, over = [];
         const span = document.createElement('span');
         span.textContent = 'ω';
-        letters.place.append(span);
-        letters.all = [{span, wide: 20}];
+        labels.container.append(span);
+        labels.all = [{span, wide: 20}];
         for (let x = 5; x < right; x += 9)
             for (let y = 5; y < bottom; y += 9) {
-                letters.all[0].at = () => [x, y];
-                letters.follow(pixels);
+                labels.all[0].at = () => [x, y];
+                labels.placeLabels(pixels);
                 if (span.hidden || span.getBoundingClientRect().top < bottom - 6) over.push([x, y]);
             }
         span.remove();
@@ -337,14 +337,14 @@ def test_arrows_of_all_tops_are_seen(page):
 @pytest.mark.parametrize("tilt, is_shown", [(0.5, True), (1.9, True), (2.1, False), (30, False)])
 def test_the_critical_spin_is_told_of_tops_that_start_near_the_vertical(page, tilt, is_shown):
     load(page, "A spinning top", start={"tilt": tilt, "spin": 22})
-    page.evaluate("kreisel.page.tell()")
+    page.evaluate("kreisel.page.onChange()")
     assert told(page)["spin"][1] == ("critical 14.2" if is_shown else "")
 
 
 def test_texts_tell_the_critical_spin_of_upright_tops_alone(page):
     for preset in ALL:
-        for each in [preset, *preset["tries"]]:
-            if "{critical}" in each.get("about", "") + each.get("look", ""):
+        for each in [preset, *preset["exercises"]]:
+            if "{critical}" in each.get("about", "") + each.get("text", ""):
                 assert each.get("start", preset.get("start"))["tilt"] <= 2, preset["name"]
 
 
@@ -368,10 +368,10 @@ def test_slower_spin_is_a_deeper_fall_and_no_spin_is_critical_at_30_degrees(page
 
 def test_numbers_say_of_which_top_they_are(page):
     load(page, "A spinning top")
-    page.evaluate("kreisel.page.tell()")
+    page.evaluate("kreisel.page.onChange()")
     assert "top" not in told(page)
     load(page, "Compare four")
-    page.evaluate("kreisel.page.tell()")
+    page.evaluate("kreisel.page.onChange()")
     assert told(page)["top"] == ["left", "bobenko_suris 0.01"]
     assert told(page)["tilt"][1].startswith("exact: ")
 

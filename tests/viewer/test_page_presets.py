@@ -14,13 +14,13 @@ def attempt(page, preset, ask=None):
     load(page, preset)
     if ask:
         page.get_by_role("button", name=ask, exact=True).click()
-        page.evaluate("kreisel.page.run(false)")
+        page.evaluate("kreisel.page.setRunning(false)")
 
 
 def change(page, top, name, until=None):
     """The largest change of an integral since the start, to a time."""
     values = record(page, top, name)
-    times = np.array(page.evaluate("kreisel.stage.time()"))
+    times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
     return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
 
 
@@ -74,7 +74,7 @@ def test_equal_work(page):
 def test_less_work_for_violet(page):
     attempt(page, "Equal work", "Less work for violet")
     advance(page, 300)
-    times = np.array(page.evaluate("kreisel.stage.time()"))
+    times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
     red, violet = (record(page, i, "error") for i in (0, 1))
     ratio = violet[1:] / red[1:]
     assert (ratio[times[1:] <= 30] < 1.5).all() and (ratio[times[1:] >= 35] > 1.05).all()
@@ -183,10 +183,10 @@ def test_texts_are_in_sight(page):
     about = "document.getElementById('about')"
     hidden = page.evaluate(f"""kreisel.presets.flatMap((preset) => {{
         kreisel.page.load(preset);
-        return [preset, ...preset.tries].map((each) => {{
-            [...document.querySelectorAll('.try')].find((b) => b.textContent === each.ask)?.click();
-            kreisel.page.run(false);
-            return {about}.scrollHeight > {about}.clientHeight + 1 ? each.ask ?? each.name : null;
+        return [preset, ...preset.exercises].map((each) => {{
+            [...document.querySelectorAll('.exercise')].find((b) => b.textContent === each.title)?.click();
+            kreisel.page.setRunning(false);
+            return {about}.scrollHeight > {about}.clientHeight + 1 ? each.title ?? each.name : null;
         }});
     }}).filter(Boolean)""")
     assert hidden == []

@@ -23,7 +23,7 @@ def test_made_up_mass_is_drawn_as_the_body_of_density_1(browser, tmp_path):
     kr.view(kr.scenes.thesis, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert page.evaluate("kreisel.view.body.half") == pytest.approx((0.8, 0.8, 1), rel=1e-6)
-    page.evaluate("kreisel.page.set('show.solid', 'box')")  # which has corners
+    page.evaluate("kreisel.page.setValue('show.solid', 'box')")  # which has corners
     drag(page, "corner", (10, -10), number=5)
     assert scene(page)["body"]["density"] == pytest.approx(1, rel=1e-12) and page.troubles == []
     page.context.close()
@@ -36,7 +36,7 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     advance(page, 10)
     assert states(page)[1] == path.states[-1].tolist()
     assert 0 < record(page, 1, "error").max() < 1e-4
-    page.evaluate("kreisel.page.begin(); kreisel.page.edit((s) => (s.momentum[0] += 0.1))")
+    page.evaluate("kreisel.page.beginChange(); kreisel.page.editScene((s) => (s.momentum[0] += 0.1))")
     assert scene(page)["tracks"] == []  # it was of another motion
     page.context.close()
 

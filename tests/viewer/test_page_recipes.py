@@ -43,4 +43,4 @@ def test_a_preset_touches_one_file_and_can_be_chosen(other):
 def test_a_quantity_can_be_charted(other):
     labels = other.locator("select option").all_text_contents()
     assert any("height" in label.lower() for label in labels)
-    assert "height" in other.evaluate("kreisel.charts.csv().split('\\n', 1)[0]")
+    assert "height" in other.evaluate("kreisel.charts.formatCsv().split('\\n', 1)[0]")

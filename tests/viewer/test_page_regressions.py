@@ -82,7 +82,7 @@ def test_each_top_has_its_own_error_and_no_other_ones(page):
 def test_what_computes_keeps_the_start_and_the_time(page, place, value):
     advance(page, 20)
     before = start(page)
-    page.evaluate("([place, value]) => kreisel.page.set(place, value)", [place, value])
+    page.evaluate("([place, value]) => kreisel.page.setValue(place, value)", [place, value])
     until(page, 20)
     assert start(page) == before and scene(page)["taken"] is None
     top = page.evaluate("kreisel.page.tops[0]")
@@ -99,7 +99,7 @@ def test_what_computes_keeps_the_start_and_the_time(page, place, value):
 def test_gravity_and_body_keep_the_start(page):
     advance(page, 20)
     before = scene(page)
-    page.evaluate("kreisel.page.set('gravity', 2)")
+    page.evaluate("kreisel.page.setValue('gravity', 2)")
     assert changed(before, scene(page)) == {"gravity"}
     advance(page, 3)
     write(page, "Half edges, T", 1.5)
@@ -136,7 +136,7 @@ def test_a_top_between_its_steps_says_when_it_is_drawn(page):
 
 def test_what_was_told_of_a_scene_goes_when_it_is_changed(page):
     told = page.locator("#about").inner_text()
-    page.evaluate("kreisel.page.set('gravity', 3)")
+    page.evaluate("kreisel.page.setValue('gravity', 3)")
     assert told not in page.locator("#about").inner_text()
     page.keyboard.press("z")
     assert page.locator("#about").inner_text() == told
@@ -146,7 +146,7 @@ def test_what_was_told_of_a_scene_goes_when_it_is_changed(page):
 
 
 def test_nothing_jumps_while_a_slider_is_held(page):
-    page.evaluate("kreisel.page.restart()")
+    page.evaluate("kreisel.page.rewind()")
     slider = page.get_by_role("slider", name="Gravity")
     settle(page)
     place = slider.bounding_box()
@@ -154,7 +154,7 @@ def test_nothing_jumps_while_a_slider_is_held(page):
         advance(page, t)
         settle(page)
         assert slider.bounding_box() == place
-        page.evaluate("kreisel.page.set('gravity', 1.7)")
+        page.evaluate("kreisel.page.setValue('gravity', 1.7)")
         settle(page)
         assert slider.bounding_box() == place
 
@@ -164,7 +164,7 @@ def test_the_table_keeps_to_its_lines(page):
     lines = "document.querySelector('#integrals td').offsetHeight"
     settle(page)
     before = page.evaluate(lines)
-    page.evaluate("kreisel.page.jump(40)")
+    page.evaluate("kreisel.page.jumpTo(40)")
     until(page, 40)
     wait_for(
         page,
@@ -184,13 +184,13 @@ def test_a_second_top_comes_into_sight(page):
     page.evaluate("kreisel.view.world.updateMatrixWorld(true)")
     for i in range(3):
         for corner in range(8):
-            x, y = page.evaluate(f"kreisel.at('corner', {i}, {corner})")
+            x, y = page.evaluate(f"kreisel.locate('corner', {i}, {corner})")
             assert 0 < x < WIDE[0] - 320 and 0 < y < WIDE[1]
 
 
 def test_a_preset_is_looked_at_from_where_it_is_best_seen(page):
     looks = "kreisel.view.camera.position.toArray()"
-    page.evaluate("kreisel.choose(kreisel.presets[0])")
+    page.evaluate("kreisel.choosePreset(kreisel.presets[0])")
     before = page.evaluate(looks)
     page.keyboard.press("n")
     page.keyboard.press("ArrowLeft")
@@ -201,9 +201,9 @@ def test_a_preset_is_looked_at_from_where_it_is_best_seen(page):
 
 def test_the_stop_time_stays_one_at_which_steps_meet(page):
     load(page, "Compare four")
-    page.evaluate("kreisel.page.set('stop', 10.13)")
+    page.evaluate("kreisel.page.setValue('stop', 10.13)")
     assert scene(page)["stop"] == 10.2
-    page.evaluate("kreisel.page.set('step.1', 0.07)")
+    page.evaluate("kreisel.page.setValue('step.1', 0.07)")
     assert scene(page)["stop"] == 10.22 and "10.22" in words(page)
 
 
@@ -214,7 +214,7 @@ def test_a_top_much_too_fast_leaves_the_page_alive(browser):
     given = {"momentum": [1e12, 0, 0], "methods": ["extrap"], "step": [0.2]}
     page = visit(browser, reduced_motion="reduce", fragment="#scene=" + quote(json.dumps(given)))
     page.get_by_role("button", name="Start", exact=True).click()
-    wait_for(page, "kreisel.page.late")
+    wait_for(page, "kreisel.page.isLate")
     page.get_by_role("button", name="Stop").click()
     page.get_by_role("button", name="Step", exact=True).click()
     page.get_by_role("button", name="Stop").click()
@@ -230,9 +230,9 @@ def test_what_cannot_be_seen_is_not_picked(page):
     load(page, "Compare four", distance=0)
     advance(page, 11.7)
     page.evaluate("kreisel.view.tops.forEach((top, i) => i === 1 || (top.handles = []))")
-    x, y = page.evaluate("kreisel.at('face', 1)")
+    x, y = page.evaluate("kreisel.locate('face', 1)")
     assert page.evaluate("([x, y]) => kreisel.view.pick(x, y) ?? null", [x, y]) is None
-    x, y = page.evaluate("kreisel.at('corner', 1, 5)")
+    x, y = page.evaluate("kreisel.locate('corner', 1, 5)")
     assert page.evaluate("([x, y]) => kreisel.view.pick(x, y).i", [x, y]) == 1
 
 
@@ -257,7 +257,7 @@ def test_nothing_has_no_arrow(page):
 
 def test_rounding_is_no_number_of_the_body(page):
     load(page, body={"half": [0.8, 0.8, 1], "pivot": [1.2e-16, 0.3, -1], "density": 1})
-    page.evaluate("kreisel.page.tell()")
+    page.evaluate("kreisel.page.onChange()")
     assert "e-" not in page.locator("#body").inner_text()
     assert page.get_by_label("Fixed point, from the centre, N").input_value() == "0"
 
@@ -280,12 +280,12 @@ def test_paper_has_the_whole_picture(page):
 def test_the_letter_of_an_arrow_stands_beside_it(browser):
     page = visit(browser, size=PHONE, reduced_motion="reduce")
     load(page, "Steady precession")
-    page.evaluate("kreisel.page.run(true)")
+    page.evaluate("kreisel.page.setRunning(true)")
     advance(page, 4)
-    page.evaluate("kreisel.page.run(false)")
+    page.evaluate("kreisel.page.setRunning(false)")
     settle(page)
-    letter = page.locator(".letters .arrow", has_text="m").bounding_box()
-    x, y = page.evaluate("kreisel.at('tip')")
+    letter = page.locator(".labels .arrow", has_text="m").bounding_box()
+    x, y = page.evaluate("kreisel.locate('tip')")
     assert abs(letter["y"] + letter["height"] / 2 - y) < 40 and abs(letter["x"] - x) < 40
     page.context.close()
 

@@ -38,7 +38,7 @@ def move(page, by, button="left"):
 def handles(page):
     return np.array(
         page.evaluate(
-            "[kreisel.at('tip'), ...Array.from({length: 8}, (_, i) => kreisel.at('corner', 0, i))]"
+            "[kreisel.locate('tip'), ...Array.from({length: 8}, (_, i) => kreisel.locate('corner', 0, i))]"
         )
     )
 
@@ -96,11 +96,11 @@ def test_drag_beside_the_top_orbits(page):
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
 def test_drag_with_the_right_button_pans(page, on):
     flat(page, on)
-    (offset, target, _), x = camera(page), page.evaluate("kreisel.at('tip')[0]")
+    (offset, target, _), x = camera(page), page.evaluate("kreisel.locate('tip')[0]")
     move(page, (90, 0), button="right")
     same, panned, _ = camera(page)
     assert same == pytest.approx(offset) and np.linalg.norm(panned - target) > 0.1
-    assert page.evaluate("kreisel.at('tip')[0]") == pytest.approx(x + 90, abs=20)
+    assert page.evaluate("kreisel.locate('tip')[0]") == pytest.approx(x + 90, abs=20)
 
 
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
@@ -131,7 +131,7 @@ def test_next_side_brings_all_back_into_sight(page, on, way):
     before = sides(page)
     page.mouse.move(*EMPTY)
     page.mouse.wheel(0, way)
-    height = "Math.abs(kreisel.at('corner', 0, 7)[1] - kreisel.at('corner', 0, 0)[1])"
+    height = "Math.abs(kreisel.locate('corner', 0, 7)[1] - kreisel.locate('corner', 0, 0)[1])"
     wait_for(page, f"{height} {'>' if way < 0 else '<'} {before[-1][1]}")
     move(page, (300, 250), button="right")
     assert way > 0 or not in_sight(page)
@@ -147,7 +147,7 @@ def test_panel_can_be_put_away(page):
         hide()
         wait_for(page, "kreisel.view.canvas.clientWidth === innerWidth")
         assert not page.locator("#panel").is_visible() and is_green(
-            page, *page.evaluate("kreisel.at('tip')")
+            page, *page.evaluate("kreisel.locate('tip')")
         )
         show()
         wait_for(page, f"kreisel.view.canvas.clientWidth === {narrow}")
@@ -162,7 +162,7 @@ def test_window_can_be_resized(page, size):
         "Math.abs(kreisel.view.canvas.clientWidth"
         " - document.querySelector('main').clientWidth) < 1",
     )
-    assert is_green(page, *page.evaluate("kreisel.at('tip')"))
+    assert is_green(page, *page.evaluate("kreisel.locate('tip')"))
     before = scene(page)["momentum"]
     start, end = drag(page, "tip", (12, -9))
     page.set_viewport_size(dict(zip(("width", "height"), WIDE, strict=True)))

@@ -7,7 +7,7 @@ from browser import TICKS, advance, drag, load, scene, states, wait_for
 
 # Pulls at a part of top i, by some moves, and lets go or not.
 PULL = """window.pull = (part, moves = 4, {i = 0, altKey = false, lets = true} = {}) => {
-    const {canvas} = kreisel.view, [x, y] = kreisel.at(part, i, 5);
+    const {canvas} = kreisel.view, [x, y] = kreisel.locate(part, i, 5);
     canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
     const mouse = {pointerId: 7, pointerType: 'mouse', bubbles: true, cancelable: true, altKey};
     const send = (type, clientX, clientY) => canvas.dispatchEvent(
@@ -20,9 +20,9 @@ PULL = """window.pull = (part, moves = 4, {i = 0, altKey = false, lets = true} =
 SEEN = """window.seen = () => {
     const {view} = kreisel, parts = [];
     view.world.updateMatrixWorld(true);
-    view.floor.follow();
+    view.floor.updateShadows();
     view.world.updateMatrixWorld(true);
-    view.letters.follow(view.pixels);
+    view.labels.placeLabels(view.pixels);
     const digits = (numbers) => Array.from(numbers, (x) => +x.toFixed(5) + 0);
     const sum = ({index, drawRange, attributes}) => {
         const {array} = attributes.position ?? attributes.start.data;
@@ -36,7 +36,7 @@ SEEN = """window.seen = () => {
         parts.push([digits(matrixWorld.elements), material.color?.getHexString(), renderOrder,
             material.opacity, material.transparent, material.depthTest, geometry.drawRange.count,
             sum(geometry)]));
-    const letters = [...view.letters.place.children].map((span) => span.outerHTML);
+    const letters = [...view.labels.container.children].map((span) => span.outerHTML);
     return JSON.stringify([parts, letters, view.world.background.getHexString()]);
 };"""
 CHANGES = """{
@@ -55,17 +55,17 @@ CHANGES = """{
         later: () => kreisel.advance(2),
         undo: () => page.undo(),
         reset: () => page.reset(),
-        rewind: () => page.restart(),
-        weightless: () => page.set('gravity', 0),
-        heavy: () => page.set('gravity', 3),
-        longer: () => page.set('body.half.2', 1.3),
-        ghost: () => page.set('ghost', !page.scene.ghost),
-        beside: () => page.set('methods.1', 'rk4'),
-        both: () => page.set('both', page.scene.step.length < 2),
-        box: () => page.set('show.solid', 'box'),
-        top: () => page.set('show.solid', 'top'),
-        opaque: () => page.set('show.opacity', 1),
-        plate: () => page.set('shape', 'kowalewski'),
+        rewind: () => page.rewind(),
+        weightless: () => page.setValue('gravity', 0),
+        heavy: () => page.setValue('gravity', 3),
+        longer: () => page.setValue('body.half.2', 1.3),
+        ghost: () => page.setValue('ghost', !page.scene.ghost),
+        beside: () => page.setValue('methods.1', 'rk4'),
+        both: () => page.setValue('both', page.scene.step.length < 2),
+        box: () => page.setValue('show.solid', 'box'),
+        top: () => page.setValue('show.solid', 'top'),
+        opaque: () => page.setValue('show.opacity', 1),
+        plate: () => page.setValue('shape', 'kowalewski'),
         light: () => light('light'),
         dark: () => light('dark'),
         four: () => preset('Compare four'),
@@ -74,19 +74,19 @@ CHANGES = """{
     };
 }"""
 # Makes all parts anew, which shows the same.
-ANEW = "window.anew = () => (kreisel.view.made = '', kreisel.view.build(kreisel.page, false));"
+ANEW = "window.anew = () => (kreisel.view.partsKey = '', kreisel.view.build(kreisel.page, false));"
 PAIRS = """(first) => {
-    const {page, presets} = kreisel, {tell} = page;
-    page.tell = () => {}; // all but the picture rests
+    const {page, presets} = kreisel, {onChange} = page;
+    page.onChange = () => {}; // all but the picture rests
     const wrong = Object.keys(changes).filter((second) => {
         page.load(presets.find((preset) => preset.name === "Lagrange's top"));
-        page.past = [];
+        page.undoStack = [];
         for (const change of [first, second]) changes[change]();
         const kept = seen();
         anew();
         return kept !== seen();
     });
-    page.tell = tell;
+    page.onChange = onChange;
     return wrong;
 }"""
 NAMES = [
@@ -118,7 +118,7 @@ def test_a_change_is_seen(tried, change):
 
 
 PARTS = """(() => {
-    const all = [...kreisel.view.letters.place.children];
+    const all = [...kreisel.view.labels.container.children];
     kreisel.view.world.traverse((part) => all.push(part, part.geometry, part.material));
     window.known ??= all;
     return all.length === known.length && all.every((part, k) => part === known[k]);
@@ -148,7 +148,7 @@ def test_a_drag_makes_nothing_anew(tried, preset, held):
 def test_a_thousand_drags_leave_nothing_behind(tried):
     told = """(() => {
         const {renderer} = kreisel.view, {memory, programs} = renderer.info;
-        kreisel.view.dirty = true;
+        kreisel.view.isDirty = true;
         kreisel.view.render();
         const nodes = document.querySelectorAll('*').length;
         return [memory.geometries, memory.textures, programs.length, nodes];
@@ -162,7 +162,7 @@ def test_a_thousand_drags_leave_nothing_behind(tried):
     for name in ("A spinning top", "Sleeping top", "Kowalewski", "Compare four"):
         load(tried, name)
         tried.evaluate("kreisel.view.render()")
-    tried.evaluate("kreisel.page.past = []; kreisel.page.restart()")
+    tried.evaluate("kreisel.page.undoStack = []; kreisel.page.rewind()")
     assert tried.evaluate(told)[:2] == before[:2]
 
 
@@ -191,7 +191,7 @@ def test_the_top_in_hand_is_the_one_that_goes_on(tried, top):
 
 def test_undo_while_a_drag_is_held_is_not_for_a_field(page):
     page.get_by_label("Thickness, number").fill("2")
-    x, y = page.evaluate("kreisel.at('tip')")
+    x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 20, y + 10)

@@ -8,7 +8,7 @@ SHADOWS = "kreisel.view.floor.shadows"
 # The brightness of the picture, made small, from 0 to 255.
 BRIGHTNESS = """(() => {
     const {view} = kreisel, pen = document.createElement('canvas').getContext('2d');
-    view.dirty = true;
+    view.isDirty = true;
     view.render();
     pen.drawImage(view.canvas, 0, 0, 120, 100);
     const {data} = pen.getImageData(0, 0, 120, 100);
@@ -40,7 +40,7 @@ def test_each_scene_has_shadows(page, preset):
 
 def test_shadows_follow_the_top(page):
     load(page, "A spinning top")
-    where = f"""(kreisel.view.dirty = true, kreisel.view.render(),
+    where = f"""(kreisel.view.isDirty = true, kreisel.view.render(),
         {SHADOWS}.children[0].matrixWorld.toArray())"""
     before = page.evaluate(where)
     advance(page, 3)

@@ -35,7 +35,7 @@ def chosen(page):
 
 def settled(page):
     """Waits until all is drawn and told, and tells how many pictures there were."""
-    wait_for(page, "!kreisel.view.dirty && kreisel.charts.clock === kreisel.page.clock")
+    wait_for(page, "!kreisel.view.isDirty && kreisel.charts.clock === kreisel.page.clock")
     return page.evaluate("kreisel.view.renderer.info.render.frame")
 
 
@@ -148,14 +148,14 @@ def test_a_page_at_rest_draws_nothing(page):
     before = settled(page)
     page.evaluate(FRAMES)
     assert page.evaluate("kreisel.view.renderer.info.render.frame") == before
-    page.evaluate("kreisel.page.set('gravity', 2)")
+    page.evaluate("kreisel.page.setValue('gravity', 2)")
     assert settled(page) > before
 
 
 def test_a_light_on_a_handle_asks_for_no_pictures(page):
-    page.mouse.move(*page.evaluate("kreisel.at('tip')"))
+    page.mouse.move(*page.evaluate("kreisel.locate('tip')"))
     before = settled(page)
-    assert page.evaluate("kreisel.hands.halo.visible")
+    assert page.evaluate("kreisel.drags.highlight.visible")
     page.evaluate(FRAMES)
     assert page.evaluate("kreisel.view.renderer.info.render.frame") == before
     page.mouse.move(60, 120)
@@ -188,7 +188,7 @@ def test_drop_lines_go_from_tip_and_centre_of_mass_to_the_floor(page):
 
 
 def test_drop_lines_are_shown_while_a_tip_is_held(page):
-    x, y = page.evaluate("kreisel.at('tip')")
+    x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 20, y - 10)

@@ -35,7 +35,7 @@ SEND = """([type, points]) => {
 
 
 def swipe(page, kind, by, pointer="touch", number=0):
-    x, y = page.evaluate(f"kreisel.at('{kind}', 0, {number})")
+    x, y = page.evaluate(f"kreisel.locate('{kind}', 0, {number})")
     way = [[x, y], [x + by[0] / 2, y + by[1] / 2], [x + by[0], y + by[1]], [x + by[0], y + by[1]]]
     page.evaluate(SEND, [pointer, way])
 
@@ -45,7 +45,7 @@ def swipe(page, kind, by, pointer="touch", number=0):
 
 def test_a_finger_on_the_body_looks_around(browser):
     page = visit(browser, size=PHONE, has_touch=True, is_mobile=True, reduced_motion="reduce")
-    page.evaluate("kreisel.page.run(true)")
+    page.evaluate("kreisel.page.setRunning(true)")
     wait_for(page, "kreisel.page.clock > 0")
     before = scene(page)
     for preset in (before["name"], "Lagrange's top"):  # a turned top, and a box with handles
@@ -53,27 +53,27 @@ def test_a_finger_on_the_body_looks_around(browser):
         before = scene(page)
         for kind in ("face", "corner", "edge"):
             swipe(page, kind, (60, 20), number=5)
-            assert scene(page) == before and page.evaluate("kreisel.page.running")
+            assert scene(page) == before and page.evaluate("kreisel.page.isRunning")
     page.context.close()
 
 
 def test_a_handle_lights_up(page):
-    page.mouse.move(*page.evaluate("kreisel.at('tip')"))
-    assert page.evaluate("kreisel.hands.halo.visible")
+    page.mouse.move(*page.evaluate("kreisel.locate('tip')"))
+    assert page.evaluate("kreisel.drags.highlight.visible")
     page.mouse.move(30, 300)
-    assert not page.evaluate("kreisel.hands.halo.visible")
+    assert not page.evaluate("kreisel.drags.highlight.visible")
 
 
 @pytest.mark.parametrize("pointer", ["mouse", "touch"])
 def test_a_push_jerks_the_running_top(page, pointer):
     page.get_by_role("button", name="Push").click()
     try:
-        page.evaluate("kreisel.page.run(true)")
+        page.evaluate("kreisel.page.setRunning(true)")
         wait_for(page, "kreisel.page.clock > 100000")
         swipe(page, "face", (60, 20), pointer)
         after = scene(page)
-        assert page.evaluate("kreisel.page.running") and after["taken"] > 0
-        page.evaluate("kreisel.page.run(false)")
+        assert page.evaluate("kreisel.page.isRunning") and after["taken"] > 0
+        page.evaluate("kreisel.page.setRunning(false)")
         top = scene_in_python(scene(page))
         before = kr.solve(
             kr.Scene(top.body, (0.172, -1.862, 1.46)),
@@ -89,19 +89,19 @@ def test_a_push_jerks_the_running_top(page, pointer):
 
 
 def test_it_goes_on_after_a_drag(page):
-    page.evaluate("kreisel.page.run(true)")
+    page.evaluate("kreisel.page.setRunning(true)")
     drag(page, "tip", (20, -20))
-    assert page.evaluate("kreisel.page.running")
+    assert page.evaluate("kreisel.page.isRunning")
     page.get_by_role("button", name="Stop").click()
     drag(page, "tip", (20, -20))
-    assert not page.evaluate("kreisel.page.running")
+    assert not page.evaluate("kreisel.page.isRunning")
 
 
 def test_a_long_arrow_comes_back_into_the_picture(page):
     load(page, momentum=[0, 0, 1])
     drag(page, "corner", (200, -200), number=7)
-    page.evaluate("kreisel.page.set('gravity', 0)")
-    x, y = page.evaluate("kreisel.at('tip')")
+    page.evaluate("kreisel.page.setValue('gravity', 0)")
+    x, y = page.evaluate("kreisel.locate('tip')")
     drag(page, "tip", (30, -y + 5))
     for part in ("m", "w"):
         x, y = page.evaluate(
@@ -212,7 +212,7 @@ def test_the_wheel_scrolls_a_notebook_until_one_clicks_in(browser):
 @pytest.mark.parametrize("shape", ["lagrange", "kowalewski"])
 @pytest.mark.parametrize("t", [0, 3])
 def test_tilt_and_spin_are_those_of_python(page, shape, t):
-    page.evaluate("name => kreisel.page.set('shape', name)", shape)
+    page.evaluate("name => kreisel.page.setValue('shape', name)", shape)
     advance(page, t)
     for name, place, value in (("Tilt, degrees", "nutation", 30), ("Spin, number", "spin", 7.5)):
         field = page.get_by_label(name, exact=True)
@@ -250,7 +250,7 @@ def test_size_fixed_point_mass_have_fields(page, name, value, key, expected):
 def test_a_path_that_is_lost_is_told(page):
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
     page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)
-    page.evaluate("kreisel.page.set('gravity', 2)")
+    page.evaluate("kreisel.page.setValue('gravity', 2)")
     assert "The path belonged to another motion" in page.locator("#words").inner_text()
     page.get_by_role("button", name="Undo").click()
     assert len(scene(page)["tracks"]) == 1
@@ -285,7 +285,7 @@ def test_a_chart_tells_its_values_under_the_cursor(page):
     wait_for(page, "/^t = 1[45]/.test(document.querySelector('#charts .read').textContent)")
     assert len(page.locator("#charts .read span").all_inner_texts()) == 4
     advance(page, 3.01)
-    page.evaluate("kreisel.charts.plots.forEach((plot) => kreisel.charts.read(plot))")
+    page.evaluate("kreisel.charts.plots.forEach((plot) => kreisel.charts.showValues(plot))")
     assert told.evaluate("(line) => line.scrollWidth <= line.clientWidth")
 
 
@@ -313,13 +313,13 @@ def test_larger_charts_leave_three_tops_in_sight(page):
         seen.append(right)
         for i in range(3):
             for corner in range(8):
-                assert 0 < page.evaluate(f"kreisel.at('corner', {i}, {corner})[0]") < right
+                assert 0 < page.evaluate(f"kreisel.locate('corner', {i}, {corner})[0]") < right
     assert seen[0] == seen[2] > 1.5 * seen[1]
 
 
 def test_tops_beside_each_other_have_their_names(page):
     load(page, methods=["strang", "rk4"])
-    letters = page.locator(".letters span")
+    letters = page.locator(".labels span")
     assert letters.all_inner_texts()[-1] == "rk4"
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
     page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)

@@ -51,19 +51,19 @@ STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     const preset = kreisel.presets.find((preset) => preset.name === "Compare four");
     kreisel.page.load({ ...preset, methods, step: [0.01, 0.01] });
     const begin = performance.now();
-    for (let i = 1; i <= 2000; i++) kreisel.stage.advance((i * 1e6) / 60, 1e9);
+    for (let i = 1; i <= 2000; i++) kreisel.simulation.advance((i * 1e6) / 60, 1e9);
     return (performance.now() - begin) / 2000;
 })"""
 # Drag a part, with a picture after every 30 events; a pivot is a corner dragged with Alt.
 HELD = """async ([part, top, number, events]) => {
     const { canvas } = kreisel.view, altKey = part === "pivot";
-    const [x, y] = kreisel.at(altKey ? "corner" : part, top, number);
+    const [x, y] = kreisel.locate(altKey ? "corner" : part, top, number);
     canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
     const mouse = { pointerId: 7, pointerType: "mouse", bubbles: true, cancelable: true, altKey };
     const send = (type, clientX, clientY) => canvas.dispatchEvent(
         new PointerEvent(type, { ...mouse, clientX, clientY, buttons: 1 }));
     send("pointerdown", x, y);
-    if (!kreisel.hands.drag) throw new Error(`no ${part} is where it is sought`);
+    if (!kreisel.drags.current) throw new Error(`no ${part} is where it is sought`);
     for (let i = 0; i < events; i++) {
         send("pointermove", x + i % 20, y - i % 30);
         if (i % 30 === 29) await new Promise(requestAnimationFrame);
@@ -132,7 +132,7 @@ def time_drag_events(browser, page, *held):
 def time_drag(page):
     """Move the green tip a hundred times; return frames and milliseconds until it was drawn."""
     page.evaluate(WATCH)
-    x, y = page.evaluate("kreisel.at('tip')")
+    x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)
     page.mouse.down()
     page.evaluate("window.seen = []")
@@ -166,7 +166,7 @@ def main(argv=None):
             print_row(name, page.evaluate(STEPPING, list(pair)), "ms/frame", 4)
         for name, part, top, number in DRAGS:
             page.evaluate(LOAD, name)
-            page.evaluate("kreisel.page.run(false)")
+            page.evaluate("kreisel.page.setRunning(false)")
             what = f"a drag event, {name}, {part}{f' of top {top}' if top else ''}"
             print_spread(what, *time_drag_events(browser, page, part, top, number))
         page.evaluate(LOAD, "Lagrange's top")

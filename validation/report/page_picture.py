@@ -27,7 +27,7 @@ def take_picture(target=TARGET):
         page.goto(PAGE.as_uri())
         while not page.evaluate("!!window.kreisel"):
             page.wait_for_timeout(50)
-        page.evaluate(f"kreisel.advance({UNTIL}); kreisel.page.tell(); kreisel.charts.update()")
+        page.evaluate(f"kreisel.advance({UNTIL}); kreisel.page.onChange(); kreisel.charts.update()")
         page.screenshot(path=target)
 
 

@@ -1,6 +1,6 @@
-// A scene as text: a TOML file, and a program in Python.
+// A scene as TOML and as a Python program.
 import { methods, TICKS } from "./core.js";
-import { stepsOf } from "./scene.js";
+import { getSteps } from "./scene.js";
 
 const list = (x) => (Array.isArray(x) ? `[${x.map(list).join(", ")}]` : x);
 const rows = (inertia) => list([0, 3, 6].map((i) => inertia.slice(i, i + 3)));
@@ -19,7 +19,7 @@ ${made}
 `;
 }
 
-const END = 100; // time at which the program stops
+const END = 100; // end time of the program
 const RESTART = `
 def solve_in_steps(scene, method, step, count, tol):
     # As in the page, the method starts again after each step.
@@ -28,7 +28,7 @@ def solve_in_steps(scene, method, step, count, tol):
     return scene
 
 `;
-// Returns a program in Python that computes the same states as the page, a line for each top.
+// Return a Python program that computes the states of the page, one line for each top.
 export function toPython(top) {
   const { body, gravity, methods: names, second, tol } = top;
   const { half, pivot, density = 1, mass, inertia, com } = body;
@@ -39,22 +39,22 @@ export function toPython(top) {
     `kr.Scene(body, momentum=${list(momentum)}, attitude=${list(attitude)}, gravity=${gravity})`;
   const isApart = (side) => second && side === 1;
   const end = (name, side) => (step) => {
-    const { adaptive, restarts } = methods.get(name);
+    const { isAdaptive, isRestarting } = methods.get(name);
     const start = isApart(side) ? "second" : "scene";
     const count = Math.floor((END * TICKS) / Math.round(step * TICKS));
-    if (restarts) return `solve_in_steps(${start}, "${name}", ${step}, ${count}, tol=${tol})`;
-    const how = adaptive
+    if (isRestarting) return `solve_in_steps(${start}, "${name}", ${step}, ${count}, tol=${tol})`;
+    const how = isAdaptive
       ? `[${count * step}], "${name}", tol=${tol}`
       : `${END}, "${name}", step=${step}, every=1`;
     return `kr.solve(${start}, ${how}).end`;
   };
-  const ends = names.flatMap((name, side) => stepsOf(top, side).map(end(name, side)));
+  const ends = names.flatMap((name, side) => getSteps(top, side).map(end(name, side)));
   const apart = second && `second = ${scene(second.slice(0, 4), second.slice(4))}\n`;
   return `import kreisel as kr
 
 body = kr.Body${made}
 scene = ${scene(top.attitude, top.momentum)}
-${apart ?? ""}${names.some((name) => methods.get(name).restarts) ? RESTART : ""}
+${apart ?? ""}${names.some((name) => methods.get(name).isRestarting) ? RESTART : ""}
 ends = [
 ${ends.map((line) => `    ${line},\n`).join("")}]
 for end in ends:

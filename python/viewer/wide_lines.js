@@ -1,9 +1,9 @@
-// Lines of some pixels' width: each piece is a flat strip that faces the eye. One mesh holds them
-// all, for where graphics are software each instance of one would cost as much as a mesh.
+// Lines with a width in pixels. Each piece is a flat strip that faces the camera. One mesh holds
+// all pieces, because software rendering is slow with instances.
 import * as THREE from "three";
 
-const CORNERS = [-1, 1, 1, -1].map((side, k) => [k > 1 ? 1 : 0, side]); // end, side
-const PAINT = {
+const CORNERS = [-1, 1, 1, -1].map((side, k) => [k > 1 ? 1 : 0, side]); // [end, side]
+const SHADERS = {
   vertexShader: `
     attribute vec3 start, end, shade;
     attribute vec2 corner;
@@ -18,7 +18,7 @@ const PAINT = {
       vec2 away = along * (corner.x - 0.5) + vec2(-along.y, along.x) * corner.y;
       gl_Position = mix(a, b, corner.x);
       gl_Position.xy += 0.5 * width * away / size * gl_Position.w;
-      if (min(a.w, b.w) <= 0.0) gl_Position = vec4(0.0, 0.0, 2.0, 1.0); // behind the eye
+      if (min(a.w, b.w) <= 0.0) gl_Position = vec4(0.0, 0.0, 2.0, 1.0); // behind the camera
       tint = shade;
     }`,
   fragmentShader: `
@@ -29,12 +29,12 @@ const PAINT = {
       #include <colorspace_fragment>
     }`,
 };
-const size = { value: new THREE.Vector2(1, 1) }; // half the picture's, in pixels
-export const setWindow = (w, h) => size.value.set(w / 2, h / 2);
+const size = { value: new THREE.Vector2(1, 1) }; // half the size of the picture, in pixels
+export const setPictureSize = (w, h) => size.value.set(w / 2, h / 2);
 
-// Makes room for a line of up to so many points. They lie four times in `places`, one for each
-// corner of the piece that begins there; its end is where the next one begins.
-export function strip(points) {
+// Make the geometry of a line of up to `points` points. Each point is stored four times in
+// `places`, for the corners of the piece that begins there. Its end is the next point.
+export function makeStrip(points) {
   const shape = new THREE.BufferGeometry();
   const stored = () => new THREE.InterleavedBuffer(new Float32Array(12 * points), 3);
   const [places, shades] = [stored(), stored()];
@@ -53,19 +53,19 @@ export class Line extends THREE.Mesh {
   constructor(shape, { width = 1, opacity = 1, depthWrite = true } = {}) {
     const uniforms = { size, width: { value: width }, opacity: { value: opacity } };
     const look = { transparent: opacity < 1 || !depthWrite, depthWrite, side: THREE.DoubleSide };
-    super(shape, new THREE.ShaderMaterial({ ...PAINT, ...look, uniforms }));
+    super(shape, new THREE.ShaderMaterial({ ...SHADERS, ...look, uniforms }));
     this.frustumCulled = false;
   }
   set width(pixels) {
     this.material.uniforms.width.value = pixels;
   }
-  // Draws the first pieces only.
-  show(pieces) {
+  // Draw the first pieces only.
+  showPieces(pieces) {
     this.geometry.setDrawRange(0, 6 * Math.max(0, pieces));
   }
 }
-// Writes each of the first n points, three numbers each, four times.
-export function fourfold(points, n, into) {
+// Write each of the first `n` points four times, as `makeStrip` stores them.
+export function writeCorners(points, n, into) {
   for (let k = 0; k < n; k++)
     for (let corner = 0; corner < 4; corner++)
       for (let i = 0; i < 3; i++) into[12 * k + 3 * corner + i] = points[3 * k + i];

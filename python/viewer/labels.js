@@ -1,40 +1,45 @@
-// Letters in the picture, beside what they name. They stand upright while all else moves.
+// Labels over the picture, beside arrows, circles and tops.
 import { html, render } from "lit-html";
 
-const GAP = 17; // between two letters, in pixels
+const GAP = 17; // between two labels, in pixels
 const isHigher = (a, b) => (a.place?.[1] ?? 0) - (b.place?.[1] ?? 0);
 
-export class Letters {
+export class Labels {
   constructor(parent) {
-    this.place = document.createElement("div");
-    Object.assign(this.place, { className: "letters", ariaHidden: true });
-    parent.append(this.place);
+    this.container = document.createElement("div");
+    Object.assign(this.container, { className: "labels", ariaHidden: true });
+    parent.append(this.container);
     this.all = [];
     this.corner = [0, 0];
   }
-  // Keeps off what stands in the upper left corner.
-  avoid(element) {
+  // Keep labels off an element in the upper left corner.
+  avoidElement(element) {
     const { offsetLeft: x, offsetTop: y } = element;
-    const keep = ([{ contentRect: { width, height } }]) => (this.corner = [x + width, y + height]);
+    const keep = ([
+      {
+        contentRect: { width, height },
+      },
+    ]) => (this.corner = [x + width, y + height]);
     new ResizeObserver(keep).observe(element);
   }
-  // Takes other letters: each has its words, a colour or "", and a function that tells its place in
-  // pixels, null where it is not to be seen. In a hall they are so many times as large.
-  set(all, times = 1) {
-    const letter = ({ words, colour, about = "" }) =>
+  // Replace all labels. Each has its text, a colour or "", and `at`, which returns its position in
+  // pixels or null. `times` scales their size.
+  setLabels(all, times = 1) {
+    const label = ({ words, colour, about = "" }) =>
       html`<span class=${colour && "arrow"} title=${about}
         style="color: ${colour}">${words}</span>`;
-    render(all.map(letter), this.place);
-    const spans = this.place.children;
+    render(all.map(label), this.container);
+    const spans = this.container.children;
     const wide = ({ words }) => times * (7 * words.length + 12);
     this.all = all.map((each, i) => ({ span: spans[i], at: each.at, wide: wide(each) }));
     this.gap = times * GAP;
   }
-  // Puts all where they belong. Of two that would lie over each other the lower gives way.
-  follow([width, height], covered) {
+  // Place all labels. A label that would overlap a higher one moves down; one under the footer is
+  // hidden.
+  placeLabels([width, height], covered) {
     const { gap, corner } = this;
     const taken = [];
-    const placed = this.all.map((letter) => ({ ...letter, place: letter.at() }));
+    const placed = this.all.map((label) => ({ ...label, place: label.at() }));
     for (const { span, place, wide } of placed.sort(isHigher)) {
       const isInside = place && place[0] > 4 && place[0] < width - 8 && place[1] > 4;
       const x = isInside && Math.min(place[0], width - wide);

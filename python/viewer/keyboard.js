@@ -1,22 +1,22 @@
-// Keys: each does what the control does that names it as its own; arrows and W, A, S, D move the
-// eye. "?" lists them all, over the picture.
-import { approach, slide, swing } from "./camera.js";
+// Keys of the page. A control names its keys in aria-keyshortcuts; arrows and W, A, S, D move the
+// camera. "?" opens the list of keys.
+import { zoomBy, panBy, orbitBy } from "./camera.js";
 import { html, render } from "lit-html";
 
-const TURN = Math.PI / 36;
-const EYE = {
-  ArrowLeft: (view) => swing(view, -TURN, 0),
-  ArrowRight: (view) => swing(view, TURN, 0),
-  ArrowUp: (view) => swing(view, 0, TURN),
-  ArrowDown: (view) => swing(view, 0, -TURN),
-  "+": (view) => approach(view, 0.9),
-  "-": (view) => approach(view, 1 / 0.9),
-  W: (view) => approach(view, 0.9),
-  S: (view) => approach(view, 1 / 0.9),
-  A: (view) => slide(view, -0.05),
-  D: (view) => slide(view, 0.05),
+const TURN_ANGLE = Math.PI / 36;
+const CAMERA_KEYS = {
+  ArrowLeft: (view) => orbitBy(view, -TURN_ANGLE, 0),
+  ArrowRight: (view) => orbitBy(view, TURN_ANGLE, 0),
+  ArrowUp: (view) => orbitBy(view, 0, TURN_ANGLE),
+  ArrowDown: (view) => orbitBy(view, 0, -TURN_ANGLE),
+  "+": (view) => zoomBy(view, 0.9),
+  "-": (view) => zoomBy(view, 1 / 0.9),
+  W: (view) => zoomBy(view, 0.9),
+  S: (view) => zoomBy(view, 1 / 0.9),
+  A: (view) => panBy(view, -0.05),
+  D: (view) => panBy(view, 0.05),
 };
-const MORE = [
+const OTHER_KEYS = [
   ["← → ↑ ↓", "Turn the view about the top"],
   ["W S + -", "Move the view nearer, farther"],
   ["A D", "Move the view left, right"],
@@ -26,19 +26,19 @@ const MORE = [
   ["Double click", "Show one top alone in the charts; unzoom a chart"],
 ];
 
-// A line of the list: a key, or two that do the same, and what they do.
-const line = ([keys, words]) =>
+// Render a line of the list: the keys and their action.
+const renderLine = ([keys, words]) =>
   html`<li>${keys.split("\n").map((key) => html`<kbd>${key}</kbd> `)}${words}`;
 
-export class Keys {
-  letters = true; // whether single letters are keys
-  constructor(place, { page, view, hands, presets, choose }) {
-    Object.assign(this, { place, page, view, hands, presets, choose });
-    addEventListener("keydown", (event) => this.press(event));
+export class Keyboard {
+  hasLetterKeys = true; // false disables keys without Control
+  constructor(place, { page, view, drags, presets, choosePreset }) {
+    Object.assign(this, { place, page, view, drags, presets, choosePreset });
+    addEventListener("keydown", (event) => this.handleKey(event));
   }
-  press(event) {
+  handleKey(event) {
     const { key, target, ctrlKey, metaKey, shiftKey, altKey } = event;
-    if (key === "Escape") return this.leave();
+    if (key === "Escape") return this.handleEscape();
     if (this.place.open && key !== "?") return;
     const name = key === " " ? "Space" : key.length === 1 ? key.toUpperCase() : key;
     const isChord = ctrlKey || metaKey;
@@ -47,47 +47,47 @@ export class Keys {
       : /^(Arrow|Home)/.test(name)
         ? "input, "
         : "";
-    if (this.hands.drag) return event.preventDefault(); // or Control+Z is for a field elsewhere
+    if (this.drags.current) return event.preventDefault(); // Control+Z would change a field
     if (altKey) return;
     if (target.closest(`${own}[type=number], select, textarea`)) return;
-    if (!this.letters && !isChord && key.length === 1 && key !== " ") return;
-    const act = this.meaning(isChord ? `Control+${shiftKey ? "Shift+" : ""}${name}` : name);
+    if (!this.hasLetterKeys && !isChord && key.length === 1 && key !== " ") return;
+    const act = this.findAction(isChord ? `Control+${shiftKey ? "Shift+" : ""}${name}` : name);
     if (!act) return;
     event.preventDefault();
     act();
   }
-  meaning(chord) {
+  findAction(chord) {
     const control = document.querySelector(`[aria-keyshortcuts~="${CSS.escape(chord)}"]`);
-    if (control) return () => this.use(control);
-    if (EYE[chord]) return () => EYE[chord](this.view);
-    return this.presets[chord - 1] && (() => this.choose(this.presets[chord - 1]));
+    if (control) return () => this.activateControl(control);
+    if (CAMERA_KEYS[chord]) return () => CAMERA_KEYS[chord](this.view);
+    return this.presets[chord - 1] && (() => this.choosePreset(this.presets[chord - 1]));
   }
-  use(control) {
+  activateControl(control) {
     if (!control.matches("[type=number]")) return control.disabled || control.click();
     document.getElementById("panel").hidden = false;
     control.closest("details").open = true;
     control.focus();
   }
-  leave() {
-    if (this.hands.drag) this.hands.cancel();
+  handleEscape() {
+    if (this.drags.current) this.drags.cancelDrag();
     else if (this.place.open) this.place.close();
-    else this.page.run(false);
+    else this.page.setRunning(false);
   }
-  toggle() {
+  toggleList() {
     if (this.place.open) return this.place.close();
-    const set = ({ target }) => (this.letters = target.checked);
+    const set = ({ target }) => (this.hasLetterKeys = target.checked);
     render(
       html`<header><h2>Keys</h2>
-          <label class="check"><input type="checkbox" .checked=${this.letters} @change=${set}>Single
+          <label class="check"><input type="checkbox" .checked=${this.hasLetterKeys} @change=${set}>Single
             letters are keys</label>
           <button autofocus @click=${() => this.place.close()}>Close</button></header>
-        <ul>${this.list().map(line)}</ul>`,
+        <ul>${this.listKeys().map(renderLine)}</ul>`,
       this.place,
     );
     this.place.showModal();
   }
-  // Each control that has a key names it.
-  list() {
+  // List the keys of all controls.
+  listKeys() {
     const words = (control) =>
       control.ariaLabel || (control.labels?.[0] ?? control).textContent.trim();
     const all = [...document.querySelectorAll("[aria-keyshortcuts]")];
@@ -95,6 +95,6 @@ export class Keys {
       control.getAttribute("aria-keyshortcuts").replaceAll(" ", "\n").replaceAll("Control", "Ctrl");
     const own = all.map((control) => [key(control), words(control)]);
     const presets = [`1 to ${Math.min(9, this.presets.length)}`, "Choose a scene"];
-    return [...own, presets, ...MORE];
+    return [...own, presets, ...OTHER_KEYS];
   }
 }

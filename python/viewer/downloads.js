@@ -1,0 +1,75 @@
+// Files to download, and the link to the scene.
+import { DEFAULTS } from "./scene.js";
+import { toToml } from "./text_export.js";
+
+function saveFile(name, ...content) {
+  const a = document.createElement("a");
+  a.href = URL.createObjectURL(new Blob(content));
+  a.download = name;
+  a.click();
+  setTimeout(() => URL.revokeObjectURL(a.href), 10000);
+}
+// Return the source of the page with another scene. Escape each "<", which could end the script
+// element.
+const insertScene = (source, scene) =>
+  source.replace(
+    /(<script type="application\/json" id="scene">)[^]*?(<\/script>)/,
+    (_, open, close) => open + JSON.stringify(scene).replace(/</g, "\\u003c") + close,
+  );
+
+// Return the scene without its default values, for a shorter link.
+function omitDefaults(scene) {
+  const isOwn = ([key, value]) =>
+    key === "version" || JSON.stringify(value) !== JSON.stringify(DEFAULTS[key]);
+  return Object.fromEntries(Object.entries(scene).filter(isOwn));
+}
+
+// Return the buttons by name, each with its action and its key.
+export function listDownloads(page, view, charts, source) {
+  const link = () => {
+    try {
+      const scene = encodeURIComponent(JSON.stringify(omitDefaults(page.scene)));
+      history.replaceState(null, "", `#scene=${scene}`);
+      page.showMessage("The address of this page is now a link to this scene");
+    } catch {
+      page.showMessage("A page in a notebook has no address: save “This page” instead");
+    }
+  };
+  const picture = () => {
+    view.isDirty = true;
+    view.render();
+    view.canvas.toBlob((blob) => saveFile("kreisel.png", blob));
+  };
+  return {
+    Picture: [picture, "Control+S"],
+    CSV: [() => saveFile("kreisel.csv", charts.formatCsv())],
+    JSON: [() => saveFile("kreisel.json", JSON.stringify(page.scene, null, 1))],
+    TOML: [() => saveFile("kreisel.toml", toToml(page.scene))],
+    "This page": [() => saveFile("kreisel.html", insertScene(source, page.scene))],
+    Link: [link],
+    ...makeVideoButton(view),
+  };
+}
+
+function makeVideoButton(view) {
+  const { canvas } = view;
+  const type = ["video/mp4", "video/webm"].find((type) =>
+    globalThis.MediaRecorder?.isTypeSupported(type),
+  );
+  let recorder = null;
+  const click = ({ target }) => {
+    if (recorder) return recorder.stop();
+    recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: type });
+    // The whole film arrives in one event, at the end.
+    recorder.ondataavailable = ({ data }) => saveFile(`kreisel.${type.slice(6)}`, data);
+    recorder.onstop = () => {
+      recorder = null;
+      view.recording = false;
+      target.textContent = "Video";
+    };
+    recorder.start();
+    view.recording = view.isDirty = true; // without a new frame the film would be empty
+    target.textContent = "End video";
+  };
+  return type && canvas.captureStream ? { Video: [click] } : {};
+}

@@ -1,0 +1,199 @@
+// Drags with a mouse or finger. A face or edge turns the body, a corner resizes it or moves the
+// fixed point, the green tip sets the momentum, and a push adds to the momentum. A drag makes the
+// current state the start. A finger drags only the tip unless pushing is on; elsewhere it turns the
+// view.
+import { Plane, Quaternion, Vector3 } from "three";
+import { fitArrows } from "./camera.js";
+import { convertToCuboid, getCornerSigns, toQuaternion, resizeBody, toWxyz } from "./scene.js";
+import { makeArrow, makeHighlight } from "./meshes.js";
+
+// Change of momentum for a push as long as the arrow of m, at the largest lever.
+const PUSH_STRENGTH = 0.35;
+
+export class DragHandler {
+  current = null; // the drag in progress
+  isPushing = false;
+  constructor(view, page) {
+    Object.assign(this, {
+      view,
+      page,
+      highlight: makeHighlight(),
+      pushArrow: makeArrow("#ffb020", 0.03),
+    });
+    view.world.add(this.highlight, this.pushArrow);
+    this.pushArrow.visible = false;
+    const addListener = (name, act, early) =>
+      view.canvas.addEventListener(name, act.bind(this), early);
+    addListener("pointerdown", this.beginDrag, true); // before the orbit controls
+    addListener("pointermove", this.moveDrag);
+    addListener("pointerup", this.endDrag);
+    addListener("pointercancel", this.endDrag);
+  }
+
+  // Return the part under a pointer that a drag would move.
+  findPart({ clientX, clientY, pointerType }) {
+    const hit = this.view.pick(clientX, clientY);
+    const looks = pointerType === "touch" && !this.isPushing && hit?.part !== "tip";
+    return looks ? undefined : hit;
+  }
+  beginDrag(event) {
+    const { view, page } = this;
+    // Moves the focus from a field that may be half edited.
+    view.canvas.focus({ preventScroll: true });
+    const hit = this.current || event.button > 1 ? null : this.findPart(event);
+    const moves = event.button === 1 || event.altKey || page.scene.corners;
+    const pivot = hit?.part === "corner" && moves;
+    if (!hit || (event.button === 1 && !pivot)) return;
+    event.preventDefault();
+    view.orbit.enabled = false;
+    view.canvas.setPointerCapture(event.pointerId);
+    const part = pivot ? "pivot" : this.isPushing && hit.part !== "tip" ? "push" : hit.part;
+    const wasRunning = page.isRunning;
+    if (part !== "push") page.setRunning(false);
+    // Keep the distance between the pointer and the middle of the handle.
+    const isHandle = part !== "push" && hit.part !== "face";
+    const grip = isHandle ? view.findHandle(hit.part, hit.i, hit.corner) : hit.point;
+    const plane = makeFacingPlane(view, grip);
+    const offset = intersectPlane(view, plane, event)?.sub(grip) ?? new Vector3();
+    const { clientX: x, clientY: y, pointerId } = event;
+    const top = view.tops[hit.i];
+    const place = top.body.worldToLocal(grip.clone());
+    this.current = { ...hit, part, top, plane, offset, x, y, pointerId, wasRunning, place };
+    view.isPivotMoving = pivot;
+    this.setHighlight(isHandle && hit);
+  }
+  moveDrag(event) {
+    const { view, page, current: drag } = this;
+    if (!drag && event.pointerType === "mouse" && !event.buttons) this.showHover(event);
+    if (drag?.pointerId !== event.pointerId) return;
+    if (drag.part === "push") return this.drawPush(event);
+    const at = intersectPlane(view, drag.plane, event)?.sub(drag.offset);
+    if (!at) return;
+    if (!drag.hasMoved) {
+      page.beginChange({ top: page.tops[drag.i] }); // not on a click without a move
+      drag.hasMoved = view.isHeld = true;
+    }
+    page.editScene((scene) => CHANGES[drag.part](view, scene, drag, at, event));
+    this.setHighlight(this.highlighted);
+  }
+  showHover(event) {
+    const hit = this.findPart(event);
+    this.view.canvas.style.cursor = hit ? "grab" : "";
+    this.setHighlight(hit && hit.part !== "face" && hit);
+  }
+  // Highlight the handle `hit`, or none.
+  setHighlight(hit) {
+    const { highlight, view } = this;
+    if (!hit && !this.highlighted) return;
+    this.highlighted = hit || null;
+    highlight.visible = !!hit;
+    view.isDirty = true;
+    this.updateHighlight();
+  }
+  // Move the highlight with its handle.
+  updateHighlight() {
+    const { highlight, highlighted, view } = this;
+    if (highlighted && view.isDirty)
+      highlight.position.copy(view.findHandle(highlighted.part, highlighted.i, highlighted.corner));
+  }
+  // Draw the push as an arrow from the held point to the pointer.
+  drawPush({ clientX, clientY }) {
+    const { view, current: drag, pushArrow } = this;
+    const from = view.tops[drag.i].body.localToWorld(drag.place.clone());
+    const to = intersectPlane(view, makeFacingPlane(view, from), { clientX, clientY });
+    if (!to) return;
+    drag.push = { from, by: to.sub(from) };
+    pushArrow.position.copy(from);
+    pushArrow.pointTo(...drag.push.by);
+    pushArrow.visible = view.isDirty = true;
+  }
+  // Change the momentum by the cross product of lever and push.
+  applyPush({ i, push: { from, by } }) {
+    const { view, page } = this;
+    const top = view.tops[i];
+    const lever = from.clone().sub(top.group.position);
+    const change = lever.cross(by).multiplyScalar(PUSH_STRENGTH / view.momentumZoom);
+    page.pushTop(page.tops[i], (scene) => {
+      const now = getPose(scene, { top });
+      const m = new Vector3(...now.slice(4)).add(change);
+      setPose(scene, { top }, now.slice(0, 4), m.toArray());
+    });
+  }
+  endDrag({ pointerId, type }) {
+    const { view, page, current: drag } = this;
+    if (drag?.pointerId !== pointerId) return;
+    this.current = null;
+    view.isPivotMoving = view.isHeld = this.pushArrow.visible = false;
+    if (drag.hasMoved) view.build(page, false);
+    view.orbit.enabled = true;
+    view.draw();
+    this.setHighlight(null);
+    if (drag.part === "push") return drag.push && type === "pointerup" && this.applyPush(drag);
+    if (drag.hasMoved && fitArrows(view))
+      page.showMessage("The arrows are now drawn on a smaller scale");
+    page.goal === null && page.setRunning(drag.wasRunning);
+  }
+  // End the drag and undo it.
+  cancelDrag() {
+    const { current: drag } = this;
+    if (drag) this.endDrag(drag);
+    if (drag?.hasMoved) this.page.undo();
+  }
+}
+
+const makeFacingPlane = (view, point) =>
+  new Plane().setFromNormalAndCoplanarPoint(view.camera.getWorldDirection(new Vector3()), point);
+const intersectPlane = (view, plane, { clientX, clientY }) =>
+  view.castRay(clientX, clientY).ray.intersectPlane(plane, new Vector3());
+// The pose of the dragged top: attitude and momentum, 7 numbers.
+const isSecond = (scene, { top }) => top.side === 1 && scene.second;
+const getPose = (scene, drag) =>
+  isSecond(scene, drag) ? scene.second : [...scene.attitude, ...scene.momentum];
+function setPose(scene, drag, attitude, momentum) {
+  if (isSecond(scene, drag)) scene.second = [...attitude, ...momentum];
+  else Object.assign(scene, { attitude, momentum });
+}
+// Return a point of the world in the frame of the cuboid, seen from the fixed point.
+const toBodyFrame = (view, scene, drag, at) => {
+  const turn = toQuaternion(getPose(scene, drag)).conjugate();
+  const seen = at.sub(drag.top.group.position).applyQuaternion(turn);
+  return seen.divideScalar(view.zoom).toArray();
+};
+
+// Changes of the scene by the dragged part.
+const CHANGES = {
+  face(view, scene, drag, at, { clientX, clientY }) {
+    const column = (k) => new Vector3().setFromMatrixColumn(view.camera.matrixWorld, k);
+    const [right, up] = [column(0), column(1)];
+    const turn = new Quaternion().setFromAxisAngle(up, (clientX - drag.x) * 0.008);
+    turn.multiply(new Quaternion().setFromAxisAngle(right, (clientY - drag.y) * 0.008));
+    const now = getPose(scene, drag);
+    setPose(scene, drag, toWxyz(turn.multiply(toQuaternion(now)).normalize()), now.slice(4));
+    [drag.x, drag.y] = [clientX, clientY];
+  },
+  tip(view, scene, drag, at, { shiftKey }) {
+    const m = at.sub(drag.top.group.position).divideScalar(view.momentumZoom);
+    const now = getPose(scene, drag);
+    if (shiftKey) m.projectOnVector(new Vector3(...now.slice(4))); // keep the direction
+    setPose(scene, drag, now.slice(0, 4), m.toArray());
+  },
+  // Keep the fixed point at its relative place in the body.
+  corner(view, scene, drag, at) {
+    convertToCuboid(scene);
+    const { half, pivot } = scene.body;
+    // vector from the fixed point to the corner, over the half edges
+    const from = getCornerSigns(drag.corner).map((sign, k) => sign - pivot[k] / half[k]);
+    const wanted = toBodyFrame(view, scene, drag, at);
+    resizeBody(
+      scene,
+      half.map((h, k) => (Math.abs(from[k]) > 1e-3 ? wanted[k] / from[k] : h)),
+    );
+  },
+  pivot(view, scene, drag, at) {
+    convertToCuboid(scene);
+    scene.shape = "free";
+    const wanted = toBodyFrame(view, scene, drag, at);
+    const signs = getCornerSigns(drag.corner);
+    scene.body.pivot = scene.body.half.map((h, k) => h * signs[k] - wanted[k]);
+  },
+};

@@ -1,0 +1,72 @@
+// Exercises: each preset has three variations with a title and a text. Numbers in texts are
+// computed from the closed form: "{round}" for the scene, "{round before}" for the preset.
+import { html } from "lit-html";
+import { computeLimits, makeBody } from "./core.js";
+import presets from "./presets.json";
+import { completeScene } from "./scene.js";
+
+const degrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
+// Return the numbers for the texts of a scene, formatted.
+export function computeFacts(scene) {
+  const { body, gravity, attitude, momentum } = scene;
+  const limits = computeLimits(makeBody(body), gravity, attitude, momentum);
+  if (!limits) return {};
+  const { least, greatest, critical, precession, period, spin } = limits;
+  const round = (2 * Math.PI) / Math.abs(precession);
+  const digits = (x) => String(+x.toPrecision(3));
+  return {
+    highest: degrees(least),
+    lowest: degrees(greatest),
+    spin: digits(spin),
+    critical: digits(critical),
+    precession: digits(precession),
+    round: digits(round),
+    nod: digits(period),
+    nods: digits(round / period),
+  };
+}
+export const findPreset = ({ name }) => presets.find((preset) => preset.name === name);
+const fillIn = (text, facts) => text.replace(/\{([a-z ]+)\}/g, (all, word) => facts[word] ?? all);
+const MOTION_TEXTS = {
+  sleeping: "The top sleeps: it stands upright.",
+  hanging: "The top hangs down and turns.",
+  steady: "The axis moves on a level circle, {highest} from the vertical.",
+  pendulum: "A pendulum: without spin the axis swings in a plane.",
+  rosette: "The axis passes through the vertical each time.",
+  separatrix: "The axis rises towards the vertical, ever more slowly.",
+  loops: "The axis draws loops between {highest} and {lowest}.",
+  cusps: "The axis comes to rest in cusps at {highest} and falls to {lowest}.",
+  waves: "The axis moves up and down in waves between {highest} and {lowest}.",
+  circle: "No torque: the axis moves on a circle about the momentum.",
+  resting: "No torque: the axis is at rest.",
+};
+// Return the text of a scene. Scenes without a text and edited scenes get a computed one.
+export function describeScene({ scene, tops }) {
+  const facts = computeFacts(scene);
+  const preset = findPreset(scene);
+  const before = preset ? computeFacts(completeScene(preset)) : {};
+  for (const [key, value] of Object.entries(before)) facts[`${key} before`] = value;
+  const isOwn = scene.about && !scene.name.endsWith(", changed");
+  if (isOwn) return fillIn(scene.about, facts);
+  const { motionType } = tops.find((top) => top.limits)?.limits ?? {};
+  return motionType ? fillIn(MOTION_TEXTS[motionType], facts) : "A scene of your own.";
+}
+
+// Render the buttons of the current preset.
+export function renderExercises(page, choosePreset) {
+  const preset = findPreset({ name: page.scene.name.replace(/, changed$/, "") });
+  const renderExercise = ({ title, text, ...changes }) => {
+    const scene = { ...preset, ...changes, about: text };
+    if (changes.momentum || changes.attitude) delete scene.start;
+    scene.show = { ...preset.show, ...changes.show };
+    const on = page.scene.about === text;
+    const open = () => choosePreset(scene);
+    return html`<button class="exercise" aria-pressed=${on} @click=${open}>${title}</button>`;
+  };
+  if (!preset?.exercises) return "";
+  const again = page.scene.about !== preset.about || page.scene.name !== preset.name;
+  return html`<section aria-label="Try this" class="exercises"><b>Try this</b>
+    ${preset.exercises.map(renderExercise)}
+    <button class="exercise" ?hidden=${!again} @click=${() => choosePreset(preset)}>Back to the start</button>
+    </section>`;
+}

@@ -1,0 +1,249 @@
+// Meshes of the picture.
+import * as THREE from "three";
+import { ROD_RINGS, ROD_SIDES, simulation, TRACE_POINTS } from "./core.js";
+import { writeCorners, Line, makeStrip } from "./wide_lines.js";
+import { getCornerSigns, toQuaternion } from "./scene.js";
+import { makeShadowProfile, makeSurface } from "./revolution.js";
+
+const makeVector = (...numbers) => new THREE.Vector3(...numbers);
+const makeMesh = (shape, paint) => new THREE.Mesh(shape, paint);
+const makeFlatMaterial = (look) => new THREE.MeshBasicMaterial({ transparent: true, ...look });
+const makeShinyMaterial = (look) => new THREE.MeshPhongMaterial({ transparent: true, ...look });
+const turnUpright = (shape) => shape.rotateX(Math.PI / 2); // three.js builds along y
+const UNITS = [makeVector(1, 0, 0), makeVector(0, 1, 0), makeVector(0, 0, 1)];
+const ROD = new THREE.CylinderGeometry(1, 1, 1, 16);
+const BALL = new THREE.SphereGeometry(1, 20, 14);
+const addPart = (group, part, userData = {}) => (
+  group.add(part),
+  Object.assign(part, { userData })
+);
+
+// Make the stand below the fixed point: a needle, or a cone if the floor is near.
+export function makeStand(depth) {
+  const cone = turnUpright(new THREE.CylinderGeometry(0.012, 0.05 + 0.025 * depth, depth, 32));
+  return makeMesh(
+    cone.translate(0, 0, -depth / 2),
+    makeShinyMaterial({ color: "#9a9389", opacity: 0.8 }),
+  );
+}
+
+// Make a solid of revolution. A painted sector shows the spin; the axle ends in a pen that touches
+// the apex sphere. Lengths are in units of the body.
+const SECTOR = 1 / 6; // part of a full turn
+const STEEL = "#aab2bd";
+const CREAM = "#f7ecd2";
+export function makeRevolutionMesh(revolution, { colour, role }, pen) {
+  const group = new THREE.Group();
+  const faint = role === "thick" ? {} : { opacity: 0.35, depthWrite: false };
+  const look = { shininess: 60, specular: "#4c453e", transparent: role !== "thick", ...faint };
+  const satin = (color) => makeShinyMaterial({ color, ...look });
+  const part = (shape, color) => addPart(group, makeMesh(shape, satin(color)), { part: "face" });
+  const { axis, up, height, profile } = revolution;
+  const wide = Math.max(...profile.map(([, r]) => r));
+  part(makeSurface(revolution, 0, 1 - SECTOR), colour);
+  part(makeSurface(revolution, 1 - SECTOR, SECTOR), CREAM);
+  const thin = 0.028 * wide;
+  const [low, high] = height ? [-height, pen - height] : [-pen, pen];
+  const length = high - low - 6 * thin;
+  const rod = new THREE.CylinderGeometry(thin, thin, length, 20);
+  part(rod.translate(0, high - length / 2, 0), STEEL);
+  const tip = new THREE.ConeGeometry(thin, 6 * thin, 20).rotateX(Math.PI);
+  part(tip.translate(0, low + 3 * thin, 0), STEEL);
+  group.quaternion.setFromUnitVectors(UNITS[1], UNITS[axis].clone().multiplyScalar(up));
+  const handles = [...group.children];
+  const caster = addPart(group, makeMesh(makeSurface(makeShadowProfile(revolution), 0, 1)));
+  caster.visible = false;
+  return Object.assign(new THREE.Group().add(group), {
+    shadowCasters: [caster],
+    handles,
+    setLooks() {},
+  });
+}
+
+// Make a cuboid with translucent faces, and with edges and corners to drag. All cuboids share the
+// geometries, so that a drag only moves and scales parts.
+const CUBE = new THREE.BoxGeometry(2, 2, 2);
+export function makeBox({ colour: color, role }) {
+  const group = new THREE.Group();
+  const glass = makeShinyMaterial({ color, side: 2, depthWrite: false });
+  const opacity = role === "ghost" ? 0.55 : 1;
+  const solid = makeShinyMaterial({ color, transparent: opacity < 1, opacity, shininess: 40 });
+  const faces = addPart(group, makeMesh(CUBE, glass), { part: "face" });
+  const [corners, edges] = [[], []];
+  for (let i = 0; i < 8; i++) {
+    const at = makeVector(...getCornerSigns(i));
+    corners.push({
+      part: addPart(group, makeMesh(BALL, solid), { part: "corner", corner: i }),
+      at,
+    });
+    for (const k of [0, 1, 2].filter((k) => !((i >> k) & 1))) {
+      const part = addPart(group, makeMesh(ROD, solid), { part: "face" });
+      part.quaternion.setFromUnitVectors(UNITS[1], UNITS[k]);
+      edges.push({ part, k, at: at.clone().setComponent(k, 0) });
+    }
+  }
+  group.shadowCasters = [faces];
+  group.handles = group.children;
+  group.setLooks = (half, opacity, times) => {
+    Object.assign(glass, { opacity, transparent: opacity < 1, depthWrite: opacity === 1 });
+    const size = Math.cbrt(half[0] * half[1] * half[2]);
+    const thin = times * size * (role === "thick" ? 0.026 : 0.013);
+    faces.scale.set(...half);
+    for (const { part, at } of [...corners, ...edges]) part.position.copy(at).multiply(faces.scale);
+    for (const { part } of corners) part.scale.setScalar(2.6 * thin);
+    for (const { part, k } of edges) part.scale.set(thin, 2 * half[k], thin);
+  };
+  return group;
+}
+
+const SHAFT = turnUpright(new THREE.CylinderGeometry(1, 1, 1, 16)).translate(0, 0, 0.5);
+const HEAD = turnUpright(new THREE.ConeGeometry(3, 8, 24));
+// Make an arrow. Without `depthTest` it is drawn over the body, inside which it begins.
+export function makeArrow(color, radius, opacity = 1, depthTest = false) {
+  const group = new THREE.Group();
+  const paint = makeShinyMaterial({ color, depthTest, opacity });
+  const [shaft, tip] = [makeMesh(SHAFT, paint), makeMesh(HEAD, paint)];
+  for (const part of [shaft, tip]) part.scale.setScalar(radius);
+  const target = makeMesh(BALL, new THREE.MeshBasicMaterial({ visible: false }));
+  target.scale.setScalar(Math.max(radius * 5, 0.12));
+  shaft.renderOrder = tip.renderOrder = 10;
+  group.add(shaft, tip, target);
+  group.tip = target; // larger than the visible tip, for fingers
+  group.colour = color;
+  group.getEnd = () => tip.getWorldPosition(makeVector());
+  group.pointTo = (...v) => {
+    const [direction, length] = [makeVector(...v), Math.hypot(...v) || 1e-9];
+    shaft.visible = tip.visible = length > 1e-3; // the zero vector has no direction
+    group.quaternion.setFromUnitVectors(UNITS[2], direction.divideScalar(length));
+    shaft.scale.z = tip.position.z = target.position.z = length;
+  };
+  return group;
+}
+
+// Make vertical lines from the tip of m and the centre of mass to the floor, each with a spot at
+// its end.
+export function makeDropLines() {
+  const group = new THREE.Group();
+  const drops = ["#0d9678", "#7c8698"].map((color) => {
+    const [line, spot] = [SHAFT, BALL].map((shape) =>
+      makeMesh(shape, makeFlatMaterial({ color, opacity: 0.8 })),
+    );
+    spot.scale.set(0.07, 0.07, 0.004);
+    return new THREE.Group().add(line, spot);
+  });
+  group.add(...drops);
+  group.update = (floor, ...points) =>
+    drops.forEach((drop, k) => {
+      const { x, y, z } = points[k];
+      drop.position.set(x, y, floor);
+      drop.visible = z > floor;
+      drop.children[0].scale.set(0.012, 0.012, z - floor);
+    });
+  return group;
+}
+
+// Make the highlight of a handle.
+export function makeHighlight() {
+  const light = makeMesh(
+    BALL,
+    makeFlatMaterial({ color: "#ffb020", opacity: 0.45, depthTest: false }),
+  );
+  light.scale.setScalar(0.16);
+  light.renderOrder = 12;
+  light.visible = false;
+  return light;
+}
+
+// Make the trace of the apex. Its newest point comes first, in the strongest colour. The newest
+// part is drawn again on top.
+const FRESH_POINTS = 256; // points
+export function makeTrace(colour, ground) {
+  const [shape, part] = [makeStrip(TRACE_POINTS), new THREE.BufferGeometry()];
+  Object.assign(part, { attributes: shape.attributes, index: shape.index });
+  const [line, fresh] = [new Line(shape, { depthWrite: false }), new Line(part)];
+  const points = new Float32Array(3 * TRACE_POINTS);
+  const [paint, mixed] = [new THREE.Color(colour), new THREE.Color()];
+  for (let i = 0; i < TRACE_POINTS; i++) {
+    const strength = Math.max(0.2, 1 - (0.9 * i) / TRACE_POINTS);
+    mixed.lerpColors(ground, paint, strength).toArray(points, 3 * i);
+  }
+  writeCorners(points, TRACE_POINTS, shape.shades.array);
+  [line.renderOrder, fresh.renderOrder] = [1, 2]; // after solids, the newest part last
+  line.add(fresh);
+  line.update = (i, radius, thickness) => {
+    line.width = fresh.width = 2.4 * thickness;
+    const n = simulation.fillTrace(i, radius, points);
+    writeCorners(points, n, shape.places.array);
+    shape.places.needsUpdate = true;
+    line.showPieces(n - 1);
+    fresh.showPieces(Math.min(n - 1, FRESH_POINTS));
+  };
+  return line;
+}
+
+// Make the faint trace of the motion before a push.
+export function makeFaintTrace(colour) {
+  const line = new Line(makeStrip(TRACE_POINTS), { opacity: 0.35, depthWrite: false });
+  const { places, shades } = line.geometry;
+  const shade = new THREE.Color(colour).toArray();
+  writeCorners(Array(TRACE_POINTS).fill(shade).flat(), TRACE_POINTS, shades.array);
+  let drawn = null;
+  line.update = (points, radius, thickness) => {
+    line.width = 1.6 * thickness;
+    line.scale.setScalar(radius);
+    if (drawn === points) return;
+    drawn = points;
+    writeCorners(points, points.length / 3, places.array);
+    places.needsUpdate = true;
+    line.showPieces(points.length / 3 - 1);
+  };
+  return line;
+}
+
+// Make the elastic rod from rings of points about its centre line. Long rods are scaled down to fit
+// into the picture.
+const ROD_REACH = 3.4; // largest distance from the fixed point
+const FACES = Array.from({ length: (ROD_RINGS - 1) * ROD_SIDES }, (_, a) => {
+  const b = a % ROD_SIDES === ROD_SIDES - 1 ? a + 1 - ROD_SIDES : a + 1;
+  return [a, b, a + ROD_SIDES, b, b + ROD_SIDES, a + ROD_SIDES];
+}).flat();
+export function makeRod(color) {
+  const geometry = new THREE.BufferGeometry();
+  const places = new THREE.BufferAttribute(new Float32Array(3 * ROD_RINGS * ROD_SIDES), 3);
+  geometry.setAttribute("position", places);
+  geometry.setIndex(FACES);
+  const rod = makeMesh(
+    geometry,
+    makeShinyMaterial({ color, transparent: false, side: 2, shininess: 40 }),
+  );
+  rod.frustumCulled = false;
+  rod.update = (i, scale, radius, power) => {
+    const n = simulation.fillRod(i, scale, radius, power, places.array);
+    geometry.setDrawRange(0, 6 * (n - ROD_SIDES));
+    let far = ROD_REACH;
+    for (let k = 0; k < 3 * n; k++) far = Math.max(far, Math.abs(places.array[k]));
+    rod.scale.setScalar(ROD_REACH / far);
+    places.needsUpdate = true;
+    geometry.computeVertexNormals();
+  };
+  return rod;
+}
+
+// Make the principal axes N, B, T at the fixed point and the centre of mass.
+export function makeAxes() {
+  const frame = new THREE.Group();
+  const colours = ["#e07a2e", "#a94fd0", "#1797a6"];
+  const axes = colours.map((colour) => addPart(frame, makeArrow(colour, 0.014)));
+  const dot = addPart(
+    frame,
+    makeMesh(BALL, makeFlatMaterial({ color: "#ffb020", depthTest: false })),
+  );
+  dot.scale.setScalar(0.07);
+  dot.renderOrder = 11;
+  frame.update = (body, zoom, length) => {
+    frame.quaternion.copy(toQuaternion(body.axes));
+    axes.forEach((axis, k) => axis.pointTo(...UNITS[k].clone().multiplyScalar(length)));
+    dot.position.set(...body.com).multiplyScalar(zoom);
+  };
+  return frame;
+}

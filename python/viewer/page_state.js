@@ -1,0 +1,354 @@
+// The state of the page: scene, undo, clock. Changes of the computation keep the start and the
+// time. Changes of the motion, such as a drag, make the current state the start.
+import { findKind, computeLimits, makeBody, findMeasure, measures, methods } from "./core.js";
+import { simulation, TICKS, MAX_TOPS } from "./core.js";
+import { setValue, findMeetingTime, getPlaceName } from "./setters.js";
+import { decodeBase64, getMeasureName, completeScene, getRange, listTops } from "./scene.js";
+
+const FRAME_BUDGET = 8; // milliseconds per frame for computing steps
+// Steps between two checks of the time. All tops take at least one step.
+const [MIN_SLICE, MAX_SLICE] = [MAX_TOPS, 2000];
+// Places whose change invalidates a path computed elsewhere.
+const CHANGES_MOTION = /^(body|shape|attitude|momentum|second|gravity|taken)/;
+// Places that leave the motion as it is.
+const KEEPS_MOTION = /^(speed|distance|stop|chart|integral|log|shown|corners|show)/;
+// The motion starts again and returns to its time.
+const KEEPS_START = /^(methods|step|both|own|tol|ghost)/;
+const READ_FROM_MOTION = /^(momentum|tilt|spin)/; // shown and set for the current state
+const isDifferent = (a, b) => JSON.stringify(a) !== JSON.stringify(b);
+
+export class PageState {
+  undoStack = []; // moments to return to
+  redoStack = []; // moments that were undone
+  previousMotion = null; // charts and traces before a push, see `pushTop`
+  isRunning = false;
+  onChange = () => {}; // called after each change
+  constructor(view) {
+    this.view = view;
+  }
+  showMessage(words) {
+    document.getElementById("words").textContent = words;
+  }
+
+  // Load a scene and return whether it is valid; otherwise keep the previous one. With `fit` the
+  // camera moves home and Reset returns to this scene.
+  load(given, fit = true) {
+    const before = this.scene;
+    try {
+      this.scene = completeScene(given);
+      this.updatePreviousMotion();
+      this.buildTops(fit);
+      if (fit) this.origin = structuredClone(this.scene);
+    } catch (error) {
+      if (!before) throw error;
+      Object.assign(this, { scene: before, previousMotion: null });
+      this.buildTops(false);
+      this.showMessage(`This cannot be: ${error.message}`);
+    }
+    this.onChange();
+    return this.scene !== before;
+  }
+  // Create all tops of the simulation at t = 0.
+  buildTops(fit) {
+    const { scene } = this;
+    this.body = makeBody(scene.body);
+    this.kind = findKind(this.body);
+    this.replaceUnsuitableMethods();
+    simulation.clear();
+    const tops = listTops(scene, this.body).map((top) => ({
+      ...top,
+      ticks: Math.max(1, Math.round(top.step * TICKS)),
+    }));
+    tops.forEach((top) => this.addTop(top));
+    this.tops = tops.filter(({ role }) => role !== "reference");
+    this.reference = tops.at(-1).method;
+    this.selectMeasures();
+    this.adjustStopTime();
+    Object.assign(this, { clock: 0, target: 0, goal: null, slice: MIN_SLICE, failures: "" });
+    this.secondsPassed = this.timePassed = 0;
+    this.view.build(this, fit);
+  }
+  // Replace methods that do not apply to the body by strang, which always does.
+  replaceUnsuitableMethods() {
+    const { scene, body } = this;
+    scene.methods.forEach((name, i) => {
+      if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
+      if (methods.get(name).isSuitable(body, scene.gravity)) return;
+      scene.methods[i] = "strang";
+      this.showMessage(`${name} does not apply to this body: strang is used instead`);
+    });
+  }
+  addTop(top) {
+    const { track, method, side, role, ticks, comparedWith } = top;
+    const { scene, body } = this;
+    const { second } = scene;
+    const start = (side === 1 && !track && second) || [...scene.attitude, ...scene.momentum];
+    const [q, m] = [start.slice(0, 4), start.slice(4)];
+    const tol = role === "ghost" || role === "reference" ? 1e-15 : scene.tol;
+    top.limits = computeLimits(body, scene.gravity, q, m);
+    const states = track && new Float64Array(decodeBase64(track.states).buffer);
+    if (track) simulation.addTrack(body, scene.gravity, states, ticks, comparedWith);
+    else
+      simulation.addTop(body, scene.gravity, q, m, methods.get(method), ticks, tol, comparedWith);
+  }
+  // Select the measures that are defined for this body: NaN at the start means undefined.
+  selectMeasures() {
+    const now = simulation.measureTop(0);
+    this.measures = measures.filter(({ name }) => !Number.isNaN(now[name]));
+    this.integrals = this.measures.filter(({ isConserved }) => isConserved);
+    this.selectCharts();
+  }
+  // Replace charts of undefined measures by the energy.
+  selectCharts() {
+    const { scene } = this;
+    const among = (offered, name) => (offered.includes(findMeasure(name)) ? name : "energy");
+    scene.chart = among(this.measures, getMeasureName(scene.chart, this.kind));
+    scene.integral = among(this.integrals, getMeasureName(scene.integral, this.kind));
+  }
+  // Move the stop time to one at which all steps meet.
+  adjustStopTime() {
+    const { stop } = this.scene;
+    if (stop === null || findMeetingTime(stop) === stop) return;
+    this.scene.stop = findMeetingTime(stop);
+    this.showMessage(`The stop time is now ${this.scene.stop}, where all steps meet`);
+  }
+
+  // Record scene and time for undo, before a change.
+  recordUndo(how) {
+    this.undoStack.push(this.captureMoment(how));
+    if (this.undoStack.length > 200) this.undoStack.shift();
+    [this.redoBefore, this.redoStack] = [this.redoStack, []];
+    this.showMessage("");
+  }
+  // Return the current scene and time, for `restoreMoment`.
+  captureMoment(how) {
+    const { origin, goal, clock } = this;
+    return { scene: structuredClone(this.scene), origin, clock: goal ?? clock, ...how };
+  }
+  // Begin a change. With `now` the current state becomes the start.
+  beginChange({ top, now = true, ...how } = {}) {
+    this.recordUndo(how);
+    if (!this.clock || !now) return;
+    const { second } = this.scene;
+    const [, w, x, y, z, ...momentum] = this.readLiveState(second && top?.side ? null : top);
+    const beside = second && this.readLiveState(this.tops.find((each) => each.side)).slice(1);
+    const taken = this.clock / TICKS;
+    Object.assign(this.scene, { attitude: [w, x, y, z], momentum, second: beside, taken });
+    this.markChanged(this.scene);
+  }
+  // Change the momentum of a top and run. The charts and traces before the push stay visible.
+  pushTop(top, change) {
+    const before = this.clock ? this.captureMotion() : null;
+    this.beginChange({ top });
+    this.previousMotion = before;
+    this.editScene(change);
+    this.setRunning(true);
+  }
+  // Return the current content of charts and traces.
+  captureMotion() {
+    const names = [this.scene.chart, this.scene.integral, "error"];
+    const rows = (i, name) => [-1, 0, 1].map((side) => simulation.getRecord(i, name, side));
+    const lines = (name) => [name, this.tops.map((_, i) => rows(i, name))];
+    return {
+      time: simulation.getTimes(),
+      lines: Object.fromEntries(names.map(lines)),
+      ways: this.tops.map((_, i) => this.view.getTrace(i)),
+      end: this.clock / TICKS,
+    };
+  }
+  // Drop the motion before a push when the scene is no longer the pushed one.
+  updatePreviousMotion() {
+    if (!this.previousMotion) return;
+    const kept = Object.entries(this.scene).filter(([key]) => !KEEPS_MOTION.test(key));
+    const scene = JSON.stringify(kept);
+    this.previousMotion.scene ??= scene;
+    if (this.previousMotion.scene !== scene) this.previousMotion = null;
+  }
+  // Mark a scene as changed. Its text may no longer be true.
+  markChanged(scene) {
+    if (scene.name && !scene.name.endsWith(", changed")) scene.name += ", changed";
+    scene.about = "";
+  }
+  // Return the index of a top that is computed here, or of the first such top.
+  findLiveTop(top) {
+    const live = this.tops.filter((each) => !each.track && each.role !== "ghost");
+    return this.tops.indexOf(live.includes(top) ? top : live[0]);
+  }
+  readLiveState(top) {
+    return Array.from(simulation.getState(this.findLiveTop(top)));
+  }
+  editScene(change) {
+    const scene = structuredClone(this.scene);
+    change(scene);
+    const changed = Object.keys(scene).filter(
+      (key) => !KEEPS_MOTION.test(key) && isDifferent(scene[key], this.scene[key]),
+    );
+    const isLost = scene.tracks.length > 0 && changed.some((key) => CHANGES_MOTION.test(key));
+    if (isLost) scene.tracks = [];
+    if (changed.length) this.markChanged(scene);
+    const isLoaded = this.load(scene, false);
+    if (isLoaded && isLost)
+      this.showMessage("The path belonged to another motion and is removed. Undo brings it back");
+    return isLoaded;
+  }
+  // Make the current state the start.
+  startFromNow() {
+    if (!this.clock) return;
+    this.beginChange();
+    this.editScene((scene) => (scene.tracks = []));
+  }
+  // Apply a scene that differs only in looks.
+  applyLooks(scene) {
+    const isOther = scene.show.solid !== this.scene.show.solid;
+    this.scene = scene;
+    this.selectCharts();
+    if (isOther) this.view.build(this, false);
+    else this.view.showScene(scene);
+    this.onChange();
+  }
+  // Set the value at a place such as "show.trace". Return why it is invalid, or "". One undo takes
+  // back all changes of one gesture.
+  setValue(place, x, gesture) {
+    const change = (scene) => (setValue(scene, place, x), scene);
+    const isNew = !gesture || gesture !== this.gesture;
+    try {
+      const wanted = completeScene(change(structuredClone(this.scene)));
+      if (KEEPS_MOTION.test(place)) {
+        if (!isDifferent(wanted, this.scene)) return "";
+        if (isNew) this.recordUndo({ isLookOnly: true });
+        this.gesture = gesture;
+        this.applyLooks(wanted);
+        return "";
+      }
+    } catch ({ message }) {
+      return this.refuseValue(place, x, message);
+    }
+    const time = this.goal ?? this.clock;
+    const wasRunning = this.isRunning || this.isResuming;
+    if (isNew) this.beginChange({ now: READ_FROM_MOTION.test(place) });
+    this.gesture = gesture;
+    if (this.editScene(change)) {
+      if (KEEPS_START.test(place) && time) this.goToTime(time, wasRunning);
+      return "";
+    }
+    this.gesture = null;
+    if (isNew) this.undo(true);
+    return document.getElementById("words").textContent;
+  }
+  refuseValue(place, x, message) {
+    const [range, value] = [getRange(place), Number.isNaN(x) ? "empty" : x];
+    const own = `${getPlaceName(place)} cannot be ${value}${range ? `: ${range}` : ""}`;
+    const words = /^[A-Z].* cannot be/.test(message) ? message : own;
+    this.showMessage(words);
+    return words;
+  }
+  replaceScene(scene) {
+    this.recordUndo({ fit: true });
+    if (!this.load(scene)) this.undo(true);
+  }
+  // Undo the last change. With `quietly` it leaves no trace in redo, as for an invalid change.
+  undo(quietly = false) {
+    if (!quietly) return this.restoreMoment(this.undoStack, this.redoStack);
+    this.restoreMoment(this.undoStack, [], true);
+    this.redoStack = this.redoBefore;
+  }
+  redo() {
+    this.restoreMoment(this.redoStack, this.undoStack);
+  }
+  restoreMoment(from, other, quietly = false) {
+    const { scene, origin, clock, fit = false, isLookOnly } = from.pop() ?? {};
+    if (!quietly) this.showMessage("");
+    if (!scene) return;
+    other.push(this.captureMoment({ fit, isLookOnly }));
+    if (isLookOnly) return this.applyLooks(scene);
+    this.setRunning(false);
+    this.load(scene, fit);
+    this.origin = origin;
+    if (clock) this.goToTime(clock);
+  }
+
+  setRunning(on) {
+    Object.assign(this, { goal: null, isResuming: false, isRunning: on });
+    this.onChange();
+  }
+  // Return to the start of the current scene.
+  rewind() {
+    this.showMessage("");
+    this.load(this.scene, false);
+  }
+  // Return to the scene as it was loaded.
+  reset() {
+    this.recordUndo();
+    this.setRunning(false);
+    this.load(this.origin, false);
+  }
+  stepOnce() {
+    this.setRunning(false);
+    const least = Math.min(...this.tops.map((top) => top.ticks));
+    this.goToTime((Math.floor(this.clock / least) + 1) * least);
+  }
+  jumpTo(t) {
+    this.showMessage("");
+    if (!(t >= 0 && t <= 1e9))
+      return this.showMessage(`Cannot jump to t = ${t}: it must be from 0 to 1e9`);
+    this.goToTime(Math.round(t * TICKS));
+  }
+  // Go to a time in ticks, over several frames if needed; to an earlier time from the start.
+  goToTime(goal, isResuming = false) {
+    if (goal < this.clock) this.load(this.scene, false);
+    Object.assign(this, { goal, isResuming, isRunning: false });
+    this.approachGoal();
+    this.onChange();
+  }
+  approachGoal() {
+    this.advance(this.goal, 12 * FRAME_BUDGET);
+    if (!this.isLate && this.goal !== null) this.setRunning(this.isResuming);
+  }
+  // Advance by the seconds that passed since the last frame. Return the speed of the last half
+  // second if it is too slow, else 0.
+  advanceFrame(passed) {
+    const { target, scene } = this;
+    if (this.goal !== null) this.approachGoal();
+    if (!this.isRunning) return (this.slowRate = 0);
+    this.advance(target + Math.min(passed, 0.1) * scene.speed * TICKS, FRAME_BUDGET);
+    this.secondsPassed += passed;
+    this.timePassed += (this.target - target) / TICKS;
+    if (this.secondsPassed < 0.5) return this.slowRate;
+    const rate = this.timePassed / this.secondsPassed;
+    this.slowRate = rate < 0.9 * scene.speed && rate;
+    this.secondsPassed = this.timePassed = 0;
+    return this.slowRate;
+  }
+  // Advance to a time in ticks, for at most `most` milliseconds.
+  advance(target, most = Infinity) {
+    const { stop } = this.scene;
+    const end = stop === null ? Infinity : Math.round(stop * TICKS);
+    this.target = Math.min(target, end);
+    const until = performance.now() + most;
+    const enough = this.target - Math.max(...this.tops.map((top) => top.ticks));
+    this.isLate = false;
+    for (let [isMoving, now] = [true, performance.now()]; isMoving && !this.isLate;) {
+      const before = this.clock;
+      this.clock = simulation.advance(this.target, this.slice);
+      const took = performance.now() - now;
+      this.slice = Math.max(MIN_SLICE, Math.min(MAX_SLICE, this.slice * (took < 1 ? 2 : 2 / took)));
+      now += took;
+      isMoving = this.clock > before || simulation.isLate();
+      this.isLate = now > until && isMoving && (this.clock < enough || simulation.isLate());
+    }
+    if (this.isLate) this.target = this.clock; // the clock runs slower
+    const describeFailure = ({ method, step, track }, i) => {
+      const why = simulation.getFailure(i);
+      return why && (track ? `${method} ends` : `${method} ${step} stopped: ${why}`);
+    };
+    const words = this.tops.map(describeFailure);
+    if (words.join() !== this.failures && words.some(Boolean))
+      this.showMessage(words.filter(Boolean).join("; "));
+    this.failures = words.join();
+    const isOver = target > end && !this.isLate;
+    if (isOver) this.showMessage(`The stop time ${stop} is reached`);
+    if (isOver || this.tops.every((top, i) => words[i] || top.role === "ghost"))
+      this.setRunning(false);
+    this.view.draw();
+  }
+}

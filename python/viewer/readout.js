@@ -1,0 +1,84 @@
+// The numbers over the picture: current tilt, spin, precession and turns of the first top. Below
+// them stand limits, critical spin and mean precession from the closed form.
+import { html, render } from "lit-html";
+import { simulation } from "./core.js";
+
+// Failed tops have no numbers.
+const formatKnown = (x, words) => (Number.isNaN(x) ? "–" : words);
+const formatDegrees = (angle) => formatKnown(angle, `${((180 * angle) / Math.PI).toFixed(1)}°`);
+const formatShort = (x) => formatKnown(x, Math.abs(x) < 5e-4 ? "0" : x.toPrecision(3));
+// Nearer to the vertical [rad] the precession is undefined.
+const UPRIGHT = 0.02;
+// The critical spin is that of an upright top. It is shown for tops that start nearer to the
+// vertical than this [rad]; others fall gradually deeper with less spin.
+const NEAR = Math.PI / 90;
+
+// Return the angular velocity of the apex about the vertical.
+export const computePrecession = ([, , up], spin, nutation) =>
+  (up - spin * Math.cos(nutation)) / Math.sin(nutation) ** 2;
+
+export class Readout {
+  constructor(parent) {
+    this.container = document.createElement("dl");
+    this.container.id = "numbers";
+    this.container.ariaLabel = "The top in numbers";
+    parent.append(this.container);
+  }
+  // Show the numbers of the first top, and its name if there are others.
+  update(page) {
+    const i = page.tops.findIndex((top) => !top.track && top.role !== "ghost");
+    const { spin, nutation } = simulation.measureTop(i);
+    const { limits } = page.tops[i];
+    const axial = "angular velocity about its own axis, in radians per second";
+    const lines = [
+      ...this.describeTop(page, i),
+      [
+        "tilt",
+        formatDegrees(nutation),
+        "",
+        describeLimits(page.tops[i]),
+        "angle describeLimits axis and vertical",
+      ],
+      [
+        "spin",
+        formatShort(spin),
+        " rad/s",
+        describeCriticalSpin(limits, simulation.getRecord(i, "nutation")[0]),
+        axial,
+      ],
+      ...this.describePrecession(simulation.getVelocity(i), spin, nutation, limits),
+    ];
+    const turns = (simulation.getState(i)[0] * spin) / (2 * Math.PI);
+    const since = "about its own axis, since the start";
+    if (limits)
+      lines.push(["turns", formatKnown(turns, Math.abs(turns).toFixed(1)), "", "", since]);
+    const item = ([name, value, unit, note, about, colour = ""]) =>
+      html`<div title=${about}><dt>${name}</dt>
+        <dd class="value" data-unit=${unit} style="color: ${colour}">${value}</dd>
+        <dd><small>${note}</small></dd></div>`;
+    render(lines.map(item), this.container);
+  }
+  describeTop({ tops, scene }, i) {
+    if (tops.length < 2) return [];
+    const place = tops.some((top) => top.side) && scene.distance > 0 ? "left" : "first";
+    const { method, step, colour } = tops[i];
+    return [["top", place, "", `${method} ${step}`, "the top of these numbers", colour]];
+  }
+  describePrecession(velocity, spin, nutation, limits) {
+    if (!limits || !(Math.sin(nutation) >= UPRIGHT)) return [];
+    const now = computePrecession(velocity, spin, nutation);
+    const round = (2 * Math.PI) / Math.abs(limits.precession);
+    const mean = `mean ${formatShort(limits.precession)}: once round in ${round.toFixed(1)} s`;
+    const about = "angular velocity of the axis about the vertical, in radians per second";
+    return [["precession", formatShort(now), " rad/s", round < 1e4 ? mean : "", about]];
+  }
+}
+// Return the limits of the tilt from the closed form, which other methods only approximate.
+function describeLimits({ limits, method }) {
+  if (!limits) return "";
+  const [low, high] = [formatDegrees(limits.least), formatDegrees(limits.greatest)];
+  const words = low === high ? "constant" : `${low} to ${high}`;
+  return method === "exact" ? words : `exact: ${words}`;
+}
+const describeCriticalSpin = (limits, tilt) =>
+  limits?.critical && tilt < NEAR ? `describeCriticalSpin ${formatShort(limits.critical)}` : "";

@@ -1,0 +1,57 @@
+// The toolbar over the picture: time, speed and view.
+import { html, nothing, render } from "lit-html";
+import { showHomeView } from "./camera.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+export class Toolbar {
+  constructor(place, page, drags, keyboard) {
+    Object.assign(this, { place, page, drags, keyboard });
+  }
+  draw() {
+    const { page, drags, keyboard } = this;
+    const isMoving = page.isRunning || page.goal !== null;
+    const togglePush = () => {
+      drags.isPushing = !drags.isPushing;
+      this.draw();
+    };
+    render(
+      [
+        renderButton("↺", "Rewind", "R", () => page.rewind()),
+        isMoving
+          ? renderButton("❚❚", "Stop", "Space", () => page.setRunning(false))
+          : renderButton("▶", "Start", "Space", () => page.setRunning(true)),
+        renderButton("▶❚", "Step", ".", () => page.stepOnce()),
+        renderButton("↶", "Undo", "Z Control+Z", () => page.undo(), {
+          off: !page.undoStack.length,
+        }),
+        renderButton("↷", "Redo", "Control+Shift+Z Control+Y", () => page.redo(), {
+          off: !page.redoStack.length,
+        }),
+        this.renderPaceMenu(),
+        html`<span id="clock" role="timer" aria-label="Time"></span>`,
+        renderButton("⌂", "Home view", "Home", () => showHomeView(page.view)),
+        renderButton("☞", "Push", "X", togglePush, { pressed: !!drags.isPushing }),
+        document.fullscreenEnabled ? renderButton("⤢", "Full screen", "F", toggleFullScreen) : "",
+        renderButton("?", "Keys", "?", () => keyboard.toggleList()),
+      ],
+      this.place,
+    );
+  }
+  renderPaceMenu() {
+    const { page } = this;
+    const { speed } = page.scene;
+    const all = SPEEDS.includes(speed) ? SPEEDS : [speed, ...SPEEDS];
+    const setSpeed = ({ target }) => page.setValue("speed", +target.value);
+    return html`<select aria-label="Pace" title="Pace: units of time per second" @change=${setSpeed}>
+      ${all.map((x) => html`<option value=${x} .selected=${x === speed}>×${+x.toPrecision(3)}`)}
+      </select>`;
+  }
+}
+const renderButton = (sign, name, key, act, { pressed = nothing, off = false } = {}) =>
+  html`<button aria-label=${name} title="${name} (${key.split(" ")[0]})" aria-pressed=${pressed}
+    aria-keyshortcuts=${key} ?disabled=${off} @click=${act}>${sign}</button>`;
+function toggleFullScreen() {
+  if (document.fullscreenElement) document.exitFullscreen();
+  else document.documentElement.requestFullscreen();
+}
