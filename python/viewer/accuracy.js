@@ -57,7 +57,7 @@ function renderMethods(panel) {
       null,
       scene.step.length > 1 && !scene.own,
     ),
-    panel.renderCheckbox("Second step for the other methods alone", "own"),
+    panel.renderCheckbox("Second step for the other methods only", "own"),
     panel.renderSlider("Second step", "step.1", { ...LOG_SLIDER, off: scene.step.length < 2 }),
     panel.renderPair("Tolerance", panel.renderNumber("Tolerance of adaptive methods", "tol")),
     panel.renderSlider("Distance", "distance", { max: 6 }),

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Builds the page, one HTML file that needs nothing else.
+"""Build the interactive page as one HTML file without external resources.
 
-Inside are the core as WebAssembly (by zig), the scripts and libraries (by esbuild), and the
-licences of all that. Usage: build.py FOLDER_FOR_WORK PAGE
+The file contains the core as WebAssembly (compiled by zig), the scripts and libraries (bundled by
+esbuild), and all licences.
+
+    build.py WORK_FOLDER PAGE
 """
 
 import base64
@@ -22,19 +24,16 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 ZIG = Path(ziglang.__file__).parent
 
-
-# The page's materials have use for these of three.js's shaders. The others are for textures,
-# shadows, environments and skins.
-SHADERS = re.compile(
+# Shaders of three.js that the materials of the page include. All others are emptied.
+USED_SHADERS = re.compile(
     "meshbasic|meshphong|begin|bsdfs|color|common|default|fog"
     "|lights_(fragment_(begin|end)|pars|phong)|normal_(fragment_begin|pars|vertex)"
     "|opaque|project_|specularmap_fragment|worldpos"
 )
 
-# What three.js's renderer makes at its start, or could, and the page has no use for, beside what is
-# left of it: shadow maps (floor.js has shadows of its own), glasses, environments with the table by
-# which metals reflect them, and effects behind the picture.
-UNUSED = {
+# Modules of three.js that the renderer imports although the page does not need them: shadow maps
+# (floor.js draws its own shadows), environment maps, post-processing and WebXR.
+REPLACED_MODULES = {
     "renderers/shaders/DFGLUTData.js": "export const getDFGLUT = () => null;",
     "renderers/webgl/WebGLShadowMap.js": "export class WebGLShadowMap { render() {} }",
     "renderers/webgl/WebGLOutput.js": "export class WebGLOutput {}",
@@ -45,15 +44,15 @@ UNUSED = {
     "extras/PMREMGenerator.js": "export class PMREMGenerator {}",
 }
 
-LEFT_OUT = re.compile(r"kernel_(dd|tangents|bundles|kowalewski)|kowalewski\.c")
+# Kernels and closed forms that the page does not use; wasm.c has empty tables in their place.
+SKIPPED_SOURCES = re.compile(r"kernel_(dd|tangents|bundles|kowalewski)|kowalewski\.c")
 
 
-def core(wasm: Path) -> None:
-    """Compile what core.js calls, compressed, for it travels as text.
+def compile_core(wasm: Path) -> None:
+    """Compile the functions that core.js calls into the compressed file `wasm`.
 
-    The operations and their order are those of every other build: nothing is fused. Small goes
-    before fast. The kernels for 20 and 30 digits and for tangents, alone and in bundles, and the
-    closed form of Kowalewski tops are left out, as wasm.c explains.
+    Floating-point operations are not fused, so all bits equal those of other builds. Size takes
+    precedence over speed.
     """
     target = [
         "-target",
@@ -65,7 +64,14 @@ def core(wasm: Path) -> None:
         "-ffp-contract=off",
         "-s",
     ]
-    small = ["-Os", "-Xclang", "-Oz", "-fno-vectorize", "-fno-slp-vectorize", "-fvisibility=hidden"]
+    size_options = [
+        "-Os",
+        "-Xclang",
+        "-Oz",
+        "-fno-vectorize",
+        "-fno-slp-vectorize",
+        "-fvisibility=hidden",
+    ]
     calls = sorted(
         set(re.findall(r"\bC\.([a-z]\w+)", (HERE / "core.js").read_text(encoding="utf-8")))
         - {"memory"}
@@ -74,19 +80,19 @@ def core(wasm: Path) -> None:
     files = (
         file
         for file in (ROOT / "csrc").rglob("*.c")
-        if file.parent.name not in ("gsl", "ensemble") and not LEFT_OUT.match(file.name)
+        if file.parent.name not in ("gsl", "ensemble") and not SKIPPED_SOURCES.match(file.name)
     )
-    compile = [
+    compiler = [
         sys.executable,
         "-m",
         "ziglang",
         "cc",
         *target,
-        *small,
+        *size_options,
         *exports,
         f"-I{ROOT / 'csrc'}",
     ]
-    command = [*compile, *sorted(map(str, files))]
+    command = [*compiler, *sorted(map(str, files))]
     caches = dict.fromkeys(
         ("ZIG_GLOBAL_CACHE_DIR", "ZIG_LOCAL_CACHE_DIR"), str(wasm.with_name("zig"))
     )
@@ -94,33 +100,34 @@ def core(wasm: Path) -> None:
     wasm.write_bytes(zlib.compress(wasm.read_bytes(), 9))
 
 
-def libraries(work: Path) -> Path:
-    """Fetch what package-lock.json names, without what of three.js nothing here uses.
+def install_libraries(work: Path) -> Path:
+    """Install the packages of package-lock.json and return their folder.
 
-    Nothing of it is run but esbuild.
+    Unused shaders and modules of three.js are emptied. No scripts of packages run.
     """
     for name in ("package.json", "package-lock.json", ".npmrc"):
         shutil.copy(HERE / name, work / name)
-    quiet = [
+    options = [
         "--ignore-scripts",
         "--no-update-notifier",
         "--no-audit",
         "--no-fund",
         "--loglevel=error",
     ]
-    subprocess.run(["npm", "ci", *quiet], cwd=work, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["npm", "ci", *options], cwd=work, check=True, stdout=subprocess.DEVNULL)
     shaders = work / "node_modules/three/src/renderers/shaders"
     for file in shaders.glob("*/*.glsl.js"):
-        if not SHADERS.match(file.name):
+        if not USED_SHADERS.match(file.name):
             file.write_text(
                 'export default ""; export const vertex = "", fragment = "";', encoding="utf-8"
             )
-    for name, text in UNUSED.items():
+    for name, text in REPLACED_MODULES.items():
         (work / "node_modules/three/src" / name).write_text(text, encoding="utf-8")
     return work / "node_modules"
 
 
 def bundle(modules: Path, wasm: Path, entry: Path, *options: str) -> str:
+    """Return the minified bundle of `entry` and its imports."""
     command = [modules / ".bin/esbuild", entry, "--bundle", "--minify", "--legal-comments=none"]
     command += ["--alias:three/addons=three/examples/jsm", "--alias:three=three/src/Three.js"]
     command += [
@@ -133,7 +140,8 @@ def bundle(modules: Path, wasm: Path, entry: Path, *options: str) -> str:
     return subprocess.run(command, check=True, capture_output=True, text=True, env=paths).stdout
 
 
-def licences(modules: Path) -> str:
+def collect_licences(modules: Path) -> str:
+    """Return the licences of kreisel and of all bundled libraries."""
     parts = {
         "kreisel": ROOT / "LICENSE",
         "three.js": modules / "three/LICENSE",
@@ -148,19 +156,22 @@ def licences(modules: Path) -> str:
     )
 
 
-def policy(script: str, style: str) -> str:
-    """What a browser lets the page do: run this script and the core in it, look like this, and make
-    pictures of its own. It asks nobody for anything, whatever a scene's file or link may say."""
+def make_security_policy(script: str, style: str) -> str:
+    """Return the Content Security Policy of the page.
 
-    def only(text: str) -> str:
+    It allows this script, this style, WebAssembly, and generated pictures. It forbids all requests,
+    whatever the file or link of a scene contains.
+    """
+
+    def hash_source(text: str) -> str:
         digest = hashlib.sha256(text.encode()).digest()
         return f"'sha256-{base64.b64encode(digest).decode()}'"
 
     return "; ".join(
         [
             "default-src 'none'",
-            f"script-src {only(script)} 'wasm-unsafe-eval'",
-            f"style-src-elem {only(style)}",
+            f"script-src {hash_source(script)} 'wasm-unsafe-eval'",
+            f"style-src-elem {hash_source(style)}",
             "style-src-attr 'unsafe-inline'",  # the colours of the panel's rows
             "img-src data: blob:",
             "base-uri 'none'",
@@ -170,17 +181,18 @@ def policy(script: str, style: str) -> str:
 
 
 def main(work: Path, page: Path) -> None:
+    """Write the page; `work` keeps intermediate files."""
     work.mkdir(parents=True, exist_ok=True)
     wasm = (work / "kreisel.wasm").resolve()
-    core(wasm)
-    modules = libraries(work).resolve()
+    compile_core(wasm)
+    modules = install_libraries(work).resolve()
     script = bundle(modules, wasm, HERE / "main.js", "--format=esm", "--target=es2022")
     style = bundle(modules, wasm, HERE / "page.css")
     text = (HERE / "index.html").read_text(encoding="utf-8")
-    notices = (
-        f'<template id="licences">\n{html.escape(licences(modules), quote=False)}\n</template>'
-    )
-    text = text.replace('Policy" content=""', f'Policy" content="{policy(script, style)}"')
+    licences = html.escape(collect_licences(modules), quote=False)
+    notices = f'<template id="licences">\n{licences}\n</template>'
+    policy = make_security_policy(script, style)
+    text = text.replace('Policy" content=""', f'Policy" content="{policy}"')
     text = text.replace("<style></style>", f"<style>{style}</style>")
     text = text.replace(
         '<script type="module"></script>', f'{notices}\n<script type="module">{script}</script>'

@@ -67,6 +67,7 @@ export function renderExercises(page, choosePreset) {
   const again = page.scene.about !== preset.about || page.scene.name !== preset.name;
   return html`<section aria-label="Try this" class="exercises"><b>Try this</b>
     ${preset.exercises.map(renderExercise)}
-    <button class="exercise" ?hidden=${!again} @click=${() => choosePreset(preset)}>Back to the start</button>
+    <button class="exercise" ?hidden=${!again} @click=${() => choosePreset(preset)}>Back to the
+      start</button>
     </section>`;
 }

@@ -23,7 +23,7 @@ const OTHER_KEYS = [
   ["Escape", "Stop; cancel a drag or a jump"],
   ["Shift + drag", "Green tip: change its length only"],
   ["Alt + drag", "Corner: move the fixed point; so does the middle button"],
-  ["Double click", "Show one top alone in the charts; unzoom a chart"],
+  ["Double click", "Show one top alone in the charts; reset the zoom of a chart"],
 ];
 
 // Render a line of the list: the keys and their action.
@@ -78,8 +78,8 @@ export class Keyboard {
     const set = ({ target }) => (this.hasLetterKeys = target.checked);
     render(
       html`<header><h2>Keys</h2>
-          <label class="check"><input type="checkbox" .checked=${this.hasLetterKeys} @change=${set}>Single
-            letters are keys</label>
+          <label class="check"><input type="checkbox" .checked=${this.hasLetterKeys}
+            @change=${set}>Single letters are keys</label>
           <button autofocus @click=${() => this.place.close()}>Close</button></header>
         <ul>${this.listKeys().map(renderLine)}</ul>`,
       this.place,

@@ -80,7 +80,8 @@ export class Panel {
     const read = ({ valueAsNumber: to }) => (log ? +(10 ** to).toPrecision(2) : to);
     return html`<label class="slider">${words}
       <input type="range" min=${low} max=${high} step=${step} .value=${at} ?disabled=${off}
-        aria-valuetext=${this.formatValue(place) || 0.2} @input=${this.makeSetter(place, read, where, place)}
+        aria-valuetext=${this.formatValue(place) || 0.2}
+        @input=${this.makeSetter(place, read, where, place)}
         @change=${settle} @pointerup=${settle}>
       ${this.renderNumber(`${words}, number`, place, { off })}</label>`;
   }
@@ -162,7 +163,7 @@ export class Panel {
     const { taken } = page.scene;
     const from = taken === null ? "as given" : `the motion at t = ${taken.toFixed(2)} s`;
     return html`<p id="start">Start: ${from}</p><div class="row">
-      ${renderButton("Start again from this moment", () => page.startFromNow(), nothing, !page.clock)}
+      ${renderButton("Start from this moment", () => page.startFromNow(), nothing, !page.clock)}
       ${renderButton("Reset", () => page.reset(), "0")}</div>`;
   }
   renderChart() {
@@ -199,6 +200,7 @@ export class Panel {
     ];
   }
   renderMotion() {
+    const number = (axis, k) => this.renderNumber(`Momentum, ${axis} component`, `momentum.${k}`);
     const jump = ({ target }) => (this.page.jumpTo(target.valueAsNumber), (target.value = ""));
     return [
       this.renderSlider("Speed", "speed"),
@@ -211,7 +213,7 @@ export class Panel {
         html`<input type="number" step="any" @change=${jump} aria-keyshortcuts="J">`,
       ),
       html`<fieldset><legend>Angular momentum m in space</legend>
-        ${COMPONENTS.map((axis, k) => this.renderNumber(`Momentum, ${axis} component`, `momentum.${k}`))}
+        ${COMPONENTS.map(number)}
         </fieldset>
         <p>Green: angular momentum m. Blue: angular velocity ω. Grey: the vertical p. Units: s, m,
           kg, or any other consistent set.</p>`,
@@ -233,7 +235,7 @@ export class Panel {
       three("Fixed point, from the centre", "body.pivot"),
       html`<div class="pairs">${this.renderPair("Mass", this.renderNumber("Mass, number", "mass"))}
         ${this.renderPair("Density", this.renderNumber("Density, number", "density"))}</div>`,
-      this.renderCheckbox("Corners move the fixed point (or Alt, middle renderButton)", "corners"),
+      this.renderCheckbox("Corners move the fixed point (or Alt, middle button)", "corners"),
       html`<p id="body">${kind} top: mass ${short(mass)}, moments ${all(moments)},
         centre of mass ${all(com)} (along N, B, T)</p>`,
     ];
@@ -260,7 +262,7 @@ export class Panel {
       this.renderPair("Light", this.renderColorScheme()),
       this.renderSlider("Opacity", "show.opacity", { max: 1, step: 0.05 }),
       this.renderSlider("Thickness", "show.thickness", { min: 0.1, max: 4 }),
-      html`<div class="row">${renderButton("From the next side", () => view.showNextSide(), "N")}
+      html`<div class="row">${renderButton("View next side", () => view.showNextSide(), "N")}
         <button aria-pressed=${!!this.page.isProjector} aria-keyshortcuts="B"
           @click=${() => this.toggleProjector()}>Projector</button></div>`,
     ];

@@ -37,7 +37,7 @@ export class Readout {
         formatDegrees(nutation),
         "",
         describeLimits(page.tops[i]),
-        "angle describeLimits axis and vertical",
+        "angle between axis and vertical",
       ],
       [
         "spin",
@@ -81,4 +81,4 @@ function describeLimits({ limits, method }) {
   return method === "exact" ? words : `exact: ${words}`;
 }
 const describeCriticalSpin = (limits, tilt) =>
-  limits?.critical && tilt < NEAR ? `describeCriticalSpin ${formatShort(limits.critical)}` : "";
+  limits?.critical && tilt < NEAR ? `critical ${formatShort(limits.critical)}` : "";

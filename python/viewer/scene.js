@@ -102,7 +102,7 @@ const CHECKS = {
 // Complete and check a scene. Missing parts get their defaults, unknown parts are dropped. Throws
 // an Error for invalid parts.
 export function completeScene(given) {
-  if (given?.constructor !== Object) throw new Error("it is no scene");
+  if (given?.constructor !== Object) throw new Error("it is not a scene");
   const scene = structuredClone(resolveStarts({ ...DEFAULTS, ...renameEps(given) }));
   scene.show = { ...DEFAULTS.show, ...scene.show };
   if (Array.isArray(scene.tracks)) scene.tracks = scene.tracks.map((t) => renameEps(t ?? {}));
@@ -192,6 +192,6 @@ export function decodeBase64(base64) {
   try {
     return Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
   } catch {
-    throw new Error("the states of the path cannot be read: they are no base64");
+    throw new Error("the states of the path cannot be read: they are not base64");
   }
 }

@@ -47,7 +47,7 @@ function checkNumber(x, name) {
   return x;
 }
 const checkPositive = (x, name) => {
-  if (!(x > 0)) throw new Error(`${name} cannot be ${x}: it is more than 0`);
+  if (!(x > 0)) throw new Error(`${name} cannot be ${x}: it must be more than 0`);
   return x;
 };
 

@@ -43,7 +43,8 @@ export class Toolbar {
     const { speed } = page.scene;
     const all = SPEEDS.includes(speed) ? SPEEDS : [speed, ...SPEEDS];
     const setSpeed = ({ target }) => page.setValue("speed", +target.value);
-    return html`<select aria-label="Pace" title="Pace: units of time per second" @change=${setSpeed}>
+    return html`<select aria-label="Pace" title="Pace: units of time per second"
+      @change=${setSpeed}>
       ${all.map((x) => html`<option value=${x} .selected=${x === speed}>×${+x.toPrecision(3)}`)}
       </select>`;
   }

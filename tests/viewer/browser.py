@@ -1,5 +1,4 @@
-"""What the tests of the page share: visits without a network, presets by name, drags, and what the
-page says of itself."""
+"""Helpers of the page's tests: visits without a network, presets by name, drags, and queries."""
 
 import json
 
@@ -22,14 +21,14 @@ ROD_SIDES = 12  # of a rod's section
 
 
 def wait_for(page, condition, arg=None):
-    """Waits in the page until it is so, or what the condition gives of `arg` is."""
+    """Wait in the page until `condition` holds; a function is called with `arg`."""
     page.evaluate(
         f"""(arg) => new Promise((done, fail) => {{
             const end = performance.now() + 30000;
             const look = () => {{
-                const told = ({condition});
-                if (typeof told === 'function' ? told(arg) : told) return done();
-                if (performance.now() > end) return fail(new Error('it has not come to this'));
+                const result = ({condition});
+                if (typeof result === 'function' ? result(arg) : result) return done();
+                if (performance.now() > end) return fail(new Error('the condition does not hold'));
                 setTimeout(look, 5);
             }};
             look();
@@ -43,14 +42,14 @@ def window(size):
 
 
 def is_trouble(message):
-    """What software that draws says of its speed is none."""
+    """Return whether a message is an error or warning, except notes on slow software drawing."""
     return message.type in {"error", "warning"} and "GPU stall" not in message.text
 
 
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
-    """The page in a window of its own, drawn with so many pixels of the screen to one of its own.
+    """Open the page in a new window with `scale` screen pixels for each pixel of the page.
 
-    `troubles` are complaints in the console and what was asked of the network.
+    Its attribute `troubles` collects messages of the console and requests to the network.
     """
     how = {"viewport": window(size), "device_scale_factor": scale, **how}
     context = browser.new_context(offline=True, **how)
@@ -68,11 +67,11 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
     return page
 
 
-# What is done in the page
+# Actions
 
 
 def load(page, preset=UPRIGHT, **changes):
-    """Opens a preset, with some of its words changed, at its start."""
+    """Load a preset with some parts changed, at its start."""
     loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
@@ -88,12 +87,12 @@ def advance(page, t):
 
 
 def until(page, t):
-    """Waits for a jump to be at its goal."""
+    """Wait until a jump has reached `t`."""
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 
 def drag(page, kind, by, number=0, button="left", key=None):
-    """Where the handle was, and where it is then."""
+    """Drag a handle and return its positions before and after."""
     where = f"kreisel.locate('{kind}', 0, {number})"
     x, y = page.evaluate(where)
     if key:
@@ -108,7 +107,7 @@ def drag(page, kind, by, number=0, button="left", key=None):
     return np.array((x, y)), np.array(page.evaluate(where))
 
 
-# What the page says
+# Queries
 
 
 def scene(page):
@@ -116,7 +115,7 @@ def scene(page):
 
 
 def changed(before, after):
-    """The words in which two scenes of the page differ, but for its name and what it tells."""
+    """Return the keys in which two scenes differ, except name and text."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 
@@ -125,28 +124,28 @@ def clock(page):
 
 
 def states(page):
-    """(t, q, m) of each top."""
+    """Return (t, q, m) of each top."""
     return page.evaluate("kreisel.readStates()")
 
 
 def measure(page, top, name):
-    """What is measured of a top now."""
+    """Return the current value of a measure of a top."""
     return page.evaluate(f"kreisel.simulation.measureTop({top}).{name}")
 
 
 def record(page, top, name):
-    """What was measured of a top on its way."""
+    """Return the recorded values of a measure of a top."""
     values = page.evaluate(f"kreisel.simulation.getRecord({top}, '{name}')")
     return np.array(values, float)
 
 
 def words(page):
-    """What the page has to say to its user."""
+    """Return the message that the page shows."""
     return page.locator("#words").inner_text()
 
 
 def colours(page):
-    """How many colours the picture has, made small."""
+    """Return the number of colours in a small copy of the picture."""
     return page.evaluate("""(() => {
         const c = document.createElement('canvas'), x = c.getContext('2d');
         [c.width, c.height] = [160, 100];
@@ -156,7 +155,7 @@ def colours(page):
 
 
 def scene_in_python(given, second=False):
-    """The kreisel.Scene that a scene of the page is."""
+    """Return a scene of the page as a kreisel.Scene."""
     body = given["body"]
     if "half" in body:
         made = kr.Body.cuboid(**body)

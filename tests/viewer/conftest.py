@@ -1,4 +1,4 @@
-"""The browser, and in it one page for all tests of a file that can share it."""
+"""Fixtures: the browser, and one page that tests share."""
 
 import shutil
 
@@ -6,11 +6,11 @@ import pytest
 from browser import PAGE, load, visit
 from toolbox import need
 
-SOFTWARE = [  # draws without a GPU
+SOFTWARE = [  # draw without a GPU
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
-    "--disable-gpu-compositing",  # what is not WebGL is drawn faster without one that is made up
+    "--disable-gpu-compositing",  # faster without an emulated compositor
 ]
 
 
@@ -29,7 +29,7 @@ def browser():
 
 @pytest.fixture(scope="session")
 def shared(browser):
-    """One page for all tests that can share it."""
+    """Open one page for all tests that share it."""
     page = visit(browser, reduced_motion="reduce")
     yield page
     page.context.close()
@@ -37,7 +37,7 @@ def shared(browser):
 
 @pytest.fixture
 def page(shared):
-    """Lagrange's top at rest, at its start, and all of the panel open."""
+    """Return the shared page with Lagrange's top at rest at its start and all sections open."""
     shared.evaluate("""{
         const {page, view} = kreisel;
         page.setRunning(false);

@@ -1,4 +1,4 @@
-"""The page computes what Python does, without a network, and can be taken along."""
+"""Tests that the page computes the same states as Python, without a network, and saves files."""
 
 import csv
 import gzip
@@ -102,7 +102,8 @@ def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
     assert len(names) >= 9
     for name in names:
         page.evaluate(
-            "name => { kreisel.page.editScene((s) => (s.methods = [name])); kreisel.advance(5); }", name
+            "name => { kreisel.page.editScene((s) => (s.methods = [name])); kreisel.advance(5); }",
+            name,
         )
         expected = kr.solve(top, 5, name, step=0.01, every=500).states[-1]
         assert states(page)[0] == expected.tolist(), name

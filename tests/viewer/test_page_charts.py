@@ -1,4 +1,4 @@
-"""The page's charts, its table of integrals and the momentum it shows are the present of Python."""
+"""Tests that charts, the table of integrals and the shown momentum agree with Python."""
 
 import kreisel as kr
 import numpy as np
@@ -9,20 +9,22 @@ AXES = ("first", "second", "vertical")
 
 
 def drawn(page, chart=0):
-    """The lines of a chart: times, and the values of each top."""
+    """Return the lines of a chart: times, and the values of each top."""
     return np.array(
         page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float
     )
 
 
 def run_to(page, t):
-    """On, until the charts show it."""
+    """Advance to `t` and wait until the charts show it."""
     advance(page, t)
-    wait_for(page, "kreisel.charts.plots[0].data[0].at(-1) === kreisel.simulation.getTimes().at(-1)")
+    wait_for(
+        page, "kreisel.charts.plots[0].data[0].at(-1) === kreisel.simulation.getTimes().at(-1)"
+    )
 
 
 def labels(page):
-    """What stands at the chart's upright axis."""
+    """Return the labels of the vertical axis."""
     return page.evaluate("""async () => {
         const seen = [], own = CanvasRenderingContext2D.prototype, write = own.fillText;
         own.fillText = function (text, ...where) {
@@ -109,7 +111,7 @@ def test_record_is_thinned_but_not_its_extremes(page):
 
 
 def test_charts_are_of_the_quantities_of_the_table(page):
-    """All that do not turn with the heading, and the attitude error; K and G where they stay."""
+    """The menu has all quantities without heading, the attitude error, and conserved K or G."""
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
     options = "list => [...list.options].map((option) => [option.value, option.title])"
@@ -143,7 +145,7 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
 
 
 def table(page):
-    """The values now and their changes, (tops, 3 or 4, 2): E, <m, e3>, <m, apex>, K or G."""
+    """Return current values and changes, (tops, 3 or 4, 2): E, <m, e3>, <m, apex>, K or G."""
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
     )
@@ -157,7 +159,7 @@ def table(page):
 
 
 def expected(path):
-    """What the table tells of a path in Python."""
+    """Return the values that the table should show for a path of Python."""
     lines = [path.energy, path.vertical_momentum, path.axial_momentum]
     if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
         lines.append(getattr(path, path.scene.body.kind))

@@ -1,9 +1,8 @@
-"""The page's colours stand out from light and dark grounds, and are told apart by eyes that lack
-the red or the green cones.
+"""Tests that colours stand out from the background and differ without red or green cones.
 
-A contrast is that of WCAG 2.2: 3 is asked of lines, 4.5 of text. How such eyes see is by the
-matrices of Machado, Oliveira and Fernandes (2009), in linear RGB; a distance is that of CIELAB,
-where 10 is seen at a glance."""
+Contrasts follow WCAG 2.2, which requires 3 for lines and 4.5 for text. Colour vision is simulated
+by the matrices of Machado, Oliveira and Fernandes (2009) in linear RGB. Distances are those of
+CIELAB, where 10 is noticed at a glance."""
 
 import itertools
 import json
@@ -38,7 +37,7 @@ WHITE = TO_XYZ.sum(axis=1)
 
 
 def colours(file, pattern):
-    """All that is written as #rrggbb where the pattern matches."""
+    """Return the colours #rrggbb where the pattern matches."""
     found = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
     return re.findall(r"#[0-9a-f]{6}", found[0])
 
@@ -65,7 +64,7 @@ def contrast(one, other):
 
 
 def seen(colour, eye):
-    """A colour in CIELAB, as an eye sees it."""
+    """Return a colour in CIELAB as `eye` sees it."""
     part = TO_XYZ @ np.clip(np.array(EYES[eye]) @ linear(colour), 0, 1) / WHITE
     x, y, z = np.where(part > 216 / 24389, np.cbrt(part), (24389 / 27 * part + 16) / 116)
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])

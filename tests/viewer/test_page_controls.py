@@ -1,6 +1,4 @@
-"""The page's controls and keys, by the names that a screen reader says.
-
-Each changes what it should, and nothing else."""
+"""Tests of controls and keys by their accessible names. Each changes only its own value."""
 
 import kreisel as kr
 import numpy as np
@@ -133,11 +131,12 @@ def test_looks(page):
 @pytest.mark.parametrize("flat", [False, True])
 def test_sides(page, flat):
     page.evaluate(
-        f"kreisel.page.scene.show.flat = {str(flat).lower()}; kreisel.view.showScene(kreisel.page.scene)"
+        f"kreisel.page.scene.show.flat = {str(flat).lower()};"
+        "kreisel.view.showScene(kreisel.page.scene)"
     )
     seen = []
     for _ in range(3):
-        page.get_by_role("button", name="From the next side").click()
+        page.get_by_role("button", name="View next side").click()
         camera, target = "kreisel.view.camera.position", "kreisel.view.orbit.target"
         seen.append(page.evaluate(f"{camera}.clone().sub({target}).normalize().toArray()"))
     assert (
@@ -210,7 +209,8 @@ def test_compare_four_keeps_the_top_its_start_and_the_time(page, preset):
 
 def test_stops_at_the_stop_time(page):
     page.evaluate(
-        "kreisel.page.editScene((s) => (s.stop = 0.5)); kreisel.page.setRunning(true); kreisel.advance(3)"
+        "kreisel.page.editScene((s) => (s.stop = 0.5));"
+        "kreisel.page.setRunning(true); kreisel.advance(3)"
     )
     assert clock(page) == 0.5 * TICKS and not page.evaluate("kreisel.page.isRunning")
 

@@ -1,4 +1,4 @@
-"""The page in hand: every drag changes what it should, and nothing else."""
+"""Tests of drags. Each changes only its own part of the scene."""
 
 import numpy as np
 import pytest

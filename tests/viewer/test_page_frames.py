@@ -1,4 +1,4 @@
-"""The page fits its frame: a window, a phone, a notebook, a page of the site."""
+"""Tests that the page fits its frame: a window, a phone, a notebook, a page of the site."""
 
 import pytest
 from browser import PAGE, PHONE, WIDE, advance, load, visit, wait_for, window
@@ -159,12 +159,16 @@ def test_whatever_scrolls_can_be_scrolled_by_keys(resizable, is_large):
         resizable.keyboard.press("b")
     advance(resizable, 6)
     resizable.evaluate("kreisel.page.onChange(), kreisel.charts.update()")
-    out_of_reach = resizable.evaluate("""[...document.querySelectorAll('#panel *')].filter((one) => {
+    parts = "[...document.querySelectorAll('#panel *')]"
+    out_of_reach = resizable.evaluate(
+        f"{parts}.filter"
+        + """((one) => {
         const {overflowX, overflowY} = getComputedStyle(one), scrolls = /auto|scroll/;
         const isWide = scrolls.test(overflowX) && one.scrollWidth > one.clientWidth;
         const isHigh = scrolls.test(overflowY) && one.scrollHeight > one.clientHeight;
         return (isWide || isHigh) && one.tabIndex < 0;
-    }).map((one) => one.id || one.className)""")
+    }).map((one) => one.id || one.className)"""
+    )
     reachable = resizable.evaluate("document.querySelectorAll('p[tabindex]').length")
     if is_large:
         resizable.keyboard.press("b")

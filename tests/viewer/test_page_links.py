@@ -1,5 +1,4 @@
-"""Scenes from elsewhere, films, and what the page does where a method fails, or graphics or scripts
-are missing."""
+"""Tests of scenes from links, films, failed methods, and missing graphics or scripts."""
 
 import base64
 import json

@@ -1,4 +1,4 @@
-"""What the page says and takes back: refusals, undo, keys, methods that do not suit, stop times."""
+"""Tests of messages and undo: refused values, keys, unsuitable methods, stop times."""
 
 import kreisel as kr
 import numpy as np
@@ -29,7 +29,7 @@ REFUSED = [
 
 
 def everything(page):
-    """What a refusal must not change: the scene, the time, the states, and what can be undone."""
+    """Return what a refusal must not change: scene, time, states, and undo history."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )
@@ -144,7 +144,7 @@ def test_one_undo_for_one_pull_of_a_slider(page):
 
 
 def test_keys_work_after_a_click_on_a_button(page):
-    for name in ("Step", "From the next side"):
+    for name in ("Step", "View next side"):
         button(page, name).click()
         for key, what in {"t": "trace", "e": "rod"}.items():
             before = scene(page)["show"][what]

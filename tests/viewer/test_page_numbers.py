@@ -1,5 +1,6 @@
-"""The numbers that the page tells, in its texts, beside the picture and in it, are those of Python;
-its turned tops have the mass and the moments of their scenes."""
+"""Tests that numbers in texts, over the picture and in it agree with Python.
+
+Solids of revolution have the mass and the moments of their scenes."""
 
 import json
 import re
@@ -21,18 +22,20 @@ def about(page):
 
 
 def attempt(page, ask):
-    """A scene that is tried, as Python has it."""
+    """Open an exercise and return its closed form in Python."""
     page.get_by_role("button", name=ask, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
     return kr.exact(scene_in_python(scene(page)))
 
 
 def told(page):
-    """The numbers beside the picture: each with what stands below it."""
+    """Return the numbers over the picture, each with the note below."""
     return dict(
-        page.evaluate("""(kreisel.view.isDirty = true, [...document.querySelectorAll('#numbers div')]
-            .map((box) => [box.querySelector('dt').textContent,
-                [box.querySelector('dd').textContent, box.querySelector('small').textContent]]))""")
+        page.evaluate("""(kreisel.view.isDirty = true,
+            [...document.querySelectorAll('#numbers div')].map((box) => [
+                box.querySelector('dt').textContent,
+                [box.querySelector('dd').textContent, box.querySelector('small').textContent],
+            ]))""")
     )
 
 
@@ -377,7 +380,7 @@ def test_numbers_say_of_which_top_they_are(page):
 
 
 def rounds(page, *asks):
-    """How long the axis takes for one turn in each of some tries."""
+    """Return the time of one precession in each of some exercises."""
     found = []
     for ask in asks:
         load(page, "Fast precession")

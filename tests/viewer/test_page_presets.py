@@ -1,5 +1,4 @@
-"""What the presets say of tops that have no closed form in the page, and of methods beside each
-other, is so."""
+"""Tests that the texts of presets are true, for tops without a closed form and for methods."""
 
 import kreisel as kr
 import numpy as np
@@ -10,7 +9,7 @@ FOUR = ("red", "yellow", "violet", "green")
 
 
 def attempt(page, preset, ask=None):
-    """Opens a preset, or what is to be tried in it."""
+    """Open a preset or one of its exercises."""
     load(page, preset)
     if ask:
         page.get_by_role("button", name=ask, exact=True).click()
@@ -18,14 +17,14 @@ def attempt(page, preset, ask=None):
 
 
 def change(page, top, name, until=None):
-    """The largest change of an integral since the start, to a time."""
+    """Return the largest change of an integral from the start until a time."""
     values = record(page, top, name)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
     return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
 
 
 def errors(page, *times):
-    """The largest attitude error of each top up to each of the times, in order."""
+    """Return the largest attitude error of each top up to each of the times."""
     found = []
     for t in times:
         advance(page, t)
@@ -109,7 +108,7 @@ def test_large_steps_lose_runge_kutta(page):
 def test_each_method_has_its_own_step_or_all_have_both(page):
     load(page, methods=["strang", "rk4"], step=[0.01])
     steps = "kreisel.page.tops.map(({step}) => step)"
-    own = page.get_by_label("Second step for the other methods alone")
+    own = page.get_by_label("Second step for the other methods only")
     own.check()
     assert page.evaluate(steps) == [0.01, 0.2]
     advance(page, 2)
@@ -184,7 +183,8 @@ def test_texts_are_in_sight(page):
     hidden = page.evaluate(f"""kreisel.presets.flatMap((preset) => {{
         kreisel.page.load(preset);
         return [preset, ...preset.exercises].map((each) => {{
-            [...document.querySelectorAll('.exercise')].find((b) => b.textContent === each.title)?.click();
+            const buttons = [...document.querySelectorAll('.exercise')];
+            buttons.find((button) => button.textContent === each.title)?.click();
             kreisel.page.setRunning(false);
             return {about}.scrollHeight > {about}.clientHeight + 1 ? each.title ?? each.name : null;
         }});

@@ -1,4 +1,4 @@
-"""The page from Python: kr.view, in a notebook, from the command line, beside a computed path."""
+"""Tests of kr.view: from Python, in a notebook, from the command line, with a computed path."""
 
 import base64
 
@@ -36,7 +36,9 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     advance(page, 10)
     assert states(page)[1] == path.states[-1].tolist()
     assert 0 < record(page, 1, "error").max() < 1e-4
-    page.evaluate("kreisel.page.beginChange(); kreisel.page.editScene((s) => (s.momentum[0] += 0.1))")
+    page.evaluate(
+        "kreisel.page.beginChange(); kreisel.page.editScene((s) => (s.momentum[0] += 0.1))"
+    )
     assert scene(page)["tracks"] == []  # it was of another motion
     page.context.close()
 

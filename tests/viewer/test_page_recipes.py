@@ -1,4 +1,4 @@
-"""A preset is its lines in presets.json; a quantity is a chart of the page, unasked."""
+"""Tests of the recipes: a preset is an entry of presets.json, a quantity becomes a chart."""
 
 import sys
 
@@ -18,7 +18,7 @@ PRESET = """  {
 
 @pytest.fixture(scope="module")
 def other(browser, tmp_path_factory):
-    """The page of a copy of the tree with one preset and one quantity more."""
+    """Build the page of a copy of the tree with an additional preset and quantity."""
     need("npm")
     house = House(tmp_path_factory.mktemp("house"))
     add_quantity(house)

@@ -1,4 +1,4 @@
-"""Faults that the page had: what misled, jumped, froze, was cut off or went unsaid."""
+"""Regression tests: misleading displays, jumps, freezes, clipped parts, missing messages."""
 
 import json
 from urllib.parse import quote
@@ -35,7 +35,7 @@ def start(page):
 
 
 def settle(page):
-    """Two frames, so that all is drawn."""
+    """Wait for two frames."""
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
@@ -114,7 +114,7 @@ def test_a_start_taken_from_the_motion_is_told(page):
     assert told.inner_text() == "Start: as given"
     advance(page, 3)
     state = states(page)[0]
-    page.get_by_role("button", name="Start again from this moment").click()
+    page.get_by_role("button", name="Start from this moment").click()
     assert [*scene(page)["attitude"], *scene(page)["momentum"]] == state[1:]
     assert clock(page) == 0 and told.inner_text() == "Start: the motion at t = 3.00 s"
     page.get_by_role("button", name="Rewind").click()
@@ -324,8 +324,8 @@ def test_a_scene_of_a_later_page_is_not_taken_for_one_of_this(browser):
         ("Step, number", "0", "Step cannot be 0: from 0.000001 to 2000"),
         ("Tolerance of adaptive methods", "-1", "Tolerance cannot be -1: from 1e-15 to 1"),
         ("Gravity, number", "1e13", "Gravity cannot be 10000000000000: from -1000000000000 to"),
-        ("Half edges, N", "-2", "Size cannot be -2: it is more than 0"),
-        ("Mass, number", "0", "Mass cannot be 0: it is more than 0"),
+        ("Half edges, N", "-2", "Size cannot be -2: it must be more than 0"),
+        ("Mass, number", "0", "Mass cannot be 0: it must be more than 0"),
         ("Tilt, degrees", "", "Tilt cannot be empty"),
     ],
 )
@@ -346,5 +346,5 @@ def test_a_path_that_cannot_be_read_is_refused_in_words_of_its_own(browser):
     tracks = [{"name": "rk4", "step": 0.1, "states": "!"}]
     fragment = "#scene=" + quote(json.dumps({"tracks": tracks}))
     page = visit(browser, reduced_motion="reduce", fragment=fragment)
-    assert "no base64" in words(page) and "atob" not in words(page)
+    assert "not base64" in words(page) and "atob" not in words(page)
     page.context.close()

@@ -1,5 +1,4 @@
-"""What is drawn is kept and told what became of it: never is anything but the present scene seen,
-nothing is made that was there, nothing leaks."""
+"""Tests that meshes are reused, always show the current scene, and do not leak."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Tops cast shadows on the floor."""
+"""Tests that bodies and rods cast shadows on the floor."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Light and dark, paper, drop lines, the rod's section, top or box; and a page at rest rests."""
+"""Tests of colour schemes, print, drop lines, rod sections and shapes, and of idle pages."""
 
 import numpy as np
 import pytest
@@ -27,14 +27,14 @@ FRAMES = """new Promise((done) => {
 
 @pytest.fixture
 def chosen(page):
-    """The page whose light is chosen, and after that as the system has it again."""
+    """Return the page; afterwards the colour scheme is that of the system again."""
     yield page
     page.emulate_media(color_scheme="light")
     page.get_by_label("Light or dark").select_option("")
 
 
 def settled(page):
-    """Waits until all is drawn and told, and tells how many pictures there were."""
+    """Wait until everything is drawn and return the number of frames."""
     wait_for(page, "!kreisel.view.isDirty && kreisel.charts.clock === kreisel.page.clock")
     return page.evaluate("kreisel.view.renderer.info.render.frame")
 
@@ -165,7 +165,7 @@ def test_a_light_on_a_handle_asks_for_no_pictures(page):
 
 
 def drops(page):
-    """Where the drop lines end, and how far up they go: of the tip of m, of the centre of mass."""
+    """Return feet and heights of the drop lines from the tip of m and the centre of mass."""
     return np.array(
         page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
             [...position.toArray(), children[0].scale.z])""")

@@ -1,4 +1,4 @@
-"""The bar in the picture, pushes, fingers, and all that a hand does by keys or numbers."""
+"""Tests of the toolbar, pushes, touch, and input by keys and numbers."""
 
 import kreisel as kr
 import numpy as np
