@@ -4,11 +4,11 @@ somewhere."""
 
 from pygments.lexers import TextLexer
 
-from . import docstrings, formulas, header, links, live, report
+from . import code_blocks, docstrings, formulas, header, links, live, report
 
 
 def setup(app):
-    for part in (docstrings, formulas, header, links, live, report):
+    for part in (code_blocks, docstrings, formulas, header, links, live, report):
         part.setup(app)
     app.add_lexer("layers", TextLexer)  # the plan in ARCHITECTURE.md
     return {"parallel_read_safe": True, "parallel_write_safe": True}

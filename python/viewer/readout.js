@@ -53,7 +53,7 @@ export class Readout {
     if (limits)
       lines.push(["turns", formatKnown(turns, Math.abs(turns).toFixed(1)), "", "", since]);
     const item = ([name, value, unit, note, about, colour = ""]) =>
-      html`<div title=${about}><dt>${name}</dt>
+      html`<div title=${about} class=${name}><dt>${name}</dt>
         <dd class="value" data-unit=${unit} style="color: ${colour}">${value}</dd>
         <dd><small>${note}</small></dd></div>`;
     render(lines.map(item), this.container);

@@ -30,6 +30,7 @@ const HOME = new THREE.Vector3(5.4, -9.6, 4.4);
 const FRONT = new THREE.Vector3(0, -11, 4.4); // equally far from tops side by side
 const ROD = "#2f7f86"; // colour of the rod beside a red top
 const FLOOR = -2.7; // lowest height of the floor
+const ARROW_REACH = 3.4; // from a fixed point to the end of its longest arrow
 const LARGE_FOOTER = 0.12; // of the picture's height
 const isShown = (part) => part.visible && part.parent.visible;
 const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
@@ -175,7 +176,7 @@ export class View {
     const far = Math.max(10.5, 2.05 * (high - low) + 2.1);
     const more = (this.sides - 1) * scene.distance * wide || (scene.show.rod ? 5 : 0);
     const { fov, aspect } = this.cameras[0];
-    const breadth = ((this.sides - 1) * scene.distance) / 2 + 2.6; // from the middle of the picture
+    const breadth = ((this.sides - 1) * scene.distance) / 2 + ARROW_REACH;
     const away = breadth / (aspect * Math.tan((fov * Math.PI) / 360));
     const free = 1 - this.covered / this.pixels[1] / 2; // the numbers at the top need room as well
     const distance = Math.max((far + more) / free, away);

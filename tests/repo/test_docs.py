@@ -8,6 +8,7 @@ import pytest
 from toolbox import CSRC, ROOT, run
 
 sys.path.insert(0, str(ROOT / "docs"))
+from making.code_blocks import make_focusable
 from making.docstrings import as_rest
 from making.header import functions
 
@@ -102,3 +103,10 @@ def test_the_first_steps_run(tmp_path):
 
 def test_make_tells_of_it():
     assert "make docs" in run("make", "--no-print-directory", "help")
+
+
+def test_code_blocks_can_be_scrolled_by_keys():
+    block = '<div class="highlight"><pre>import kreisel as kr</pre></div>'
+    assert make_focusable(block) == block.replace("<pre>", '<pre tabindex="0">')
+    site = ROOT / "docs/making/__init__.py"
+    assert "code_blocks" in site.read_text().partition("for part in")[2]
