@@ -23,7 +23,7 @@ export function renderAccuracy(panel) {
   const choices = integrals.map((each) => [each.name, getTitle(each), false, each.description]);
   const drawn = getTitle(findMeasure(scene.integral));
   const common = simulation.getCommonStep();
-  const meet = common ? `every ${common / TICKS}` : "far beyond the time shown";
+  const meeting = common ? `every ${common / TICKS}` : "far beyond the time shown";
   return [
     renderMethods(panel),
     html`<div class="row">${panel.renderSelect("Integral in the chart", "integral", choices)}
@@ -32,15 +32,15 @@ export function renderAccuracy(panel) {
       <p><b>Attitude error [rad]</b>: the angle to ${REFERENCES[reference] ?? reference}</p>
       ${renderChartPlace("error", "Attitude error")}
       ${renderTable(panel)}
-      <p ?hidden=${tops.length < 2}>Compared ${meet}, where all steps meet.</p>`,
+      <p ?hidden=${tops.length < 2}>Compared ${meeting}, where all steps meet.</p>`,
     panel.renderCheckbox("Ghost: show that motion in grey", "ghost"),
     panel.renderPair("Stop at t", panel.renderNumber("Stop at t", "stop", { none: "never" })),
   ];
 }
 function renderMethods(panel) {
   const { scene, body } = panel.page;
-  const choice = ([name, { isSuitable }]) => [name, name, !isSuitable(body, scene.gravity)];
-  const choices = [...methods].map(choice);
+  const makeChoice = ([name, { isSuitable }]) => [name, name, !isSuitable(body, scene.gravity)];
+  const choices = [...methods].map(makeChoice);
   const beside = [["", "nothing"], ...choices];
   const { length } = scene.methods;
   return [
@@ -67,13 +67,13 @@ function renderMethods(panel) {
 // Render two rows for each top: a checkbox that shows the top in the charts, and its integrals.
 function renderTable(panel) {
   const { tops, integrals } = panel.page;
-  const head = (each) => html`<th scope="col" title=${each.description}>${getSymbol(each)}`;
-  const cell = (words) => html`<td>${words}`;
-  const rows = (top, i) => html`<tbody>
+  const renderHead = (each) => html`<th scope="col" title=${each.description}>${getSymbol(each)}`;
+  const renderCell = (words) => html`<td>${words}`;
+  const renderRows = (top, i) => html`<tbody>
     <tr><th scope="rowgroup" colspan=${integrals.length} style="accent-color: ${top.colour}">
       ${panel.renderCheckbox(formatTopName(top), `shown.${i}`)}</th></tr>
-    <tr class="values">${panel.charts.formatIntegrals(i).map(cell)}</tr></tbody>`;
+    <tr class="values">${panel.charts.formatIntegrals(i).map(renderCell)}</tr></tbody>`;
   return html`<table id="integrals">
     <caption>Integrals now, and their change since the start</caption>
-    <thead><tr>${integrals.map(head)}</thead>${tops.map(rows)}</table>`;
+    <thead><tr>${integrals.map(renderHead)}</thead>${tops.map(renderRows)}</table>`;
 }

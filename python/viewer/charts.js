@@ -175,40 +175,40 @@ export class Charts {
     const values = (_, all, axis, room, step) => all.map((x) => formatTick(x, log ? x : step));
     const splits = (_, axis, low, high) => listDecades(low, high);
     // Skip the lowest tick, which would overlap the time axis.
-    const isHigh = ({ min, max }, x) => Math.log(x / min) > 0.1 * Math.log(max / min);
-    const high = (plot, all) => all.map((x) => (isHigh(plot.scales.y, x) ? x : null));
+    const isAboveTime = ({ min, max }, x) => Math.log(x / min) > 0.1 * Math.log(max / min);
+    const high = (plot, all) => all.map((x) => (isAboveTime(plot.scales.y, x) ? x : null));
     const powers = log && { splits, filter: high };
     const letter = isProjector ? 12.4 : 6.2;
-    const longest = (all) => Math.max(0, ...(all ?? []).map((x) => x.length));
-    const wide = (_, all) => Math.max(50, 10 + letter * longest(all));
+    const measureLongest = (all) => Math.max(0, ...(all ?? []).map((x) => x.length));
+    const computeWidth = (_, all) => Math.max(50, 10 + letter * measureLongest(all));
     return [
       { ...ink, size: isProjector ? 40 : 22, space: isProjector ? 90 : 50 },
-      { ...ink, size: wide, space: isProjector ? 40 : 16, values, ...powers },
+      { ...ink, size: computeWidth, space: isProjector ? 40 : 16, values, ...powers },
     ];
   }
   collectData(what) {
     const { name, isConserved } = this.getMeasure(what);
     const log = this.isLog(what);
-    const pairs = (one, other) => one.flatMap((x, row) => [x, other[row]]);
-    const drawn = (x) => (Number.isNaN(x) ? null : log ? Math.abs(x) || null : x);
+    const mergeRows = (one, other) => one.flatMap((x, row) => [x, other[row]]);
+    const transform = (x) => (Number.isNaN(x) ? null : log ? Math.abs(x) || null : x);
     const lines = this.tops.map((_, i) => {
       const start = isConserved ? simulation.getRecord(i, name)[0] : 0;
-      const ends = pairs(simulation.getRecord(i, name, -1), simulation.getRecord(i, name, 1));
-      return ends.map((x) => drawn((x - start) * getScale(name)));
+      const ends = mergeRows(simulation.getRecord(i, name, -1), simulation.getRecord(i, name, 1));
+      return ends.map((x) => transform((x - start) * getScale(name)));
     });
     const times = simulation.getTimes();
-    const all = [pairs(times, times), ...lines]; // each row has its least and its greatest value
+    const all = [mergeRows(times, times), ...lines]; // each row has its least and its greatest value
     const before = this.collectPreviousData(name, (x, start) =>
-      drawn((x - (isConserved ? start : 0)) * getScale(name)),
+      transform((x - (isConserved ? start : 0)) * getScale(name)),
     );
     return before ? all.map((line, i) => [...before[i], ...line]) : all;
   }
   // Return the chart of the motion before a push. Its time ends at 0.
-  collectPreviousData(name, drawn) {
+  collectPreviousData(name, transform) {
     const { time, lines, end } = this.page.previousMotion ?? {};
     if (!lines?.[name]) return null;
     const values = lines[name].map(([low, at, high]) =>
-      low.flatMap((x, row) => [x, high[row]]).map((x) => drawn(x, at[0])),
+      low.flatMap((x, row) => [x, high[row]]).map((x) => transform(x, at[0])),
     );
     return [time.flatMap((t) => [t - end, t - end]), ...values];
   }
@@ -248,10 +248,10 @@ export class Charts {
   formatCsv() {
     const { tops, measures } = this.page;
     const names = [...new Set([...measures.map(({ name }) => name), "error"])];
-    const heads = (top, i) => names.map((name) => `${name} ${i}:${top.method}:${top.step}`);
-    const columns = (_, i) => names.map((name) => simulation.getRecord(i, name));
-    const all = [simulation.getTimes(), ...tops.flatMap(columns)];
+    const listHeads = (top, i) => names.map((name) => `${name} ${i}:${top.method}:${top.step}`);
+    const listColumns = (_, i) => names.map((name) => simulation.getRecord(i, name));
+    const all = [simulation.getTimes(), ...tops.flatMap(listColumns)];
     const rows = all[0].map((_, row) => all.map((column) => column[row]).join(","));
-    return [["t", ...tops.flatMap(heads)].join(","), ...rows, ""].join("\n");
+    return [["t", ...tops.flatMap(listHeads)].join(","), ...rows, ""].join("\n");
   }
 }

@@ -26,7 +26,7 @@ function omitDefaults(scene) {
 
 // Return the buttons by name, each with its action and its key.
 export function listDownloads(page, view, charts, source) {
-  const link = () => {
+  const updateLink = () => {
     try {
       const scene = encodeURIComponent(JSON.stringify(omitDefaults(page.scene)));
       history.replaceState(null, "", `#scene=${scene}`);
@@ -35,18 +35,18 @@ export function listDownloads(page, view, charts, source) {
       page.showMessage("A page in a notebook has no address: save “This page” instead");
     }
   };
-  const picture = () => {
+  const savePicture = () => {
     view.isDirty = true;
     view.render();
     view.canvas.toBlob((blob) => saveFile("kreisel.png", blob));
   };
   return {
-    Picture: [picture, "Control+S"],
+    Picture: [savePicture, "Control+S"],
     CSV: [() => saveFile("kreisel.csv", charts.formatCsv())],
     JSON: [() => saveFile("kreisel.json", JSON.stringify(page.scene, null, 1))],
     TOML: [() => saveFile("kreisel.toml", toToml(page.scene))],
     "This page": [() => saveFile("kreisel.html", insertScene(source, page.scene))],
-    Link: [link],
+    Link: [updateLink],
     ...makeVideoButton(view),
   };
 }
@@ -57,7 +57,7 @@ function makeVideoButton(view) {
     globalThis.MediaRecorder?.isTypeSupported(type),
   );
   let recorder = null;
-  const click = ({ target }) => {
+  const toggleRecording = ({ target }) => {
     if (recorder) return recorder.stop();
     recorder = new MediaRecorder(canvas.captureStream(30), { mimeType: type });
     // The whole film arrives in one event, at the end.
@@ -71,5 +71,5 @@ function makeVideoButton(view) {
     view.recording = view.isDirty = true; // without a new frame the film would be empty
     target.textContent = "End video";
   };
-  return type && canvas.captureStream ? { Video: [click] } : {};
+  return type && canvas.captureStream ? { Video: [toggleRecording] } : {};
 }

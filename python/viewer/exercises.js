@@ -5,7 +5,7 @@ import { computeLimits, makeBody } from "./core.js";
 import presets from "./presets.json";
 import { completeScene } from "./scene.js";
 
-const degrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
+const formatDegrees = (angle) => `${((180 * angle) / Math.PI).toFixed(1)}°`;
 // Return the numbers for the texts of a scene, formatted.
 export function computeFacts(scene) {
   const { body, gravity, attitude, momentum } = scene;
@@ -13,16 +13,16 @@ export function computeFacts(scene) {
   if (!limits) return {};
   const { least, greatest, critical, precession, period, spin } = limits;
   const round = (2 * Math.PI) / Math.abs(precession);
-  const digits = (x) => String(+x.toPrecision(3));
+  const formatDigits = (x) => String(+x.toPrecision(3));
   return {
-    highest: degrees(least),
-    lowest: degrees(greatest),
-    spin: digits(spin),
-    critical: digits(critical),
-    precession: digits(precession),
-    round: digits(round),
-    nod: digits(period),
-    nods: digits(round / period),
+    highest: formatDegrees(least),
+    lowest: formatDegrees(greatest),
+    spin: formatDigits(spin),
+    critical: formatDigits(critical),
+    precession: formatDigits(precession),
+    round: formatDigits(round),
+    nod: formatDigits(period),
+    nods: formatDigits(round / period),
   };
 }
 export const findPreset = ({ name }) => presets.find((preset) => preset.name === name);
@@ -59,9 +59,9 @@ export function renderExercises(page, choosePreset) {
     const scene = { ...preset, ...changes, about: text };
     if (changes.momentum || changes.attitude) delete scene.start;
     scene.show = { ...preset.show, ...changes.show };
-    const on = page.scene.about === text;
+    const isOpen = page.scene.about === text;
     const open = () => choosePreset(scene);
-    return html`<button class="exercise" aria-pressed=${on} @click=${open}>${title}</button>`;
+    return html`<button class="exercise" aria-pressed=${isOpen} @click=${open}>${title}</button>`;
   };
   if (!preset?.exercises) return "";
   const again = page.scene.about !== preset.about || page.scene.name !== preset.name;

@@ -101,9 +101,10 @@ export class PageState {
   // Replace charts of undefined measures by the energy.
   selectCharts() {
     const { scene } = this;
-    const among = (offered, name) => (offered.includes(findMeasure(name)) ? name : "energy");
-    scene.chart = among(this.measures, getMeasureName(scene.chart, this.kind));
-    scene.integral = among(this.integrals, getMeasureName(scene.integral, this.kind));
+    const chooseDefined = (offered, name) =>
+      offered.includes(findMeasure(name)) ? name : "energy";
+    scene.chart = chooseDefined(this.measures, getMeasureName(scene.chart, this.kind));
+    scene.integral = chooseDefined(this.integrals, getMeasureName(scene.integral, this.kind));
   }
   // Move the stop time to one at which all steps meet.
   adjustStopTime() {

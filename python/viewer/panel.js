@@ -75,31 +75,31 @@ export class Panel {
     low = Math.min(low, Math.floor(at / step) * step);
     high = Math.max(high, Math.ceil(at / step) * step);
     this.sliderEnds[place] = [low, high];
-    const settle = () => (this.page.gesture = null);
+    const endGesture = () => (this.page.gesture = null);
     // Two digits give whole ticks and small common multiples.
     const read = ({ valueAsNumber: to }) => (log ? +(10 ** to).toPrecision(2) : to);
     return html`<label class="slider">${words}
       <input type="range" min=${low} max=${high} step=${step} .value=${at} ?disabled=${off}
         aria-valuetext=${this.formatValue(place) || 0.2}
         @input=${this.makeSetter(place, read, where, place)}
-        @change=${settle} @pointerup=${settle}>
+        @change=${endGesture} @pointerup=${endGesture}>
       ${this.renderNumber(`${words}, number`, place, { off })}</label>`;
   }
   renderNumber(words, place, { off = false, none = "" } = {}) {
     const show = () => this.formatValue(place);
     const read = (input) => input.valueAsNumber;
     // The user is editing the field.
-    const type = () => {
+    const beginEdit = () => {
       this.typedPlace = place;
       if (this.refused?.place === place) this.refused = null;
       this.draw();
     };
-    const leave = () => (this.typedPlace = null);
+    const endEdit = () => (this.typedPlace = null);
     const why = this.refused?.place === place ? this.refused.why : "";
     return html`<span class="number"><input type="number" step="any" aria-label=${words}
       placeholder=${none} ?disabled=${off}
-      .value=${this.typedPlace === place ? noChange : show()} @focus=${type} @input=${type}
-      @blur=${leave} @change=${this.makeSetter(place, read, show)}
+      .value=${this.typedPlace === place ? noChange : show()} @focus=${beginEdit} @input=${beginEdit}
+      @blur=${endEdit} @change=${this.makeSetter(place, read, show)}
       ><span class="wrong" ?hidden=${!why}>${why}</span></span>`;
   }
   // Format the number at a place. Momentum, tilt and spin are the current ones.
@@ -190,18 +190,23 @@ export class Panel {
     const files = Object.entries(this.files).map(([words, [act, key]]) =>
       renderButton(words, act, key),
     );
-    const unfold = () => this.charts.build();
+    const buildCharts = () => this.charts.build();
     return [
       renderSection("Motion", this.renderMotion(), { open: true }),
       renderSection("Body", this.renderBody()),
-      renderSection("How accurate is the computation?", renderAccuracy(this), { toggle: unfold }),
+      renderSection("How accurate is the computation?", renderAccuracy(this), {
+        toggle: buildCharts,
+      }),
       renderSection("Looks: trace, rod, view", this.renderLooks()),
       renderSection("Save and share", [html`<div class="row">${files}</div>`, this.renderPython()]),
     ];
   }
   renderMotion() {
     const number = (axis, k) => this.renderNumber(`Momentum, ${axis} component`, `momentum.${k}`);
-    const jump = ({ target }) => (this.page.jumpTo(target.valueAsNumber), (target.value = ""));
+    const jumpToField = ({ target }) => (
+      this.page.jumpTo(target.valueAsNumber),
+      (target.value = "")
+    );
     return [
       this.renderSlider("Speed", "speed"),
       this.renderSlider("Gravity", "gravity"),
@@ -210,7 +215,7 @@ export class Panel {
         ${this.renderPair("Spin", this.renderNumber("Spin, number", "spin"))}</div>`,
       this.renderPair(
         "Jump to t",
-        html`<input type="number" step="any" @change=${jump} aria-keyshortcuts="J">`,
+        html`<input type="number" step="any" @change=${jumpToField} aria-keyshortcuts="J">`,
       ),
       html`<fieldset><legend>Angular momentum m in space</legend>
         ${COMPONENTS.map(number)}
@@ -222,10 +227,10 @@ export class Panel {
   renderBody() {
     const { mass, moments, com } = this.page.body;
     const { bodySize } = this.page.view;
-    const short = (x) => +dropRounding(x, bodySize).toPrecision(4);
-    const all = (numbers) => numbers.map(short).join(", ");
-    const capital = (first) => first.replace("_", "-").toUpperCase();
-    const kind = this.page.kind.replace(/(^|_)./g, capital);
+    const formatShort = (x) => +dropRounding(x, bodySize).toPrecision(4);
+    const all = (numbers) => numbers.map(formatShort).join(", ");
+    const toCapital = (first) => first.replace("_", "-").toUpperCase();
+    const kind = this.page.kind.replace(/(^|_)./g, toCapital);
     const three = (words, place) => html`<fieldset><legend>${words}</legend>
       ${["N", "B", "T"].map((axis, k) => this.renderNumber(`${words}, ${axis}`, `${place}.${k}`))}
       </fieldset>`;
@@ -236,7 +241,7 @@ export class Panel {
       html`<div class="pairs">${this.renderPair("Mass", this.renderNumber("Mass, number", "mass"))}
         ${this.renderPair("Density", this.renderNumber("Density, number", "density"))}</div>`,
       this.renderCheckbox("Corners move the fixed point (or Alt, middle button)", "corners"),
-      html`<p id="body">${kind} top: mass ${short(mass)}, moments ${all(moments)},
+      html`<p id="body">${kind} top: mass ${formatShort(mass)}, moments ${all(moments)},
         centre of mass ${all(com)} (along N, B, T)</p>`,
     ];
   }
@@ -293,13 +298,13 @@ export class Panel {
   }
   renderPython() {
     const words = toPython(this.page.scene);
-    const copy = () => {
-      const copied = () => this.page.showMessage("Copied");
+    const copyProgram = () => {
+      const reportCopy = () => this.page.showMessage("Copied");
       navigator.clipboard
         ?.writeText(words)
-        .then(copied, () => this.page.showMessage("Copy it by hand"));
+        .then(reportCopy, () => this.page.showMessage("Copy it by hand"));
     };
     return html`<textarea readonly rows="9" wrap="off" aria-label="The same in Python"
-      .value=${words}></textarea>${renderButton("Copy", copy)}`;
+      .value=${words}></textarea>${renderButton("Copy", copyProgram)}`;
   }
 }

@@ -144,10 +144,10 @@ export function listTops(scene, body) {
   const beside = { side: 1, role: "thick", colour: COLOURS[4] };
   for (const track of tracks) tops.push({ ...beside, track, method: track.name, step: track.step });
   const first = tops.length;
-  const isApart = (top) => second && top.side === 1 && !top.track;
+  const hasOwnStart = (top) => second && top.side === 1 && !top.track;
   for (const top of tops)
     top.comparedWith =
-      top.method === "exact" && !top.track ? NO_REFERENCE : first + +!!isApart(top);
+      top.method === "exact" && !top.track ? NO_REFERENCE : first + +!!hasOwnStart(top);
   const reference = {
     colour: "#7d8491",
     method: sharpest,

@@ -2,20 +2,20 @@
 import { methods, TICKS } from "./core.js";
 import { getSteps } from "./scene.js";
 
-const list = (x) => (Array.isArray(x) ? `[${x.map(list).join(", ")}]` : x);
-const rows = (inertia) => list([0, 3, 6].map((i) => inertia.slice(i, i + 3)));
+const formatList = (x) => (Array.isArray(x) ? `[${x.map(formatList).join(", ")}]` : x);
+const formatRows = (inertia) => formatList([0, 3, 6].map((i) => inertia.slice(i, i + 3)));
 
 export function toToml({ body, momentum, attitude, gravity }) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
-  const made = half
-    ? `cuboid = { half = ${list(half)}, pivot = ${list(pivot)}, density = ${density} }`
-    : `mass = ${mass}\ninertia = ${rows(inertia)}\ncom = ${list(com)}`;
-  return `momentum = ${list(momentum)}
-attitude = ${list(attitude)}
+  const bodyText = half
+    ? `cuboid = { half = ${formatList(half)}, pivot = ${formatList(pivot)}, density = ${density} }`
+    : `mass = ${mass}\ninertia = ${formatRows(inertia)}\ncom = ${formatList(com)}`;
+  return `momentum = ${formatList(momentum)}
+attitude = ${formatList(attitude)}
 gravity = ${gravity}
 
 [body]
-${made}
+${bodyText}
 `;
 }
 
@@ -32,15 +32,15 @@ def solve_in_steps(scene, method, step, count, tol):
 export function toPython(top) {
   const { body, gravity, methods: names, second, tol } = top;
   const { half, pivot, density = 1, mass, inertia, com } = body;
-  const made = half
-    ? `.cuboid(half=${list(half)}, pivot=${list(pivot)}, density=${density})`
-    : `(mass=${mass}, inertia=${rows(inertia)}, com=${list(com)}, made_up=True)`;
+  const bodyText = half
+    ? `.cuboid(half=${formatList(half)}, pivot=${formatList(pivot)}, density=${density})`
+    : `(mass=${mass}, inertia=${formatRows(inertia)}, com=${formatList(com)}, made_up=True)`;
   const scene = (attitude, momentum) =>
-    `kr.Scene(body, momentum=${list(momentum)}, attitude=${list(attitude)}, gravity=${gravity})`;
-  const isApart = (side) => second && side === 1;
-  const end = (name, side) => (step) => {
+    `kr.Scene(body, momentum=${formatList(momentum)}, attitude=${formatList(attitude)}, gravity=${gravity})`;
+  const hasOwnStart = (side) => second && side === 1;
+  const writeRun = (name, side) => (step) => {
     const { isAdaptive, isRestarting } = methods.get(name);
-    const start = isApart(side) ? "second" : "scene";
+    const start = hasOwnStart(side) ? "second" : "scene";
     const count = Math.floor((END * TICKS) / Math.round(step * TICKS));
     if (isRestarting) return `solve_in_steps(${start}, "${name}", ${step}, ${count}, tol=${tol})`;
     const how = isAdaptive
@@ -48,13 +48,13 @@ export function toPython(top) {
       : `${END}, "${name}", step=${step}, every=1`;
     return `kr.solve(${start}, ${how}).end`;
   };
-  const ends = names.flatMap((name, side) => getSteps(top, side).map(end(name, side)));
-  const apart = second && `second = ${scene(second.slice(0, 4), second.slice(4))}\n`;
+  const ends = names.flatMap((name, side) => getSteps(top, side).map(writeRun(name, side)));
+  const secondText = second && `second = ${scene(second.slice(0, 4), second.slice(4))}\n`;
   return `import kreisel as kr
 
-body = kr.Body${made}
+body = kr.Body${bodyText}
 scene = ${scene(top.attitude, top.momentum)}
-${apart ?? ""}${names.some((name) => methods.get(name).isRestarting) ? RESTART : ""}
+${secondText ?? ""}${names.some((name) => methods.get(name).isRestarting) ? RESTART : ""}
 ends = [
 ${ends.map((line) => `    ${line},\n`).join("")}]
 for end in ends:

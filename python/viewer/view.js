@@ -33,7 +33,7 @@ const FLOOR = -2.7; // lowest height of the floor
 const ARROW_REACH = 3.4; // from a fixed point to the end of its longest arrow
 const LARGE_FOOTER = 0.12; // of the picture's height
 const isShown = (part) => part.visible && part.parent.visible;
-const rank = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
+const rankPart = ({ object }) => ["tip", "corner", "face"].indexOf(object.userData.part);
 
 export class View {
   requestFrame = () => {}; // requests a frame
@@ -221,11 +221,11 @@ export class View {
   findFloorHeight() {
     if (!this.isRevolution) return FLOOR;
     const limits = this.page.tops.map((top) => top.limits?.greatest ?? Math.PI);
-    const deepest = (angle) => {
+    const findDepth = (angle) => {
       const [c, s] = [Math.cos(angle), Math.sin(angle)];
       return Math.max(...this.revolution.profile.map(([z, r]) => s * r - c * z));
     };
-    const lowest = Math.max(...limits.map(deepest));
+    const lowest = Math.max(...limits.map(findDepth));
     return Math.max(FLOOR, Math.min(-0.02, -this.zoom * lowest - 0.1));
   }
   makeTop(top, i) {
@@ -382,7 +382,7 @@ export class View {
   pick(x, y) {
     const handles = this.tops.flatMap((top) => top.handles.filter(isShown));
     const hits = this.castRay(x, y).intersectObjects(handles, false);
-    hits.sort((a, b) => rank(a) - rank(b) || a.distance - b.distance);
+    hits.sort((a, b) => rankPart(a) - rankPart(b) || a.distance - b.distance);
     return hits[0] && { ...hits[0].object.userData, point: hits[0].point };
   }
   castRay(x, y) {

@@ -4,6 +4,7 @@ import re
 import sys
 
 import kreisel as kr
+import numpy as np
 import pytest
 from toolbox import CSRC, ROOT, run
 
@@ -40,6 +41,22 @@ def test_an_example_begins_with_a_question(file):
 @pytest.mark.parametrize("file", TEXTS, ids=lambda file: file.name)
 def test_nothing_is_fetched_from_elsewhere(file):
     assert re.findall(r"(?:https?:)?//[\w-]+\.[\w.-]+", file.read_text()) == []
+
+
+def test_the_waves_of_the_gallery_are_waves():
+    """The axis nods at least five times for each round, by some degrees."""
+    source = (DOCS / "examples/tops/loops_cusps_waves.py").read_text()
+    names = {}
+    exec(source.partition("\nt = ")[0], names)
+    waves = kr.exact(names["start_top"](3))
+    assert waves.motion_type == "waves" and "(-12, 0, 3)" in source
+    assert 5 < 2 * np.pi / waves.precession / waves.period < 8
+    assert np.degrees(waves.greatest_nutation - waves.least_nutation) > 3
+
+
+@pytest.mark.parametrize("file", TEXTS, ids=lambda file: file.name)
+def test_the_site_names_no_corners_of_a_round_top(file):
+    assert "corners" not in file.read_text()
 
 
 def test_links_to_examples_lead_to_some():

@@ -37,7 +37,7 @@ def wait_for(page, condition, arg=None):
     )
 
 
-def window(size):
+def make_viewport(size):
     return dict(zip(("width", "height"), size, strict=True))
 
 
@@ -51,7 +51,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
 
     Its attribute `troubles` collects messages of the console and requests to the network.
     """
-    how = {"viewport": window(size), "device_scale_factor": scale, **how}
+    how = {"viewport": make_viewport(size), "device_scale_factor": scale, **how}
     context = browser.new_context(offline=True, **how)
     context.set_default_timeout(30000)
     page = context.new_page()
@@ -86,7 +86,7 @@ def advance(page, t):
     page.evaluate(f"kreisel.advance({t})")
 
 
-def until(page, t):
+def wait_until_time(page, t):
     """Wait until a jump has reached `t`."""
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
@@ -110,41 +110,41 @@ def drag(page, kind, by, number=0, button="left", key=None):
 # Queries
 
 
-def scene(page):
+def read_scene(page):
     return page.evaluate("kreisel.page.scene")
 
 
-def changed(before, after):
+def list_changes(before, after):
     """Return the keys in which two scenes differ, except name and text."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 
-def clock(page):
+def read_clock(page):
     return page.evaluate("kreisel.page.clock")
 
 
-def states(page):
+def read_states(page):
     """Return (t, q, m) of each top."""
     return page.evaluate("kreisel.readStates()")
 
 
-def measure(page, top, name):
+def measure_top(page, top, name):
     """Return the current value of a measure of a top."""
     return page.evaluate(f"kreisel.simulation.measureTop({top}).{name}")
 
 
-def record(page, top, name):
+def read_record(page, top, name):
     """Return the recorded values of a measure of a top."""
     values = page.evaluate(f"kreisel.simulation.getRecord({top}, '{name}')")
     return np.array(values, float)
 
 
-def words(page):
+def read_message(page):
     """Return the message that the page shows."""
     return page.locator("#words").inner_text()
 
 
-def colours(page):
+def count_colours(page):
     """Return the number of colours in a small copy of the picture."""
     return page.evaluate("""(() => {
         const c = document.createElement('canvas'), x = c.getContext('2d');

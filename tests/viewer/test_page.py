@@ -17,18 +17,18 @@ from browser import (
     UPRIGHT,
     WIDE,
     advance,
-    clock,
-    colours,
+    count_colours,
     load,
-    measure,
-    record,
-    scene,
+    make_viewport,
+    measure_top,
+    read_clock,
+    read_message,
+    read_record,
+    read_scene,
+    read_states,
     scene_in_python,
-    states,
     visit,
     wait_for,
-    window,
-    words,
 )
 from toolbox import need
 
@@ -71,7 +71,9 @@ def test_starts_by_itself(browser):
 
 def test_waits_where_motion_is_not_wanted(page):
     page.wait_for_timeout(900)
-    assert clock(page) == 0 and page.get_by_role("button", name="Start", exact=True).is_visible()
+    assert (
+        read_clock(page) == 0 and page.get_by_role("button", name="Start", exact=True).is_visible()
+    )
 
 
 # The numbers
@@ -80,7 +82,7 @@ def test_waits_where_motion_is_not_wanted(page):
 @pytest.mark.parametrize("preset", PRESETS)
 def test_states_are_those_of_python_bit_for_bit(page, preset):
     load(page, preset, step=[0.01, 0.07])
-    given = scene(page)
+    given = read_scene(page)
     for method in ALGEBRAIC:
         if not kr.methods[method].applies_to(scene_in_python(given).body):
             continue
@@ -88,7 +90,7 @@ def test_states_are_those_of_python_bit_for_bit(page, preset):
             "name => kreisel.page.editScene((s) => (s.methods = s.methods.map(() => name)))", method
         )
         advance(page, 21)
-        for i, state in enumerate(states(page)):
+        for i, state in enumerate(read_states(page)):
             top = scene_in_python(given, second=bool(i > 1 and given["second"]))
             expected = kr.solve(top, 21, method, step=(0.01, 0.07)[i % 2], every=300).states[-1]
             assert state == expected.tolist(), (method, i)
@@ -97,7 +99,7 @@ def test_states_are_those_of_python_bit_for_bit(page, preset):
 @pytest.mark.parametrize("preset", [UPRIGHT, "Kowalewski", "Dzhanibekov effect"])
 def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
     load(page, preset)
-    top = scene_in_python(scene(page))
+    top = scene_in_python(read_scene(page))
     names = [name for name, method in kr.methods.items() if method.algebraic and method.suits(top)]
     assert len(names) >= 9
     for name in names:
@@ -106,33 +108,33 @@ def test_all_algebraic_methods_give_the_bits_of_python(page, preset):
             name,
         )
         expected = kr.solve(top, 5, name, step=0.01, every=500).states[-1]
-        assert states(page)[0] == expected.tolist(), name
+        assert read_states(page)[0] == expected.tolist(), name
 
 
 def test_adaptive_methods_agree_with_python(page):
     page.evaluate("kreisel.page.editScene((s) => ((s.methods = ['extrap']), (s.tol = 1e-10)))")
     advance(page, 20)
-    expected = kr.solve(scene_in_python(scene(page)), [20.0], "extrap", tol=1e-10).states[0]
-    assert states(page)[0] == pytest.approx(expected.tolist(), abs=1e-7)
+    expected = kr.solve(scene_in_python(read_scene(page)), [20.0], "extrap", tol=1e-10).states[0]
+    assert read_states(page)[0] == pytest.approx(expected.tolist(), abs=1e-7)
 
 
 def test_extrap_begins_anew_at_each_step(page):
     load(page, "Compare four")
     advance(page, 4)
-    state, now = states(page)[3], scene_in_python(scene(page))
+    state, now = read_states(page)[3], scene_in_python(read_scene(page))
     for _ in range(20):
         now = kr.solve(now, [0.2], "extrap", tol=1e-5).end
     expected = [*now.attitude, *now.momentum]
     assert state[1:] == pytest.approx(
         expected, abs=1e-9
     )  # its logarithms and powers are not the same bits
-    assert 1e-9 < measure(page, 3, "error") < 1e-3
+    assert 1e-9 < measure_top(page, 3, "error") < 1e-3
 
 
 def test_one_big_advance_equals_many_small(page):
     load(page, "Compare four")
     advance(page, 30)
-    once = states(page)
+    once = read_states(page)
     page.evaluate("""{
         kreisel.page.rewind();
         for (let t = 0, i = 0; t < 30; i++) {
@@ -140,7 +142,7 @@ def test_one_big_advance_equals_many_small(page):
             kreisel.advance(t);
         }
     }""")
-    assert states(page) == once
+    assert read_states(page) == once
 
 
 def test_compares_at_common_multiples_only(page):
@@ -149,19 +151,21 @@ def test_compares_at_common_multiples_only(page):
     assert page.evaluate("kreisel.simulation.getCommonStep()") == 0.6 * TICKS
     times = np.array(page.evaluate("Array.from(kreisel.simulation.getTimes())"))
     assert np.abs(times - 0.6 * np.arange(51)).max() < 1e-9
-    assert 1e-4 < record(page, 1, "error").max() < 0.3
+    assert 1e-4 < read_record(page, 1, "error").max() < 0.3
     advance(page, 30.03)
-    assert np.isnan(measure(page, 1, "error"))
+    assert np.isnan(measure_top(page, 1, "error"))
 
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_presets_keep_their_integrals(page, preset):
     load(page, preset)
     advance(page, 50)
-    given, tops = scene(page), page.evaluate("kreisel.page.tops")
+    given, tops = read_scene(page), page.evaluate("kreisel.page.tops")
     for i, top in enumerate(tops):
-        energy = record(page, i, "energy")
-        vertical, axial = (record(page, i, f"{about}_momentum") for about in ("vertical", "axial"))
+        energy = read_record(page, i, "energy")
+        vertical, axial = (
+            read_record(page, i, f"{about}_momentum") for about in ("vertical", "axial")
+        )
         size = np.abs(energy).max() + np.abs(vertical).max()
         coarse = min(top["step"], 0.2)
         kept = {"extrap": 1e-4, "rk4": 0.01}.get(top["method"], 1e-6)
@@ -169,7 +173,7 @@ def test_presets_keep_their_integrals(page, preset):
         if page.evaluate("kreisel.page.kind") == "lagrange":
             assert np.ptp(axial) <= kept * size
         if given["chart"] in {"kowalewski", "goryachev_chaplygin"}:
-            fourth = record(page, i, given["chart"])
+            fourth = read_record(page, i, given["chart"])
             assert np.ptp(fourth) <= 1e-3 * max(1, np.abs(fourth).max())
         assert given["about"]
 
@@ -202,7 +206,7 @@ def test_steady_precession_is_level(page):
 # What can be taken along
 
 
-def taken(page, name):
+def download_file(page, name):
     with page.expect_download() as download:
         page.get_by_role("button", name=name, exact=True).click()
     return download.value.path()
@@ -211,18 +215,18 @@ def taken(page, name):
 def test_files(page, browser, tmp_path):
     load(page, "Compare four")
     advance(page, 2)
-    given = scene(page)
-    rows = list(csv.reader(io.StringIO(taken(page, "CSV").read_text())))
+    given = read_scene(page)
+    rows = list(csv.reader(io.StringIO(download_file(page, "CSV").read_text())))
     assert (
         len(rows) == 12 and len(rows[0]) == 1 + 4 * (len(MEASURES) - 2) and float(rows[-1][0]) == 2
     )
-    assert json.loads(taken(page, "JSON").read_text()) == given
-    assert kr.Scene.from_toml(taken(page, "TOML")) == scene_in_python(given)
-    assert taken(page, "Picture").read_bytes().startswith(b"\x89PNG")
-    (tmp_path / "top.html").write_bytes(taken(page, "This page").read_bytes())
+    assert json.loads(download_file(page, "JSON").read_text()) == given
+    assert kr.Scene.from_toml(download_file(page, "TOML")) == scene_in_python(given)
+    assert download_file(page, "Picture").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "top.html").write_bytes(download_file(page, "This page").read_bytes())
     other = visit(browser, tmp_path / "top.html", reduced_motion="reduce")
     other.evaluate("kreisel.advance(2)")
-    assert scene(other) == given and other.evaluate("kreisel.readStates()") == page.evaluate(
+    assert read_scene(other) == given and other.evaluate("kreisel.readStates()") == page.evaluate(
         "kreisel.readStates()"
     )
     page.get_by_role("button", name="Link").click()
@@ -231,7 +235,7 @@ def test_files(page, browser, tmp_path):
     other.goto("about:blank")
     other.goto(link)
     wait_for(other, "!!window.kreisel")
-    assert scene(other) == given and other.troubles == []
+    assert read_scene(other) == given and other.troubles == []
     other.context.close()
 
 
@@ -250,39 +254,39 @@ BAD = [
 @pytest.mark.parametrize("link", BAD[:2])
 def test_a_page_opened_by_a_bad_link_says_so(browser, link):
     page = visit(browser, reduced_motion="reduce", fragment=f"#scene={link}")
-    assert "cannot be shown" in words(page)
-    assert scene(page)["name"] == PRESETS[0] and page.troubles == []
+    assert "cannot be shown" in read_message(page)
+    assert read_scene(page)["name"] == PRESETS[0] and page.troubles == []
     page.context.close()
 
 
 @pytest.mark.parametrize("link", BAD)
 def test_a_bad_link_says_so(page, link):
-    before = scene(page)
+    before = read_scene(page)
     page.evaluate("link => { location.hash = ''; location.hash = `#scene=${link}`; }", link)
     wait_for(page, "document.getElementById('words').textContent.includes('cannot be')")
-    assert scene(page) == before
+    assert read_scene(page) == before
     page.evaluate("history.replaceState(null, '', '#'); kreisel.page.showMessage('')")
 
 
 def test_python_snippet_runs(page):
     program, names = page.get_by_label("The same in Python").input_value(), {}
     exec(program, names)
-    assert names["scene"] == scene_in_python(scene(page))
+    assert names["scene"] == scene_in_python(read_scene(page))
     advance(page, 100)
     ends = [[100, *end.attitude, *end.momentum] for end in names["ends"]]
-    assert ends == states(page)
+    assert ends == read_states(page)
 
 
 def test_picture_is_not_blank(page):
     page.evaluate("kreisel.view.isDirty = true; kreisel.view.render()")
-    assert colours(page) > 200
+    assert count_colours(page) > 200
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_sizes(browser, theme):
     page = visit(browser, size=PHONE, color_scheme=theme, reduced_motion="reduce")
     for size in (PHONE, (800, 460), WIDE):
-        page.set_viewport_size(window(size))
+        page.set_viewport_size(make_viewport(size))
         wait_for(page, "kreisel.view.pixels[0] === document.querySelector('main').clientWidth")
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
         assert (

@@ -3,12 +3,22 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import LEVEL, UPRIGHT, advance, clock, load, scene, scene_in_python, states, wait_for
+from browser import (
+    LEVEL,
+    UPRIGHT,
+    advance,
+    load,
+    read_clock,
+    read_scene,
+    read_states,
+    scene_in_python,
+    wait_for,
+)
 
 AXES = ("first", "second", "vertical")
 
 
-def drawn(page, chart=0):
+def read_lines(page, chart=0):
     """Return the lines of a chart: times, and the values of each top."""
     return np.array(
         page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float
@@ -23,7 +33,7 @@ def run_to(page, t):
     )
 
 
-def labels(page):
+def read_labels(page):
     """Return the labels of the vertical axis."""
     return page.evaluate("""async () => {
         const seen = [], own = CanvasRenderingContext2D.prototype, write = own.fillText;
@@ -38,11 +48,11 @@ def labels(page):
     }""")
 
 
-def fields(page):
+def find_fields(page):
     return [page.get_by_label(f"Momentum, {axis} component") for axis in AXES]
 
 
-def show(page, m):
+def wait_for_momentum(page, m):
     written = [float(f"{x:.6g}") for x in m]
     wait_for(
         page,
@@ -59,16 +69,16 @@ def show(page, m):
 def test_log_draws_sizes_between_powers_of_ten(page, preset, t):
     load(page, preset, log=False, **({} if preset == "Kowalewski" else {"chart": "energy"}))
     run_to(page, t)
-    before, box = drawn(page), page.get_by_role("checkbox", name="log")
+    before, box = read_lines(page), page.get_by_role("checkbox", name="log")
     assert (before[1:] < 0).any()
     box.check()
-    sizes, powers = drawn(page), [float(label) for label in labels(page)]
+    sizes, powers = read_lines(page), [float(label) for label in read_labels(page)]
     box.uncheck()
     assert np.nanmin(sizes[1:]) > 0 and np.nanmax(sizes[1:]) == np.nanmax(np.abs(before[1:]))
     assert 2 <= len(powers) <= 5 and np.log10(powers) == pytest.approx(
         np.round(np.log10(powers)), abs=1e-9
     )
-    assert drawn(page) == pytest.approx(before, nan_ok=True)
+    assert read_lines(page) == pytest.approx(before, nan_ok=True)
 
 
 def test_zoom_of_all_charts_stays_while_time_goes_on(page):
@@ -100,9 +110,9 @@ def test_zoom_of_all_charts_stays_while_time_goes_on(page):
 
 def test_record_is_thinned_but_not_its_extremes(page):
     run_to(page, 100)
-    _, short = drawn(page)
+    _, short = read_lines(page)
     run_to(page, 20000)
-    times, long = drawn(page)
+    times, long = read_lines(page)
     assert len(times) <= 2050 and times[-1] > 19900
     assert (long.min(), long.max()) == pytest.approx((short.min(), short.max()), rel=1e-3)
     assert (
@@ -125,7 +135,7 @@ def test_charts_are_of_the_quantities_of_the_table(page):
         assert dict(menu.evaluate(options)) == {k: v for k, v in level.items() if k not in missing}
         if shape in integrals:
             menu.select_option(shape)
-            assert 0 < np.ptp(drawn(page)[1]) < 1e-2
+            assert 0 < np.ptp(read_lines(page)[1]) < 1e-2
 
 
 @pytest.mark.parametrize("each", LEVEL, ids=lambda each: each["name"])
@@ -134,17 +144,17 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
     owners = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
     load(page, owners.get(name, UPRIGHT), methods=["strang"], chart=name)
     run_to(page, 3)
-    path = kr.solve(scene_in_python(scene(page)), 3, "strang", step=0.01, every=1)
+    path = kr.solve(scene_in_python(read_scene(page)), 3, "strang", step=0.01, every=1)
     values = getattr(path, name)
     values = values - values[0] if each["kept"] else values
     values = np.degrees(values) if name == "nutation" else values
-    assert drawn(page)[1][::2] == pytest.approx(values, rel=1e-9, abs=1e-12)
+    assert read_lines(page)[1][::2] == pytest.approx(values, rel=1e-9, abs=1e-12)
 
 
 # The table
 
 
-def table(page):
+def read_table(page):
     """Return current values and changes, (tops, 3 or 4, 2): E, <m, e3>, <m, apex>, K or G."""
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
@@ -158,7 +168,7 @@ def table(page):
     )
 
 
-def expected(path):
+def compute_table(path):
     """Return the values that the table should show for a path of Python."""
     lines = [path.energy, path.vertical_momentum, path.axial_momentum]
     if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
@@ -174,12 +184,12 @@ def test_integrals_are_those_of_python(page, preset, fourth):
     page.evaluate("kreisel.page.setValue('gravity', 2.5)")
     for t in (2, 6):
         advance(page, t)
-        show(page, states(page)[0][5:])
-        told, top = table(page), scene_in_python(scene(page))
+        wait_for_momentum(page, read_states(page)[0][5:])
+        told, top = read_table(page), scene_in_python(read_scene(page))
         assert len(told) == 2
         for row, method in zip(told, ("strang", "rk4"), strict=True):
             path = kr.solve(top, t, method, step=0.05, every=20 * t)
-            now, change = expected(path).T
+            now, change = compute_table(path).T
             assert row[: len(now), 0] == pytest.approx(now, rel=1e-5, abs=1e-9)
             assert row[: len(now), 1] == pytest.approx(change, rel=0.06, abs=1e-13)
             assert len(now) == (4 if fourth else 3) and np.isnan(row[len(now) :]).all()
@@ -194,22 +204,26 @@ def test_integrals_are_those_of_python(page, preset, fourth):
 
 
 def test_momentum_shown_is_the_present_one(page):
-    show(page, scene(page)["momentum"])
+    wait_for_momentum(page, read_scene(page)["momentum"])
     advance(page, 3)
-    show(page, states(page)[0][5:])
+    wait_for_momentum(page, read_states(page)[0][5:])
     page.get_by_role("button", name="Rewind").click()
-    show(page, scene(page)["momentum"])
+    wait_for_momentum(page, read_scene(page)["momentum"])
 
 
 def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
-    end = kr.solve(scene_in_python(scene(page)), 4, "bobenko_suris", step=0.01, every=400).end
+    end = kr.solve(scene_in_python(read_scene(page)), 4, "bobenko_suris", step=0.01, every=400).end
     advance(page, 3)
-    second = fields(page)[1]
+    second = find_fields(page)[1]
     second.fill("2.5")
     advance(page, 4)  # while it is typed
     second.press("Tab")
-    assert clock(page) == 0 and scene(page)["momentum"] == [end.momentum[0], 2.5, end.momentum[2]]
-    assert scene(page)["attitude"] == list(end.attitude)
+    assert read_clock(page) == 0 and read_scene(page)["momentum"] == [
+        end.momentum[0],
+        2.5,
+        end.momentum[2],
+    ]
+    assert read_scene(page)["attitude"] == list(end.attitude)
 
 
 # Time
@@ -235,12 +249,12 @@ def test_a_chart_has_room_for_the_limits_of_the_tilt_from_the_start(page):
 def test_the_motion_before_a_push_stays_in_sight(page):
     load(page, "A spinning top")
     run_to(page, 3)
-    before = drawn(page)
+    before = read_lines(page)
     push = "kreisel.page.pushTop(kreisel.page.tops[0], (s) => (s.momentum[0] += 2))"
     page.evaluate(f"{push}; kreisel.page.setRunning(false)")
-    assert clock(page) == 0
+    assert read_clock(page) == 0
     run_to(page, 1)
-    times, tilts = drawn(page)
+    times, tilts = read_lines(page)
     n = before.shape[1]
     assert times[:n] == pytest.approx(before[0] - 3) and tilts[:n].tolist() == before[1].tolist()
     assert times[n] == 0 and times[-1] == 1 and tilts[n] == pytest.approx(before[1][-1])
@@ -264,7 +278,7 @@ def test_a_change_of_the_scene_ends_what_was_before_a_push(page):
 def test_a_chart_of_an_integral_goes_to_the_one_of_the_shape(page):
     load(page, chart="energy")
     page.get_by_label("Shape").select_option("kowalewski")
-    assert scene(page)["chart"] == scene(page)["integral"] == "kowalewski"
+    assert read_scene(page)["chart"] == read_scene(page)["integral"] == "kowalewski"
     load(page, chart="spin")
     page.get_by_label("Shape").select_option("kowalewski")
-    assert scene(page)["chart"] == "spin"
+    assert read_scene(page)["chart"] == "spin"

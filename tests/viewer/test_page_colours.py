@@ -36,36 +36,37 @@ TO_XYZ = np.array(
 WHITE = TO_XYZ.sum(axis=1)
 
 
-def colours(file, pattern):
+def find_colours(file, pattern):
     """Return the colours #rrggbb where the pattern matches."""
     found = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
     return re.findall(r"#[0-9a-f]{6}", found[0])
 
 
-TOPS = colours("scene.js", r"COLOURS = .*")
-ARROWS = [colours("view.js", rf"parts\.{name} = makeArrow.*")[0] for name in "mwp"]
-CIRCLES = colours("apex_sphere.js", "INK = .*")
+TOPS = find_colours("scene.js", r"COLOURS = .*")
+ARROWS = [find_colours("view.js", rf"parts\.{name} = makeArrow.*")[0] for name in "mwp"]
+CIRCLES = find_colours("apex_sphere.js", "INK = .*")
 LIGHT, DARK = zip(
-    *(colours("style.css", rf"--{name}: light-dark.*") for name in ("ground", "panel")), strict=True
+    *(find_colours("style.css", rf"--{name}: light-dark.*") for name in ("ground", "panel")),
+    strict=True,
 )
-FAINT = colours("style.css", "--faint: light-dark.*")
-HALL = colours("controls.css", r"\.projector \{[^}]*")  # ground, panel, faint, light and dark
-EDGES = colours("controls.css", "--edge: light-dark.*")
+FAINT = find_colours("style.css", "--faint: light-dark.*")
+HALL = find_colours("controls.css", r"\.projector \{[^}]*")  # ground, panel, faint, light and dark
+EDGES = find_colours("controls.css", "--edge: light-dark.*")
 
 
-def linear(colour):
+def to_linear(colour):
     part = np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
     return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
 
 
-def contrast(one, other):
-    low, high = sorted(TO_XYZ[1] @ linear(colour) for colour in (one, other))
+def compute_contrast(one, other):
+    low, high = sorted(TO_XYZ[1] @ to_linear(colour) for colour in (one, other))
     return (high + 0.05) / (low + 0.05)
 
 
-def seen(colour, eye):
+def to_lab(colour, eye):
     """Return a colour in CIELAB as `eye` sees it."""
-    part = TO_XYZ @ np.clip(np.array(EYES[eye]) @ linear(colour), 0, 1) / WHITE
+    part = TO_XYZ @ np.clip(np.array(EYES[eye]) @ to_linear(colour), 0, 1) / WHITE
     x, y, z = np.where(part > 216 / 24389, np.cbrt(part), (24389 / 27 * part + 16) / 116)
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
@@ -74,34 +75,34 @@ def seen(colour, eye):
 def test_lines_stand_out(ground):
     assert len(TOPS) == 6 and len(ARROWS) == 3
     for colour in [*TOPS, *ARROWS, *CIRCLES]:
-        assert contrast(colour, ground) >= 3, colour
+        assert compute_contrast(colour, ground) >= 3, colour
 
 
 @pytest.mark.parametrize("mode", [0, 1], ids=["light", "dark"])
 def test_a_projector_shows_lines_and_text(mode):
     ground, panel, faint = HALL[mode::2]
     for colour in [*TOPS, *ARROWS, *CIRCLES]:
-        assert contrast(colour, ground) >= 3, colour
-    assert min(contrast(faint, ground), contrast(faint, panel)) >= 7
+        assert compute_contrast(colour, ground) >= 3, colour
+    assert min(compute_contrast(faint, ground), compute_contrast(faint, panel)) >= 7
 
 
 @pytest.mark.parametrize("mode", [0, 1], ids=["light", "dark"])
 def test_text_and_borders_stand_out(mode):
     for ground in (LIGHT, DARK)[mode]:
-        assert contrast(FAINT[mode], ground) >= 4.5
-        assert contrast(EDGES[mode], ground) >= 3
+        assert compute_contrast(FAINT[mode], ground) >= 4.5
+        assert compute_contrast(EDGES[mode], ground) >= 3
 
 
 @pytest.mark.parametrize("eye", EYES)
 def test_tops_are_told_apart(eye):
     for one, other in itertools.combinations(TOPS, 2):
-        assert np.linalg.norm(seen(one, eye) - seen(other, eye)) > 20, (one, other)
+        assert np.linalg.norm(to_lab(one, eye) - to_lab(other, eye)) > 20, (one, other)
 
 
 @pytest.mark.parametrize("eye", EYES)
 def test_the_first_and_the_second_method_are_told_apart_at_a_glance(eye):
     first, _, second, *_ = TOPS
-    assert np.linalg.norm(seen(first, eye) - seen(second, eye)) > 60
+    assert np.linalg.norm(to_lab(first, eye) - to_lab(second, eye)) > 60
 
 
 TEXTS = [
@@ -122,4 +123,4 @@ def test_a_text_says_where_a_coloured_top_is(name, text):
 
 @pytest.mark.parametrize("eye", EYES)
 def test_the_momentum_is_told_from_the_first_top(eye):
-    assert np.linalg.norm(seen(TOPS[0], eye) - seen(ARROWS[0], eye)) > 20
+    assert np.linalg.norm(to_lab(TOPS[0], eye) - to_lab(ARROWS[0], eye)) > 20

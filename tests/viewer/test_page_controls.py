@@ -7,15 +7,15 @@ from browser import (
     PRESETS,
     TICKS,
     advance,
-    changed,
-    clock,
+    list_changes,
     load,
-    scene,
+    read_clock,
+    read_message,
+    read_scene,
+    read_states,
     scene_in_python,
-    states,
-    until,
     wait_for,
-    words,
+    wait_until_time,
 )
 
 
@@ -38,9 +38,9 @@ from browser import (
     ],
 )
 def test_control(page, role, name, keys, key, expected):
-    before = scene(page)
+    before = read_scene(page)
     page.get_by_role(role, name=name).first.press(keys)
-    assert changed(before, scene(page)) == {key} and expected(scene(page)[key])
+    assert list_changes(before, read_scene(page)) == {key} and expected(read_scene(page)[key])
 
 
 @pytest.mark.parametrize(
@@ -54,35 +54,35 @@ def test_control(page, role, name, keys, key, expected):
     ],
 )
 def test_number(page, name, value, key, expected):
-    before = scene(page)
+    before = read_scene(page)
     field = page.get_by_label(name, exact=True)
     field.fill(value)
     field.press("Tab")
-    assert changed(before, scene(page)) == {key} and scene(page)[key] == expected
+    assert list_changes(before, read_scene(page)) == {key} and read_scene(page)[key] == expected
 
 
 def test_choices(page):
     page.get_by_label("Beside it").select_option("rk4")
     page.get_by_label("Method").first.select_option("strang")
     assert (
-        scene(page)["methods"] == ["strang", "rk4"]
+        read_scene(page)["methods"] == ["strang", "rk4"]
         and page.evaluate("kreisel.page.tops.length") == 2
     )
     page.evaluate("kreisel.advance(1); kreisel.charts.update()")
     page.get_by_label("Quantity in the chart").select_option("axial_momentum")
-    assert scene(page)["chart"] == "axial_momentum"
+    assert read_scene(page)["chart"] == "axial_momentum"
     page.get_by_label("Shape").select_option("kowalewski")
     assert page.evaluate("kreisel.page.kind") == "kowalewski"
     assert page.get_by_label("Method").first.locator("option[value=bobenko_suris]").is_disabled()
     page.get_by_label("Shape").select_option("goryachev_chaplygin")
     assert (
         page.evaluate("kreisel.page.kind") == "goryachev_chaplygin"
-        and scene(page)["momentum"][2] == 0
+        and read_scene(page)["momentum"][2] == 0
     )
     listed = 1 + PRESETS.index("Dzhanibekov effect")
     page.get_by_label("What to look at").select_option(label=f"{listed}  Dzhanibekov effect")
     assert (
-        scene(page)["name"] == "Dzhanibekov effect"
+        read_scene(page)["name"] == "Dzhanibekov effect"
         and page.evaluate("kreisel.page.kind") == "euler"
     )
 
@@ -93,23 +93,23 @@ def test_jump_goes_to_any_time_and_back(page):
     for t in (3200, 7):
         field.fill(str(t))
         field.press("Tab")
-        until(page, t)
+        wait_until_time(page, t)
         first, *_, last = (
             kr.solve(
-                scene_in_python(scene(page)), t, method, step=step, every=round(t / step)
+                scene_in_python(read_scene(page)), t, method, step=step, every=round(t / step)
             ).states[-1]
             for method, step in (("bobenko_suris", 0.01), ("rk4", 0.2))
         )
-        now = states(page)
+        now = read_states(page)
         assert (now[0], now[3]) == (first.tolist(), last.tolist())
     assert not page.evaluate("kreisel.page.isRunning")
     field.fill("-3")
     field.press("Tab")
-    assert clock(page) == 7 * TICKS and "Cannot jump" in words(page)
+    assert read_clock(page) == 7 * TICKS and "Cannot jump" in read_message(page)
     field.fill("1e8")
     field.press("Tab")
     page.get_by_role("button", name="Stop").click()
-    assert clock(page) < 1e8 * TICKS and page.evaluate("kreisel.page.goal") is None
+    assert read_clock(page) < 1e8 * TICKS and page.evaluate("kreisel.page.goal") is None
 
 
 def test_looks(page):
@@ -146,33 +146,33 @@ def test_sides(page, flat):
 
 
 def test_bad_numbers_change_nothing(page):
-    before = scene(page)
+    before = read_scene(page)
     field = page.get_by_label("Step, number", exact=True)
     field.fill("-1")
     field.press("Tab")
-    assert scene(page) == before and "Step cannot be" in words(page)
+    assert read_scene(page) == before and "Step cannot be" in read_message(page)
 
 
 def test_buttons_and_keys(page):
     page.get_by_role("button", name="Step", exact=True).click()
-    assert clock(page) == 0.01 * TICKS
+    assert read_clock(page) == 0.01 * TICKS
     page.locator("canvas").first.focus()
     page.keyboard.press(".")
-    assert clock(page) == 0.02 * TICKS
+    assert read_clock(page) == 0.02 * TICKS
     page.keyboard.press("r")
-    assert clock(page) == 0
+    assert read_clock(page) == 0
     page.keyboard.press("Space")
     wait_for(page, "kreisel.page.clock > 0")
     page.get_by_role("button", name="Stop").click()
     assert not page.evaluate("kreisel.page.isRunning")
     for key, what in {"t": "trace", "e": "rod", "p": "axes", "v": "flat"}.items():
-        before = scene(page)["show"][what]
+        before = read_scene(page)["show"][what]
         page.keyboard.press("Escape")
         page.locator("canvas").first.focus()
         page.keyboard.press(key)
-        assert scene(page)["show"][what] != before
+        assert read_scene(page)["show"][what] != before
     page.keyboard.press("3")
-    assert scene(page)["name"] == PRESETS[2]
+    assert read_scene(page)["name"] == PRESETS[2]
     page.keyboard.press("c")
     assert page.evaluate("kreisel.page.tops.length") == 4
     page.keyboard.press("h")
@@ -187,24 +187,24 @@ def test_buttons_and_keys(page):
     assert page.evaluate("kreisel.page.tops.length") == 4  # the page waits behind the list
     page.keyboard.press("Escape")
     page.keyboard.press("z")
-    assert scene(page)["name"] == PRESETS[2] and page.evaluate("kreisel.page.tops.length") == 1
+    assert read_scene(page)["name"] == PRESETS[2] and page.evaluate("kreisel.page.tops.length") == 1
 
 
 @pytest.mark.parametrize("preset", ["Fast precession", "Kowalewski", "Sleeping top"])
 def test_compare_four_keeps_the_top_its_start_and_the_time(page, preset):
     load(page, preset)
     advance(page, 3)
-    before = scene(page)
+    before = read_scene(page)
     page.get_by_role("button", name="Compare four").click()
-    until(page, 3)
-    after = scene(page)
+    wait_until_time(page, 3)
+    after = read_scene(page)
     for key in ("body", "shape", "attitude", "momentum", "gravity", "taken", "speed", "show"):
         assert after[key] == before[key], key
     first = "strang" if preset == "Kowalewski" else "bobenko_suris"
     assert after["methods"] == [first, "extrap"] and after["step"] == [0.01, 0.2]
     assert page.evaluate("kreisel.page.tops.length") == 4
     page.evaluate("kreisel.page.rewind()")
-    assert len({tuple(state) for state in states(page)}) == 1  # all from one start
+    assert len({tuple(state) for state in read_states(page)}) == 1  # all from one start
 
 
 def test_stops_at_the_stop_time(page):
@@ -212,7 +212,7 @@ def test_stops_at_the_stop_time(page):
         "kreisel.page.editScene((s) => (s.stop = 0.5));"
         "kreisel.page.setRunning(true); kreisel.advance(3)"
     )
-    assert clock(page) == 0.5 * TICKS and not page.evaluate("kreisel.page.isRunning")
+    assert read_clock(page) == 0.5 * TICKS and not page.evaluate("kreisel.page.isRunning")
 
 
 def test_toggles_and_table(page):

@@ -2,39 +2,50 @@
 
 import numpy as np
 import pytest
-from browser import PHONE, TICKS, advance, changed, clock, drag, load, scene, states, visit
+from browser import (
+    PHONE,
+    TICKS,
+    advance,
+    drag,
+    list_changes,
+    load,
+    read_clock,
+    read_scene,
+    read_states,
+    visit,
+)
 
 BESIDE = (60, 120)  # in the picture, where there is nothing
 
 
 def test_drag_of_the_tip_sets_the_momentum(page):
-    before = scene(page)
+    before = read_scene(page)
     velocity = "kreisel.view.tops[0].w.quaternion.toArray()"
     old = page.evaluate(velocity)
     start, end = drag(page, "tip", (60, -80))
     assert end - start == pytest.approx((60, -80), abs=1)
-    assert changed(before, scene(page)) == {"momentum"} and page.evaluate(velocity) != old
-    m = np.array(scene(page)["momentum"])
+    assert list_changes(before, read_scene(page)) == {"momentum"} and page.evaluate(velocity) != old
+    m = np.array(read_scene(page)["momentum"])
     drag(page, "tip", (30, -10), key="Shift")
-    along = np.array(scene(page)["momentum"])
+    along = np.array(read_scene(page)["momentum"])
     assert np.linalg.norm(np.cross(m, along)) < 1e-9 * m @ m
     assert np.linalg.norm(along) != pytest.approx(np.linalg.norm(m), rel=1e-3)
 
 
 @pytest.mark.parametrize("kind", ["face", "edge"])
 def test_drag_of_face_or_edge_turns(page, kind):
-    before = scene(page)
+    before = read_scene(page)
     drag(page, kind, (50, 20), number=5 if kind == "face" else 0)
-    assert changed(before, scene(page)) == {"attitude"}
-    assert np.linalg.norm(scene(page)["attitude"]) == pytest.approx(1, abs=1e-12)
+    assert list_changes(before, read_scene(page)) == {"attitude"}
+    assert np.linalg.norm(read_scene(page)["attitude"]) == pytest.approx(1, abs=1e-12)
 
 
 @pytest.mark.parametrize("shape", ["free", "lagrange", "kowalewski", "goryachev_chaplygin"])
 def test_drag_of_a_corner_resizes(page, shape):
     page.evaluate("name => kreisel.page.setValue('shape', name)", shape)
-    before = scene(page)["body"]
+    before = read_scene(page)["body"]
     start, end = drag(page, "corner", (25, -30), number=5)
-    after = scene(page)["body"]
+    after = read_scene(page)["body"]
     n, b, t = after["half"]
     assert after["half"] != before["half"] and after["pivot"] == pytest.approx((0, 0, -t))
     if shape == "free":
@@ -48,12 +59,12 @@ def test_drag_of_a_corner_resizes(page, shape):
 
 @pytest.mark.parametrize("how", ["middle", "Alt", "tool"])
 def test_drag_of_a_corner_moves_the_fixed_point(page, how):
-    before = scene(page)
+    before = read_scene(page)
     if how == "tool":
         page.get_by_label("Corners move the fixed point").check()
     hold = {"middle": {"button": "middle"}, "Alt": {"key": "Alt"}, "tool": {}}[how]
     start, end = drag(page, "corner", (-30, 25), number=5, **hold)
-    after = scene(page)
+    after = read_scene(page)
     if how == "tool":
         page.get_by_label("Corners move the fixed point").uncheck()
     assert end - start == pytest.approx((-30, 25), abs=1)
@@ -74,33 +85,33 @@ def test_principal_axes_are_shown_while_the_fixed_point_moves(page):
     page.mouse.move(x + 9, y + 9)
     assert page.evaluate("kreisel.view.tops[0].axes.visible")
     page.keyboard.press("Escape")
-    assert scene(page)["body"]["pivot"] == [0, 0, -1] and not page.evaluate(
+    assert read_scene(page)["body"]["pivot"] == [0, 0, -1] and not page.evaluate(
         "kreisel.view.tops[0].axes.visible"
     )
     page.mouse.up(button="middle")
 
 
 def test_drag_takes_the_state_of_the_moment_as_start_and_is_undone(page):
-    before = scene(page)
+    before = read_scene(page)
     advance(page, 3)
-    state = states(page)[0]
+    state = read_states(page)[0]
     drag(page, "tip", (20, 20))
-    assert scene(page)["attitude"] == state[1:5] and clock(page) == 0
+    assert read_scene(page)["attitude"] == state[1:5] and read_clock(page) == 0
     page.keyboard.press("Control+z")
-    assert scene(page) == before
+    assert read_scene(page) == before
 
 
 def test_a_click_changes_nothing_and_a_double_click_shows_one_top_alone(page):
     load(page, "Compare four")
     advance(page, 3)
-    before = scene(page)
+    before = read_scene(page)
     x, y = page.evaluate("kreisel.locate('corner', 2, 5)")
     shown = "kreisel.charts.plots[0].series.slice(1).map((s) => s.show)"
     page.mouse.dblclick(x, y)
     assert page.evaluate(shown) == [False, False, True, False]
     page.mouse.dblclick(*BESIDE)
     assert page.evaluate(shown) == [True] * 4
-    assert scene(page) == before and clock(page) == 3 * TICKS
+    assert read_scene(page) == before and read_clock(page) == 3 * TICKS
 
 
 def test_touch_drags_too(browser):
@@ -131,13 +142,13 @@ def test_touch_drags_too(browser):
 def test_each_of_two_motions_is_changed_by_itself(page, kind, moved):
     load(page, "Sleeping top")
     advance(page, 4)
-    before = states(page)
+    before = read_states(page)
     x, y = page.evaluate(f"kreisel.locate('{kind}', 1)")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 15, y - 10)
     page.mouse.up()
-    left, right = states(page)
+    left, right = read_states(page)
     assert left[1:] == before[0][1:]
     assert (
         right[moved] != before[1][moved]

@@ -1,7 +1,7 @@
 """Tests that the page fits its frame: a window, a phone, a notebook, a page of the site."""
 
 import pytest
-from browser import PAGE, PHONE, WIDE, advance, load, visit, wait_for, window
+from browser import PAGE, PHONE, WIDE, advance, load, make_viewport, visit, wait_for
 
 FRAMES = [*((width, 480) for width in range(320, 1281, 32)), (798, 600), (768, 1024), (780, 390)]
 SITE = (736, 480)  # the frame on the pages of the site
@@ -43,12 +43,12 @@ DIALOG = """(() => {
 @pytest.fixture
 def resizable(page):
     yield page
-    page.set_viewport_size(window(WIDE))
+    page.set_viewport_size(make_viewport(WIDE))
     page.evaluate("document.getElementById('keys').close()")
 
 
 def resize(page, size):
-    page.set_viewport_size(window(size))
+    page.set_viewport_size(make_viewport(size))
     width = "document.querySelector('main').getBoundingClientRect().width"
     wait_for(page, f"Math.abs(kreisel.view.pixels[0] - {width}) < 1")
 

@@ -12,14 +12,14 @@ from browser import (
     SMALL,
     TICKS,
     advance,
-    clock,
-    colours,
+    count_colours,
     load,
-    scene,
-    states,
+    read_clock,
+    read_message,
+    read_scene,
+    read_states,
     visit,
     wait_for,
-    words,
 )
 
 BODY = {"half": [1, 1, 1], "pivot": [0, 0, -1], "density": 1}
@@ -73,7 +73,7 @@ IMPOSSIBLE = [
 EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
 
 
-def follow(page, given):
+def follow_link(page, given):
     """Another link, in the page that is open; what it says then."""
     page.evaluate(
         """(hash) => new Promise((done) => {
@@ -84,10 +84,10 @@ def follow(page, given):
     })""",
         "#scene=" + quote(json.dumps(given)),
     )
-    return words(page)
+    return read_message(page)
 
 
-def track(name):
+def make_track(name):
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
     states = base64.b64encode(path.states.astype("<f8").tobytes()).decode()
     return {"name": name, "step": 0.1, "states": states}
@@ -105,8 +105,8 @@ def test_a_link_opens_in_the_open_page(page):
         "methods": ["strang", "rk4"],
         "step": [0.02],
     }
-    assert follow(page, given) == ""
-    assert {key: scene(page)[key] for key in given} == given
+    assert follow_link(page, given) == ""
+    assert {key: read_scene(page)[key] for key in given} == given
     assert page.evaluate("[kreisel.page.clock, kreisel.page.tops.length]") == [0, 2]
     assert page.get_by_text("To look at.").is_visible()
     advance(page, 2)
@@ -117,7 +117,7 @@ def test_a_link_opens_in_the_open_page(page):
         step=0.02,
         every=100,
     )
-    assert states(page)[1] == expected.states[-1].tolist()
+    assert read_states(page)[1] == expected.states[-1].tolist()
 
 
 @pytest.mark.parametrize(
@@ -132,50 +132,50 @@ def test_a_link_opens_in_the_open_page(page):
 )
 def test_a_link_may_say_eps_for_the_step_and_short_names_for_charts(page, chart, shape, shown):
     page.get_by_label("Shape").select_option(shape)
-    body = scene(page)["body"]
-    played = {"eps" if key == "step" else key: value for key, value in track("rk4").items()}
+    body = read_scene(page)["body"]
+    played = {"eps" if key == "step" else key: value for key, value in make_track("rk4").items()}
     given = {"body": body, "methods": ["strang"], "eps": [0.02, 0.1], "chart": chart}
-    assert follow(page, {**given, "tracks": [played]}) == ""
-    opened = scene(page)
+    assert follow_link(page, {**given, "tracks": [played]}) == ""
+    opened = read_scene(page)
     assert opened["step"] == [0.02, 0.1] and opened["tracks"][0]["step"] == 0.1
     assert opened["chart"] == shown and "eps" not in opened
 
 
 @pytest.mark.parametrize("key", WRONG)
 def test_wrong_types_are_refused_in_words(page, key):
-    before = scene(page)
+    before = read_scene(page)
     for value in WRONG[key]:
-        assert f"{key} cannot be" in follow(page, {key: value}), value
-        assert scene(page) == before
+        assert f"{key} cannot be" in follow_link(page, {key: value}), value
+        assert read_scene(page) == before
 
 
 def test_impossible_scenes_are_refused_in_words(page):
-    before = scene(page)
+    before = read_scene(page)
     for given in IMPOSSIBLE:
-        assert "cannot be" in follow(page, given), given
-        assert scene(page) == before
+        assert "cannot be" in follow_link(page, given), given
+        assert read_scene(page) == before
     advance(page, 1)
-    assert states(page)[0][0] == pytest.approx(1)
+    assert read_states(page)[0][0] == pytest.approx(1)
 
 
 def test_html_in_a_link_stays_text(page):
-    given = {"name": EVIL, "about": EVIL, "tracks": [track(EVIL)]}
-    assert follow(page, given) == "" and scene(page)["name"] == EVIL
+    given = {"name": EVIL, "about": EVIL, "tracks": [make_track(EVIL)]}
+    assert follow_link(page, given) == "" and read_scene(page)["name"] == EVIL
     advance(page, 0.7)
     assert page.get_by_role("checkbox", name=f"{EVIL} 0.1").is_checked()
     assert page.locator("#about").inner_text() == EVIL
-    follow(page, {"methods": [EVIL]})
+    follow_link(page, {"methods": [EVIL]})
     assert page.locator("#evil, img").count() == 0 and page.evaluate("kreisel.evil === undefined")
 
 
 def test_html_in_a_saved_page_stays_text(page, browser, tmp_path):
-    follow(page, {"name": EVIL, "about": EVIL})
+    follow_link(page, {"name": EVIL, "about": EVIL})
     with page.expect_download() as download:
         page.get_by_role("button", name="This page").click()
     (tmp_path / "a.html").write_bytes(download.value.path().read_bytes())
     other = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert (
-        scene(other)["name"] == EVIL
+        read_scene(other)["name"] == EVIL
         and other.locator("#evil, img").count() == 0
         and other.troubles == []
     )
@@ -200,7 +200,7 @@ def test_a_film_of_what_stands_still_has_bytes(page):
 def test_picture_comes_back_with_the_graphics(browser):
     page = visit(browser, size=SMALL, reduced_motion="reduce")
     wait_for(page, "!kreisel.view.isDirty")
-    before = colours(page)
+    before = count_colours(page)
     page.evaluate("""new Promise((done) => {
         const lose = kreisel.view.renderer.getContext().getExtension('WEBGL_lose_context');
         const on = (type, act) => kreisel.view.canvas.addEventListener(type, act, {once: true});
@@ -209,7 +209,7 @@ def test_picture_comes_back_with_the_graphics(browser):
         lose.loseContext();
     })""")
     page.evaluate("new Promise(requestAnimationFrame)")
-    assert before > 200 and colours(page) > 200
+    assert before > 200 and count_colours(page) > 200
     page.context.close()
 
 
@@ -220,8 +220,10 @@ def test_a_method_that_fails_is_named_and_the_other_goes_on(page):
     load(page, methods=["veselov2", "strang"], step=[1], gravity=10)
     page.evaluate("kreisel.page.setRunning(true)")
     advance(page, 20)
-    assert words(page).startswith("veselov2 1 stopped: ") and "converge" in words(page)
-    assert [t for t, *_ in states(page)] == [1, 20]
+    assert read_message(page).startswith("veselov2 1 stopped: ") and "converge" in read_message(
+        page
+    )
+    assert [t for t, *_ in read_states(page)] == [1, 20]
     assert page.get_by_role("button", name="Stop").is_visible()
 
 
@@ -230,10 +232,10 @@ def test_it_stops_when_all_have_failed(page):
     page.evaluate("kreisel.page.setRunning(true)")
     advance(page, 20)
     assert (
-        " stopped: " in words(page)
+        " stopped: " in read_message(page)
         and page.get_by_role("button", name="Start", exact=True).is_visible()
     )
-    assert clock(page) == 2 * TICKS
+    assert read_clock(page) == 2 * TICKS
 
 
 def test_no_graphics_is_told(browser):
@@ -242,14 +244,17 @@ def test_no_graphics_is_told(browser):
     page = plain.new_page()
     page.goto(PAGE.as_uri())
     wait_for(page, "document.getElementById('words').textContent.includes('WebGL')")
-    assert "The page has stopped on an error" in words(page) and page.locator("#words").is_visible()
+    assert (
+        "The page has stopped on an error" in read_message(page)
+        and page.locator("#words").is_visible()
+    )
     plain.close()
 
 
 def test_a_note_of_the_browser_is_no_failure(page):
     note = "ResizeObserver loop completed with undelivered notifications."
     page.evaluate("note => dispatchEvent(new ErrorEvent('error', { message: note }))", note)
-    assert "The page has stopped on an error" not in words(page)
+    assert "The page has stopped on an error" not in read_message(page)
 
 
 def test_no_scripts_is_told(browser):

@@ -8,15 +8,15 @@ from browser import (
     TICKS,
     UPRIGHT,
     advance,
-    clock,
     drag,
     load,
-    scene,
+    read_clock,
+    read_message,
+    read_scene,
+    read_states,
     scene_in_python,
-    states,
-    until,
     wait_for,
-    words,
+    wait_until_time,
 )
 
 LISTED = 1 + PRESETS.index(UPRIGHT)
@@ -28,18 +28,18 @@ REFUSED = [
 ]
 
 
-def everything(page):
+def read_everything(page):
     """Return what a refusal must not change: scene, time, states, and undo history."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )
 
 
-def button(page, name):
+def find_button(page, name):
     return page.get_by_role("button", name=name, exact=True)
 
 
-def chosen(page, name):
+def read_choice(page, name):
     return page.get_by_label(name, exact=True).first.evaluate(
         "(list) => list.selectedOptions[0].text"
     )
@@ -52,23 +52,23 @@ def chosen(page, name):
 def test_a_refused_number_changes_nothing(page, name, value):
     page.get_by_role("checkbox", name="Each with a second step").check()
     page.evaluate("kreisel.page.undoStack = []; kreisel.page.showMessage(''); kreisel.advance(3)")
-    before, field = everything(page), page.get_by_label(name, exact=True)
+    before, field = read_everything(page), page.get_by_label(name, exact=True)
     shown = field.input_value()
     field.fill(value)
     field.press("Tab")
-    assert everything(page) == before and words(page)
+    assert read_everything(page) == before and read_message(page)
     assert name == "Jump to t" or field.input_value() == shown
 
 
 def test_an_empty_momentum_changes_nothing(page):
     page.evaluate("kreisel.page.showMessage(''); kreisel.advance(3)")
-    before, field = everything(page), page.get_by_label("Momentum, first component")
+    before, field = read_everything(page), page.get_by_label("Momentum, first component")
     field.fill("")
     field.press("Tab")
-    assert everything(page) == before and words(page)
+    assert read_everything(page) == before and read_message(page)
     field.fill("1.5")
     field.press("Tab")
-    assert scene(page)["momentum"][0] == 1.5 and words(page) == ""
+    assert read_scene(page)["momentum"][0] == 1.5 and read_message(page) == ""
 
 
 # Undo
@@ -76,68 +76,71 @@ def test_an_empty_momentum_changes_nothing(page):
 
 def test_undo_of_looks_goes_on(page):
     advance(page, 3)
-    before = everything(page)
+    before = read_everything(page)
     for name in ("Floor", "2D view", "Elastic rod"):
         box = page.get_by_role("checkbox", name=name)
         was = box.is_checked()
         box.set_checked(not was)
-        assert everything(page)[1:3] == before[1:3]
-        button(page, "Undo").click()
+        assert read_everything(page)[1:3] == before[1:3]
+        find_button(page, "Undo").click()
         assert box.is_checked() == was
-    assert everything(page) == before and button(page, "Undo").is_disabled()
+    assert read_everything(page) == before and find_button(page, "Undo").is_disabled()
 
 
 @pytest.mark.parametrize("kind, by", [("tip", (30, 20)), ("face", (40, 10)), ("corner", (15, -15))])
 def test_undo_of_a_drag_gives_scene_and_time_back(page, kind, by):
     advance(page, 3)
-    before = everything(page)
+    before = read_everything(page)
     drag(page, kind, by, number=5)
-    assert clock(page) == 0 and scene(page) != before[0]
+    assert read_clock(page) == 0 and read_scene(page) != before[0]
     page.keyboard.press("Control+z")
-    until(page, 3)
-    assert everything(page) == before
+    wait_until_time(page, 3)
+    assert read_everything(page) == before
 
 
 def test_undo_of_a_drag_is_not_for_the_field_that_had_the_focus(page):
-    before = scene(page)
+    before = read_scene(page)
     page.get_by_label("Momentum, first component").focus()
     drag(page, "tip", (30, 20))
     page.keyboard.press("Control+z")
-    assert scene(page) == before
+    assert read_scene(page) == before
 
 
 def test_escape_amid_a_drag_takes_it_back(page):
     advance(page, 3)
-    before = everything(page)
+    before = read_everything(page)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 30, y + 20)
-    assert scene(page) != before[0]
+    assert read_scene(page) != before[0]
     page.keyboard.press("Escape")
-    until(page, 3)
+    wait_until_time(page, 3)
     page.mouse.move(x + 60, y + 20)
     page.mouse.up()
-    assert everything(page) == before
+    assert read_everything(page) == before
 
 
 def test_undo_of_a_choice_gives_the_scene_before_back(page):
     advance(page, 3)
-    before = everything(page)
+    before = read_everything(page)
     page.get_by_label("What to look at").select_option(label="10  Kowalewski")
-    assert scene(page)["name"] == "Kowalewski" and clock(page) == 0
-    button(page, "Undo").click()
-    until(page, 3)
-    assert everything(page) == before and chosen(page, "What to look at") == f"{LISTED} {UPRIGHT}"
+    assert read_scene(page)["name"] == "Kowalewski" and read_clock(page) == 0
+    find_button(page, "Undo").click()
+    wait_until_time(page, 3)
+    assert (
+        read_everything(page) == before
+        and read_choice(page, "What to look at") == f"{LISTED} {UPRIGHT}"
+    )
 
 
 def test_one_undo_for_one_pull_of_a_slider(page):
     slider = page.get_by_role("slider", name="Gravity")
     for _ in range(3):
         slider.evaluate("(e) => (e.stepUp(), e.dispatchEvent(new Event('input', {bubbles: true})))")
-    assert scene(page)["gravity"] == pytest.approx(1.3)
-    button(page, "Undo").click()
-    assert scene(page)["gravity"] == 1
+    assert read_scene(page)["gravity"] == pytest.approx(1.3)
+    find_button(page, "Undo").click()
+    assert read_scene(page)["gravity"] == 1
 
 
 # Keys
@@ -145,13 +148,13 @@ def test_one_undo_for_one_pull_of_a_slider(page):
 
 def test_keys_work_after_a_click_on_a_button(page):
     for name in ("Step", "View next side"):
-        button(page, name).click()
+        find_button(page, name).click()
         for key, what in {"t": "trace", "e": "rod"}.items():
-            before = scene(page)["show"][what]
+            before = read_scene(page)["show"][what]
             page.keyboard.press(key)
-            assert scene(page)["show"][what] != before
+            assert read_scene(page)["show"][what] != before
     page.keyboard.press("r")
-    assert clock(page) == 0
+    assert read_clock(page) == 0
 
 
 def test_keys_do_nothing_while_a_drag_is_held(page):
@@ -159,51 +162,51 @@ def test_keys_do_nothing_while_a_drag_is_held(page):
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 30, y + 20)
-    held = everything(page)
+    held = read_everything(page)
     for key in ("r", "t", "3", "c", "h", "z", "Space", "ArrowRight", ".", "?", "Control+z"):
         page.keyboard.press(key)
-    assert everything(page) == held and page.locator("#panel").is_visible()
-    assert button(page, "Start").is_visible() and not page.get_by_role("dialog").is_visible()
+    assert read_everything(page) == held and page.locator("#panel").is_visible()
+    assert find_button(page, "Start").is_visible() and not page.get_by_role("dialog").is_visible()
     page.mouse.up()
-    assert scene(page) == held[0]
+    assert read_scene(page) == held[0]
     page.keyboard.press("z")
-    assert scene(page)["momentum"] == [0.172, -1.862, 1.46]
+    assert read_scene(page)["momentum"] == [0.172, -1.862, 1.46]
 
 
 def test_start_is_called_stop_while_it_runs(page):
     page.locator("canvas").first.focus()
     for name, other in (("Start", "Stop"), ("Stop", "Start")):
-        assert button(page, name).is_visible()
+        assert find_button(page, name).is_visible()
         page.keyboard.press("Space")
-        assert button(page, other).is_visible() and not button(page, name).is_visible()
-    button(page, "Start").click()
+        assert find_button(page, other).is_visible() and not find_button(page, name).is_visible()
+    find_button(page, "Start").click()
     wait_for(page, "kreisel.page.clock > 0")
-    button(page, "Stop").click()
-    assert button(page, "Start").is_visible()
+    find_button(page, "Stop").click()
+    assert find_button(page, "Start").is_visible()
 
 
 # Scenes, methods
 
 
 def test_a_changed_scene_is_called_so(page):
-    assert chosen(page, "What to look at") == f"{LISTED} {UPRIGHT}"
+    assert read_choice(page, "What to look at") == f"{LISTED} {UPRIGHT}"
     for value in ("1.5", "2.5"):
         page.get_by_label("Momentum, first component").fill(value)
         page.keyboard.press("Tab")
-        assert chosen(page, "What to look at") == f"{UPRIGHT}, changed"
-    button(page, "Undo").click()
-    button(page, "Undo").click()
-    assert chosen(page, "What to look at") == f"{LISTED} {UPRIGHT}"
+        assert read_choice(page, "What to look at") == f"{UPRIGHT}, changed"
+    find_button(page, "Undo").click()
+    find_button(page, "Undo").click()
+    assert read_choice(page, "What to look at") == f"{LISTED} {UPRIGHT}"
 
 
 def test_a_method_that_does_not_suit_is_replaced(page):
     page.get_by_label("Beside it").select_option("rk4")
     page.get_by_label("Shape").select_option("kowalewski")
-    assert scene(page)["methods"] == ["strang", "rk4"]
-    assert chosen(
-        page, "Method"
-    ) == "strang" and "bobenko_suris does not apply to this body: strang is used instead" in words(
-        page
+    assert read_scene(page)["methods"] == ["strang", "rk4"]
+    assert (
+        read_choice(page, "Method") == "strang"
+        and "bobenko_suris does not apply to this body: strang is used instead"
+        in read_message(page)
     )
 
 
@@ -218,17 +221,17 @@ def test_a_method_is_described(page, method):
 def test_tolerance_is_kept_to(page):
     page.get_by_label("Method").first.select_option("extrap")
     field, errors = page.get_by_label("Tolerance of adaptive methods"), []
-    exact = kr.solve(scene_in_python(scene(page)), [4.0], "exact").states[0]
+    exact = kr.solve(scene_in_python(read_scene(page)), [4.0], "exact").states[0]
     for tol in ("0.01", "1e-10"):
         field.fill(tol)
         field.press("Tab")
         page.evaluate("kreisel.page.setValue('step.0', 0.5); kreisel.advance(4)")
-        errors.append(np.abs(np.subtract(states(page)[0], exact)).max())
+        errors.append(np.abs(np.subtract(read_states(page)[0], exact)).max())
         page.evaluate("kreisel.page.rewind()")
-    assert scene(page)["tol"] == 1e-10 and errors[1] < 1e-8 < 1e-5 < errors[0]
+    assert read_scene(page)["tol"] == 1e-10 and errors[1] < 1e-8 < 1e-5 < errors[0]
     field.fill("0")
     field.press("Tab")
-    assert 0 < scene(page)["tol"] == float(field.input_value())  # none is not to be had
+    assert 0 < read_scene(page)["tol"] == float(field.input_value())  # none is not to be had
 
 
 # Time
@@ -239,19 +242,19 @@ def test_stop_time_is_told_and_kept(page):
     field.fill("0.5")
     field.press("Tab")
     for _ in range(2):
-        button(page, "Start").click()
+        find_button(page, "Start").click()
         advance(page, 3)
-        assert clock(page) == 0.5 * TICKS and button(page, "Start").is_visible()
-        assert "The stop time 0.5 is reached" in words(page)
+        assert read_clock(page) == 0.5 * TICKS and find_button(page, "Start").is_visible()
+        assert "The stop time 0.5 is reached" in read_message(page)
 
 
 def test_advance_keeps_within_its_budget(page):
     load(page, methods=["extrap"], momentum=[1e4, 0, 1e4])
     page.evaluate(f"kreisel.page.advance({100 * TICKS}, 8)")
-    assert page.evaluate("kreisel.page.isLate") and 0 < clock(page) < 100 * TICKS
+    assert page.evaluate("kreisel.page.isLate") and 0 < read_clock(page) < 100 * TICKS
     load(page)
     page.evaluate(f"kreisel.page.advance({TICKS}, 1e6)")
-    assert not page.evaluate("kreisel.page.isLate") and clock(page) == TICKS
+    assert not page.evaluate("kreisel.page.isLate") and read_clock(page) == TICKS
 
 
 # Redo
@@ -262,23 +265,23 @@ def test_redo_gives_back_what_undo_took(page, key):
     for gravity in (4, 5, 6):
         page.evaluate("x => kreisel.page.setValue('gravity', x)", gravity)
     advance(page, 2)
-    last = everything(page)[:3]
+    last = read_everything(page)[:3]
     page.locator("canvas").first.focus()
     seen = []
     for press in ("Control+z", "Control+z", key, key):
         page.keyboard.press(press)
-        seen.append(scene(page)["gravity"])
-    assert seen == [5, 4, 5, 6] and button(page, "Redo").is_disabled()
-    until(page, 2)
-    assert everything(page)[:3] == last
+        seen.append(read_scene(page)["gravity"])
+    assert seen == [5, 4, 5, 6] and find_button(page, "Redo").is_disabled()
+    wait_until_time(page, 2)
+    assert read_everything(page)[:3] == last
     page.keyboard.press("Control+z")
     page.evaluate("kreisel.page.setValue('gravity', 1)")
-    assert button(page, "Redo").is_disabled()
+    assert find_button(page, "Redo").is_disabled()
 
 
 def test_a_refusal_leaves_redo_as_it_was(page):
     page.evaluate("kreisel.page.setValue('gravity', 4)")
     page.keyboard.press("Control+z")
     page.evaluate("kreisel.page.setValue('step.0', -1)")
-    button(page, "Redo").click()
-    assert scene(page)["gravity"] == 4
+    find_button(page, "Redo").click()
+    assert read_scene(page)["gravity"] == 4

@@ -8,7 +8,17 @@ import re
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import UPRIGHT, WIDE, advance, load, scene, scene_in_python, states, wait_for, window
+from browser import (
+    UPRIGHT,
+    WIDE,
+    advance,
+    load,
+    make_viewport,
+    read_scene,
+    read_states,
+    scene_in_python,
+    wait_for,
+)
 from toolbox import ROOT
 
 ALL = json.loads((ROOT / "python/viewer/presets.json").read_text())
@@ -17,18 +27,18 @@ STARTED = [preset for preset in TOPS if "start" in preset]
 NAMES = {"ids": lambda preset: preset["name"]}
 
 
-def about(page):
+def read_text(page):
     return page.locator("#about").inner_text()
 
 
-def attempt(page, ask):
+def open_exercise(page, ask):
     """Open an exercise and return its closed form in Python."""
     page.get_by_role("button", name=ask, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
-    return kr.exact(scene_in_python(scene(page)))
+    return kr.exact(scene_in_python(read_scene(page)))
 
 
-def told(page):
+def read_numbers(page):
     """Return the numbers over the picture, each with the note below."""
     return dict(
         page.evaluate("""(kreisel.view.isDirty = true,
@@ -45,7 +55,7 @@ def told(page):
 @pytest.mark.parametrize("preset", STARTED, **NAMES)
 def test_circles_and_critical_spin_are_those_of_python(page, preset):
     load(page, preset["name"])
-    given, limits = scene(page), page.evaluate("kreisel.page.tops.map((top) => top.limits)")
+    given, limits = read_scene(page), page.evaluate("kreisel.page.tops.map((top) => top.limits)")
     for i, top in enumerate(limits):
         exact = kr.exact(scene_in_python(given, second=i == 1))
         expected = [exact.least_nutation, exact.greatest_nutation, exact.critical_spin]
@@ -59,7 +69,7 @@ def test_circles_and_critical_spin_are_those_of_python(page, preset):
 @pytest.mark.parametrize("preset", STARTED, **NAMES)
 def test_a_start_in_words_is_that_of_python(page, preset):
     load(page, preset["name"])
-    given, words = scene(page), preset["start"]
+    given, words = read_scene(page), preset["start"]
     rate = words.get("precession", 0.0)
     how = {"precession": rate} if not isinstance(rate, str) else {"steady": True}
     expected = kr.Scene.spinning(
@@ -89,16 +99,16 @@ def test_a_start_in_words_is_that_of_python(page, preset):
     ],
 )
 def test_a_start_that_cannot_be_is_refused_in_words(page, start):
-    before = scene(page)
+    before = read_scene(page)
     page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
-    assert "start cannot be" in page.locator("#words").inner_text() and scene(page) == before
+    assert "start cannot be" in page.locator("#words").inner_text() and read_scene(page) == before
 
 
 def test_too_little_spin_for_steady_precession_is_told(page):
-    before, start = scene(page), {"tilt": 30, "spin": 1, "precession": "slow"}
+    before, start = read_scene(page), {"tilt": 30, "spin": 1, "precession": "slow"}
     page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
     assert "no precession is steady" in page.locator("#words").inner_text()
-    assert scene(page) == before
+    assert read_scene(page) == before
 
 
 # What the texts tell
@@ -116,25 +126,25 @@ def test_each_preset_has_three_things_to_try_and_all_numbers_are_filled_in(page,
     )
     for each in [None, *preset["exercises"]]:
         if each:
-            attempt_only(page, each["title"])
+            click_exercise(page, each["title"])
             assert page.locator(".exercise[aria-pressed=true]").inner_text() == each["title"]
-        assert about(page) and not re.search(r"[{}]|NaN|undefined|Infinity", about(page))
+        assert read_text(page) and not re.search(r"[{}]|NaN|undefined|Infinity", read_text(page))
         assert page.locator("#words").inner_text() == ""
 
 
-def attempt_only(page, ask):
+def click_exercise(page, ask):
     page.get_by_role("button", name=ask, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
 
 
 def test_doubled_spin_halves_the_precession(page):
     load(page, "A spinning top")
-    slow = kr.exact(scene_in_python(scene(page)))
-    fast = attempt(page, "Double the spin")
+    slow = kr.exact(scene_in_python(read_scene(page)))
+    fast = open_exercise(page, "Double the spin")
     assert 0.45 < fast.precession / slow.precession < 0.52
-    assert f"from {slow.precession:.3g} to {fast.precession:.3g} rad/s" in about(page)
+    assert f"from {slow.precession:.3g} to {fast.precession:.3g} rad/s" in read_text(page)
     nods = 2 * np.pi / fast.precession / fast.period
-    assert f"{nods:.3g} times in one turn" in about(page)
+    assert f"{nods:.3g} times in one turn" in read_text(page)
 
 
 @pytest.mark.parametrize(
@@ -161,10 +171,10 @@ def test_doubled_spin_halves_the_precession(page):
 )
 def test_the_axis_moves_as_the_text_says(page, preset, ask, course):
     load(page, preset)
-    exact = attempt(page, ask) if ask else kr.exact(scene_in_python(scene(page)))
+    exact = open_exercise(page, ask) if ask else kr.exact(scene_in_python(read_scene(page)))
     assert exact.motion_type == course
     degrees = np.degrees([exact.least_nutation, exact.greatest_nutation])
-    written = [float(word) for word in re.findall(r"([\d.]+)°", about(page))]
+    written = [float(word) for word in re.findall(r"([\d.]+)°", read_text(page))]
     assert all(np.abs(degrees - each).min() < 0.051 for each in written)
 
 
@@ -172,8 +182,8 @@ def test_the_axis_moves_as_the_text_says(page, preset, ask, course):
 def test_red_sleeps_and_violet_does_as_is_told(page, ask):
     load(page, "Sleeping top")
     if ask:
-        attempt_only(page, ask)
-    red, violet = (kr.exact(scene_in_python(scene(page), second=k)) for k in (False, True))
+        click_exercise(page, ask)
+    red, violet = (kr.exact(scene_in_python(read_scene(page), second=k)) for k in (False, True))
     spins = [states_spin(page, i) for i in (0, 1)]
     assert spins[0] > red.critical_spin and np.degrees(red.greatest_nutation) < 4
     assert (spins[1] > red.critical_spin) == (ask == "Both fast")
@@ -187,17 +197,17 @@ def states_spin(page, top):
 def test_a_scene_changed_by_hand_is_told_as_it_is(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.page.setValue('gravity', 2)")
-    exact = kr.exact(scene_in_python(scene(page)))
+    exact = kr.exact(scene_in_python(read_scene(page)))
     least, greatest = np.degrees([exact.least_nutation, exact.greatest_nutation])
-    assert f"{least:.1f}° and {greatest:.1f}°" in about(page) and exact.motion_type == "loops"
-    assert "It leans" not in about(page)
+    assert f"{least:.1f}° and {greatest:.1f}°" in read_text(page) and exact.motion_type == "loops"
+    assert "It leans" not in read_text(page)
 
 
 def test_a_scene_without_words_is_told_as_it_is(page):
     load(page, "A spinning top", name="mine", about="")
-    assert about(page) == "The axis draws loops between 30.0° and 48.6°."
+    assert read_text(page) == "The axis draws loops between 30.0° and 48.6°."
     load(page, "Kowalewski", name="mine", about="")
-    assert about(page) == "A scene of your own."
+    assert read_text(page) == "A scene of your own."
 
 
 # What is told beside the picture and in it
@@ -207,13 +217,15 @@ def test_a_scene_without_words_is_told_as_it_is(page):
 def test_the_live_numbers_are_those_of_python(page, t):
     load(page, "A spinning top")
     advance(page, t)
-    exact = kr.exact(scene_in_python(scene(page)))
-    now = kr.solve(scene_in_python(scene(page)), [t - 1e-4, t, t + 1e-4] if t else [0, 1e-4, 2e-4])
+    exact = kr.exact(scene_in_python(read_scene(page)))
+    now = kr.solve(
+        scene_in_python(read_scene(page)), [t - 1e-4, t, t + 1e-4] if t else [0, 1e-4, 2e-4]
+    )
     tilt, spin = np.degrees(now.nutation[min(1, int(10 * t))]), now.spin[1]
     wait_for(
         page, "tilt => document.querySelector('#numbers dd')?.textContent === tilt", f"{tilt:.1f}°"
     )
-    numbers = told(page)
+    numbers = read_numbers(page)
     assert numbers["spin"] == [f"{spin:#.3g}", ""]
     rate = np.diff(np.unwrap(now.precession_angle)).mean() / 1e-4
     assert float(numbers["precession"][0]) == pytest.approx(rate, abs=6e-3)
@@ -239,7 +251,7 @@ def test_letters_stand_at_the_arrows_and_circles(page):
 def test_the_turned_top_has_the_mass_and_moments_of_the_scene(page, preset):
     load(page, preset["name"], show={"solid": "top"})
     profile = np.array(page.evaluate("kreisel.view.revolution.profile"))
-    body = scene_in_python(scene(page)).body
+    body = scene_in_python(read_scene(page)).body
     at = np.linspace(0, 1, 2001)
     z = np.concatenate(
         [
@@ -284,9 +296,9 @@ def test_top_and_box_are_chosen_and_only_a_symmetric_body_is_turned(page):
     choice, drawn = page.get_by_label("Show as"), "kreisel.view.tops[0].solid.handles.length"
     assert page.evaluate(drawn) == 21  # faces, corners and edges
     advance(page, 2)
-    before = states(page)
+    before = read_states(page)
     choice.select_option("top")
-    assert page.evaluate(drawn) == 4 and states(page) == before
+    assert page.evaluate(drawn) == 4 and read_states(page) == before
     page.get_by_label("Shape").select_option("kowalewski")
     assert page.evaluate(drawn) == 21
     assert choice.locator("option[value=top]").is_disabled()
@@ -296,7 +308,7 @@ def test_top_and_box_are_chosen_and_only_a_symmetric_body_is_turned(page):
 
 @pytest.mark.parametrize("size", [(480, 320), (390, 780)], ids=str)
 def test_letters_keep_off_the_numbers(page, size):
-    page.set_viewport_size(window(size))
+    page.set_viewport_size(make_viewport(size))
     load(page, "A spinning top")
     corner = page.evaluate("""(() => {
         const {right} = document.querySelector('#numbers div:nth-child(2)').getBoundingClientRect();
@@ -322,7 +334,7 @@ def test_letters_keep_off_the_numbers(page, size):
     }""",
         corner,
     )
-    page.set_viewport_size(window(WIDE))
+    page.set_viewport_size(make_viewport(WIDE))
     assert over == []
 
 
@@ -330,7 +342,7 @@ def test_arrows_of_all_tops_are_seen(page):
     through = "kreisel.view.tops.map(({m}) => m.children[0].material.depthTest)"
     load(page, "Sleeping top")
     assert page.evaluate(through) == [True, True]  # they come out of the bodies
-    attempt(page, "Both fast")
+    open_exercise(page, "Both fast")
     assert page.evaluate(through) == [False, False]  # that of the second would not
 
 
@@ -341,7 +353,7 @@ def test_arrows_of_all_tops_are_seen(page):
 def test_the_critical_spin_is_told_of_tops_that_start_near_the_vertical(page, tilt, is_shown):
     load(page, "A spinning top", start={"tilt": tilt, "spin": 22})
     page.evaluate("kreisel.page.onChange()")
-    assert told(page)["spin"][1] == ("critical 14.2" if is_shown else "")
+    assert read_numbers(page)["spin"][1] == ("critical 14.2" if is_shown else "")
 
 
 def test_texts_tell_the_critical_spin_of_upright_tops_alone(page):
@@ -353,7 +365,7 @@ def test_texts_tell_the_critical_spin_of_upright_tops_alone(page):
 
 def test_slower_spin_is_a_deeper_fall_and_no_spin_is_critical_at_30_degrees(page):
     load(page, "A spinning top")
-    body, gravity = scene_in_python(scene(page)).body, scene(page)["gravity"]
+    body, gravity = scene_in_python(read_scene(page)).body, read_scene(page)["gravity"]
     spins = np.arange(8, 22.1, 0.5)
     falls = [
         kr.exact(
@@ -365,36 +377,53 @@ def test_slower_spin_is_a_deeper_fall_and_no_spin_is_critical_at_30_degrees(page
     ]
     change = np.diff(falls)
     assert (change < 0).all() and np.abs(np.diff(change)).max() < 0.25 * np.abs(change).max()
-    attempt_only(page, "Spin it slowly")
-    assert "Slower spin, deeper fall" in about(page) and "critical" not in about(page)
+    click_exercise(page, "Spin it slowly")
+    assert "Slower spin, deeper fall" in read_text(page) and "critical" not in read_text(page)
 
 
 def test_numbers_say_of_which_top_they_are(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.page.onChange()")
-    assert "top" not in told(page)
+    assert "top" not in read_numbers(page)
     load(page, "Compare four")
     page.evaluate("kreisel.page.onChange()")
-    assert told(page)["top"] == ["left", "bobenko_suris 0.01"]
-    assert told(page)["tilt"][1].startswith("exact: ")
+    assert read_numbers(page)["top"] == ["left", "bobenko_suris 0.01"]
+    assert read_numbers(page)["tilt"][1].startswith("exact: ")
 
 
-def rounds(page, *asks):
+def test_numbers_have_units(page):
+    load(page, "A spinning top")
+    page.evaluate("kreisel.page.onChange()")
+    units = dict(
+        page.evaluate("""[...document.querySelectorAll('#numbers div')].map((box) =>
+            [box.querySelector('dt').textContent, box.querySelector('.value').dataset.unit])""")
+    )
+    assert units["spin"] == units["precession"] == " rad/s"
+    assert read_numbers(page)["tilt"][0].endswith("°") and read_numbers(page)["precession"][
+        1
+    ].endswith(" s")
+    assert "Units: s, m, kg" in " ".join(page.locator("#panel").inner_text().split())
+    assert page.locator("#clock").inner_text().endswith(" s")
+
+
+def list_round_times(page, *asks):
     """Return the time of one precession in each of some exercises."""
     found = []
     for ask in asks:
         load(page, "Fast precession")
-        exact = attempt(page, ask) if ask else kr.exact(scene_in_python(scene(page)))
+        exact = open_exercise(page, ask) if ask else kr.exact(scene_in_python(read_scene(page)))
         found.append(2 * np.pi / exact.precession)
     return found
 
 
 def test_what_is_said_of_fast_precession(page):
-    fast, heavy, near, slow = rounds(page, None, "Twice the gravity", "Less spin", "The slow one")
+    fast, heavy, near, slow = list_round_times(
+        page, None, "Twice the gravity", "Less spin", "The slow one"
+    )
     assert heavy / fast < 1.2 and slow > 5 * fast  # the slow one takes half the time then
     less = dict(tilt=np.radians(35), gravity=4, steady=True)
     load(page, "Fast precession")
-    body = scene_in_python(scene(page)).body
+    body = scene_in_python(read_scene(page)).body
     other = 2 * np.pi / kr.exact(kr.Scene.spinning(body, spin=13, **less)).precession
     assert 1 < other / near < 1.4
     with pytest.raises(ValueError, match=r"steady|spin"):

@@ -3,12 +3,21 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import WIDE, advance, load, measure, record, scene, scene_in_python, states
+from browser import (
+    WIDE,
+    advance,
+    load,
+    measure_top,
+    read_record,
+    read_scene,
+    read_states,
+    scene_in_python,
+)
 
 FOUR = ("red", "yellow", "violet", "green")
 
 
-def attempt(page, preset, ask=None):
+def open_exercise(page, preset, ask=None):
     """Open a preset or one of its exercises."""
     load(page, preset)
     if ask:
@@ -16,21 +25,21 @@ def attempt(page, preset, ask=None):
         page.evaluate("kreisel.page.setRunning(false)")
 
 
-def change(page, top, name, until=None):
+def largest_change(page, top, name, until=None):
     """Return the largest change of an integral from the start until a time."""
-    values = record(page, top, name)
+    values = read_record(page, top, name)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
     return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
 
 
-def errors(page, *times):
+def largest_errors(page, *times):
     """Return the largest attitude error of each top up to each of the times."""
     found = []
     for t in times:
         advance(page, t)
         roles = page.evaluate("kreisel.page.tops.map(({role}) => role)")
         tops = (i for i, role in enumerate(roles) if role != "ghost")
-        found.append([np.nanmax(record(page, i, "error")) for i in tops])
+        found.append([np.nanmax(read_record(page, i, "error")) for i in tops])
     return np.array(found)
 
 
@@ -38,70 +47,72 @@ def errors(page, *times):
 
 
 def test_equal_steps(page):
-    attempt(page, "Compare four")
-    assert errors(page, 100).argmax() == FOUR.index("yellow")
+    open_exercise(page, "Compare four")
+    assert largest_errors(page, 100).argmax() == FOUR.index("yellow")
     yellow, green = 1, 3
-    early = [change(page, i, "energy") for i in (yellow, green)]
+    early = [largest_change(page, i, "energy") for i in (yellow, green)]
     advance(page, 800)
-    late = [change(page, i, "energy") for i in (yellow, green)]
-    assert max(change(page, i, "energy") for i in (0, 2, 3)) < late[0] < 1.05 * early[0]
+    late = [largest_change(page, i, "energy") for i in (yellow, green)]
+    assert max(largest_change(page, i, "energy") for i in (0, 2, 3)) < late[0] < 1.05 * early[0]
     assert late[1] > 2 * early[1]
 
 
 def test_violet_is_nearest_to_the_exact_motion(page):
-    attempt(page, "Compare four", "Measured against the exact motion")
-    assert scene(page)["ghost"] and scene(page)["chart"] == "error"
-    assert errors(page, 100)[0].argmin() == FOUR.index("violet")
+    open_exercise(page, "Compare four", "Measured against the exact motion")
+    assert read_scene(page)["ghost"] and read_scene(page)["chart"] == "error"
+    assert largest_errors(page, 100)[0].argmin() == FOUR.index("violet")
 
 
 def test_the_energy_of_runge_kutta_leaks_away(page):
-    attempt(page, "Compare four", "Classical Runge-Kutta instead")
+    open_exercise(page, "Compare four", "Classical Runge-Kutta instead")
     advance(page, 400)
-    assert measure(page, 3, "energy") - record(page, 3, "energy")[0] < -0.1
+    assert measure_top(page, 3, "energy") - read_record(page, 3, "energy")[0] < -0.1
 
 
 def test_equal_work(page):
-    attempt(page, "Equal work")
+    open_exercise(page, "Equal work")
     assert [top["step"] for top in page.evaluate("kreisel.page.tops")] == [0.03125, 5]
-    (red, violet), (later, after) = errors(page, 100, 1000)
+    (red, violet), (later, after) = largest_errors(page, 100, 1000)
     assert after < later / 10 and violet < red / 10
     assert later / red == pytest.approx(10, rel=0.2) and after > 15 * violet
-    energy = [change(page, i, "energy", t) for i in (0, 1) for t in (100, 1000)]
+    energy = [largest_change(page, i, "energy", t) for i in (0, 1) for t in (100, 1000)]
     assert energy[1] < 1.1 * energy[0] and energy[3] > 3 * energy[2] and energy[3] < energy[0] / 100
 
 
 def test_less_work_for_violet(page):
-    attempt(page, "Equal work", "Less work for violet")
+    open_exercise(page, "Equal work", "Less work for violet")
     advance(page, 300)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
-    red, violet = (record(page, i, "error") for i in (0, 1))
+    red, violet = (read_record(page, i, "error") for i in (0, 1))
     ratio = violet[1:] / red[1:]
     assert (ratio[times[1:] <= 30] < 1.5).all() and (ratio[times[1:] >= 35] > 1.05).all()
     assert (ratio[times[1:] >= 250] > 6).all()
 
 
 def test_a_good_energy_is_no_proof_of_a_good_motion(page):
-    attempt(page, "Energy and motion")
-    red, violet = errors(page, 30)[0]
+    open_exercise(page, "Energy and motion")
+    red, violet = largest_errors(page, 30)[0]
     assert violet > 20 * red
-    energy = [change(page, i, "energy") for i in (0, 1)]
+    energy = [largest_change(page, i, "energy") for i in (0, 1)]
     assert energy[1] < energy[0] / 2
     advance(page, 400)
-    assert change(page, 1, "energy") > 2 * change(page, 0, "energy")
+    assert largest_change(page, 1, "energy") > 2 * largest_change(page, 0, "energy")
 
 
 def test_the_modified_energy_is_kept_to_rounding(page):
-    attempt(page, "Energy and motion", "What red conserves")
-    path = kr.solve(scene_in_python(scene(page)), 20, "bobenko_suris", step=0.05, every=1)
+    open_exercise(page, "Energy and motion", "What red conserves")
+    path = kr.solve(scene_in_python(read_scene(page)), 20, "bobenko_suris", step=0.05, every=1)
     advance(page, 20)
-    assert measure(page, 0, "modified_energy") == path.modified_energy(0.05)[-1]
-    assert change(page, 0, "modified_energy") < 1e-12 < 0.1 < change(page, 0, "energy")
+    assert measure_top(page, 0, "modified_energy") == path.modified_energy(0.05)[-1]
+    assert (
+        largest_change(page, 0, "modified_energy") < 1e-12 < 0.1 < largest_change(page, 0, "energy")
+    )
     assert page.get_by_role("columnheader", name="H_ε").is_visible()
 
 
 def test_large_steps_lose_runge_kutta(page):
-    attempt(page, "Energy and motion", "Three times the steps")
-    red, violet = errors(page, 15)[0]
+    open_exercise(page, "Energy and motion", "Three times the steps")
+    red, violet = largest_errors(page, 15)[0]
     assert red < 0.2 and violet > 1
 
 
@@ -115,7 +126,7 @@ def test_each_method_has_its_own_step_or_all_have_both(page):
     program, names = page.get_by_label("The same in Python").input_value(), {}
     exec(program.replace(", 100, ", ", 2, "), names)
     ends = [[2, *end.attitude, *end.momentum] for end in names["ends"]]
-    assert ends == states(page)
+    assert ends == read_states(page)
     page.get_by_label("Each with a second step too").check()
     assert page.evaluate(steps) == [0.01, 0.2] * 2 and not own.is_checked()
 
@@ -124,26 +135,26 @@ def test_each_method_has_its_own_step_or_all_have_both(page):
 
 
 def test_the_change_of_k_is_the_error_of_the_computation(page):
-    attempt(page, "Kowalewski")
+    open_exercise(page, "Kowalewski")
     advance(page, 5)
-    coarse = change(page, 0, "kowalewski")
-    attempt(page, "Kowalewski", "A hundredth of the step")
+    coarse = largest_change(page, 0, "kowalewski")
+    open_exercise(page, "Kowalewski", "A hundredth of the step")
     advance(page, 5)
-    assert change(page, 0, "kowalewski") == pytest.approx(coarse / 1e4, rel=0.05)
-    attempt(page, "Kowalewski", "Another start")
+    assert largest_change(page, 0, "kowalewski") == pytest.approx(coarse / 1e4, rel=0.05)
+    open_exercise(page, "Kowalewski", "Another start")
     advance(page, 50)
-    assert change(page, 0, "kowalewski") < 1e-3 * abs(record(page, 0, "kowalewski")[0])
-    attempt(page, "Kowalewski", "Another box")
-    assert page.evaluate("kreisel.page.kind") == "general" and scene(page)["chart"] == "energy"
+    assert largest_change(page, 0, "kowalewski") < 1e-3 * abs(read_record(page, 0, "kowalewski")[0])
+    open_exercise(page, "Kowalewski", "Another box")
+    assert page.evaluate("kreisel.page.kind") == "general" and read_scene(page)["chart"] == "energy"
 
 
 def test_g_stays_while_the_momentum_is_level(page):
     changes = []
     for ask in (None, "Another level start", "Lift m a little", "Lift m a lot"):
-        attempt(page, "Goryachev-Chaplygin", ask)
+        open_exercise(page, "Goryachev-Chaplygin", ask)
         advance(page, 50)
-        assert scene(page)["chart"] == "goryachev_chaplygin"
-        changes.append(change(page, 0, "goryachev_chaplygin"))
+        assert read_scene(page)["chart"] == "goryachev_chaplygin"
+        changes.append(largest_change(page, 0, "goryachev_chaplygin"))
     assert max(changes[:2]) < 1e-5 and changes[2] > 1e-2 and changes[3] > 15 * changes[2]
 
 
@@ -157,8 +168,8 @@ def test_g_stays_while_the_momentum_is_level(page):
     ],
 )
 def test_only_the_middle_axis_turns_over(page, ask, axis, turns):
-    attempt(page, "Dzhanibekov effect", ask)
-    path = kr.solve(scene_in_python(scene(page)), 60, "strang", step=0.01, every=10)
+    open_exercise(page, "Dzhanibekov effect", ask)
+    path = kr.solve(scene_in_python(read_scene(page)), 60, "strang", step=0.01, every=10)
     along = path.body_momentum[:, axis] / np.linalg.norm(path.m, axis=1)
     assert abs(along[0]) > 0.99 and (np.ptp(np.sign(along)) > 0) == turns
 
@@ -166,9 +177,13 @@ def test_only_the_middle_axis_turns_over(page, ask, axis, turns):
 def test_the_elastic_rod(page):
     rods = {}
     for ask in (None, "A plane curve", "Twist it more"):
-        attempt(page, "Elastic rod", ask)
-        path = kr.solve(scene_in_python(scene(page)), np.linspace(0, 40, 801), "taylor")
+        open_exercise(page, "Elastic rod", ask)
+        path = kr.solve(scene_in_python(read_scene(page)), np.linspace(0, 40, 801), "taylor")
         rods[ask] = path
+    open_exercise(page, "Elastic rod", "A helix")
+    advance(page, 20)  # the longest rod that is drawn
+    assert read_scene(page)["show"]["rod"] and read_scene(page)["show"]["solid"] == "none"
+    assert 20 * abs(kr.exact(scene_in_python(read_scene(page))).precession) > 10 * 2 * np.pi
     plane = np.linalg.svd(rods["A plane curve"].apex, compute_uv=False)
     assert plane[2] < 1e-6 * plane[0]
     assert abs(rods["Twist it more"].spin[0]) > 3 * abs(rods[None].spin[0])

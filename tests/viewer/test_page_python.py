@@ -5,7 +5,7 @@ import base64
 import kreisel as kr
 import numpy as np
 import pytest
-from browser import advance, drag, load, record, scene, states, visit, wait_for
+from browser import advance, drag, load, read_record, read_scene, read_states, visit, wait_for
 from click.testing import CliRunner
 from internals import cli, view
 
@@ -15,7 +15,7 @@ def test_a_scene_from_python(browser, tmp_path):
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     advance(page, 5)
     expected = kr.solve(kr.scenes.asymmetric, 5, "strang", step=0.01, every=500).states[-1]
-    assert states(page)[0] == expected.tolist()
+    assert read_states(page)[0] == expected.tolist()
     page.context.close()
 
 
@@ -25,7 +25,9 @@ def test_made_up_mass_is_drawn_as_the_body_of_density_1(browser, tmp_path):
     assert page.evaluate("kreisel.view.body.half") == pytest.approx((0.8, 0.8, 1), rel=1e-6)
     page.evaluate("kreisel.page.setValue('show.solid', 'box')")  # which has corners
     drag(page, "corner", (10, -10), number=5)
-    assert scene(page)["body"]["density"] == pytest.approx(1, rel=1e-12) and page.troubles == []
+    assert (
+        read_scene(page)["body"]["density"] == pytest.approx(1, rel=1e-12) and page.troubles == []
+    )
     page.context.close()
 
 
@@ -34,12 +36,12 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     kr.view(path, methods="rk4", open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     advance(page, 10)
-    assert states(page)[1] == path.states[-1].tolist()
-    assert 0 < record(page, 1, "error").max() < 1e-4
+    assert read_states(page)[1] == path.states[-1].tolist()
+    assert 0 < read_record(page, 1, "error").max() < 1e-4
     page.evaluate(
         "kreisel.page.beginChange(); kreisel.page.editScene((s) => (s.momentum[0] += 0.1))"
     )
-    assert scene(page)["tracks"] == []  # it was of another motion
+    assert read_scene(page)["tracks"] == []  # it was of another motion
     page.context.close()
 
 
@@ -148,7 +150,7 @@ def test_the_program_gives_the_states_of_the_page(page, preset, changes):
     program, names = page.get_by_label("The same in Python").input_value(), {}
     exec(program, names)
     advance(page, 100)
-    now = np.array(states(page))[:, 1:]
+    now = np.array(read_states(page))[:, 1:]
     ends = np.array([[*end.attitude, *end.momentum] for end in names["ends"]])
     restarts = "def solve_in_steps" in program
     assert ends == pytest.approx(now, abs=1e-7 if restarts else 1e-11)
@@ -164,4 +166,4 @@ def test_the_program_knows_a_body_given_by_numbers(page):
     exec(program, names)
     advance(page, 100)
     (end,) = names["ends"]
-    assert [*end.attitude, *end.momentum] == states(page)[0][1:]
+    assert [*end.attitude, *end.momentum] == read_states(page)[0][1:]

@@ -11,35 +11,35 @@ from browser import (
     PRESETS,
     WIDE,
     advance,
-    changed,
-    clock,
     drag,
+    list_changes,
     load,
-    measure,
-    scene,
+    measure_top,
+    read_clock,
+    read_message,
+    read_scene,
+    read_states,
     scene_in_python,
-    states,
-    until,
     visit,
     wait_for,
-    words,
+    wait_until_time,
 )
 from kreisel.quaternion import attitude_error
 
 START = ("attitude", "momentum", "second", "body", "gravity")
 
 
-def start(page):
-    given = scene(page)
+def read_start(page):
+    given = read_scene(page)
     return {key: given[key] for key in START}
 
 
-def settle(page):
+def wait_two_frames(page):
     """Wait for two frames."""
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
-def write(page, name, value):
+def fill_field(page, name, value):
     field = page.get_by_label(name, exact=True)
     field.fill(str(value))
     field.press("Tab")
@@ -60,11 +60,11 @@ def test_ticks_are_as_far_apart_as_they_say(page):
 def test_each_top_has_its_own_error_and_no_other_ones(page):
     load(page, "Compare four")
     advance(page, 200)
-    exact = kr.exact(scene_in_python(scene(page)))([200.0])
-    for i, state in enumerate(states(page)):
+    exact = kr.exact(scene_in_python(read_scene(page)))([200.0])
+    for i, state in enumerate(read_states(page)):
         own = attitude_error(state[1:5], exact.q[-1])
-        assert measure(page, i, "error") == pytest.approx(own, rel=1e-3, abs=1e-11)
-    assert measure(page, 2, "error") < 1e-6 < 1e-4 < measure(page, 0, "error")
+        assert measure_top(page, i, "error") == pytest.approx(own, rel=1e-3, abs=1e-11)
+    assert measure_top(page, 2, "error") < 1e-6 < 1e-4 < measure_top(page, 0, "error")
     assert page.get_by_text("the exact motion, in closed form").count() == 1
 
 
@@ -81,48 +81,48 @@ def test_each_top_has_its_own_error_and_no_other_ones(page):
 )
 def test_what_computes_keeps_the_start_and_the_time(page, place, value):
     advance(page, 20)
-    before = start(page)
+    before = read_start(page)
     page.evaluate("([place, value]) => kreisel.page.setValue(place, value)", [place, value])
-    until(page, 20)
-    assert start(page) == before and scene(page)["taken"] is None
+    wait_until_time(page, 20)
+    assert read_start(page) == before and read_scene(page)["taken"] is None
     top = page.evaluate("kreisel.page.tops[0]")
     path = kr.solve(
-        scene_in_python(scene(page)),
+        scene_in_python(read_scene(page)),
         20,
         top["method"],
         step=top["step"],
         every=round(20 / top["step"]),
     )
-    assert states(page)[0] == path.states[-1].tolist()
+    assert read_states(page)[0] == path.states[-1].tolist()
 
 
 def test_gravity_and_body_keep_the_start(page):
     advance(page, 20)
-    before = scene(page)
+    before = read_scene(page)
     page.evaluate("kreisel.page.setValue('gravity', 2)")
-    assert changed(before, scene(page)) == {"gravity"}
+    assert list_changes(before, read_scene(page)) == {"gravity"}
     advance(page, 3)
-    write(page, "Half edges, T", 1.5)
-    assert scene(page)["attitude"] == before["attitude"]
-    assert scene(page)["momentum"] == before["momentum"]
+    fill_field(page, "Half edges, T", 1.5)
+    assert read_scene(page)["attitude"] == before["attitude"]
+    assert read_scene(page)["momentum"] == before["momentum"]
     page.get_by_role("button", name="Reset").click()
-    assert scene(page) == before and clock(page) == 0
+    assert read_scene(page) == before and read_clock(page) == 0
 
 
 def test_a_start_taken_from_the_motion_is_told(page):
-    before, told = scene(page), page.locator("#start")
+    before, told = read_scene(page), page.locator("#start")
     assert told.inner_text() == "Start: as given"
     advance(page, 3)
-    state = states(page)[0]
+    state = read_states(page)[0]
     page.get_by_role("button", name="Start from this moment").click()
-    assert [*scene(page)["attitude"], *scene(page)["momentum"]] == state[1:]
-    assert clock(page) == 0 and told.inner_text() == "Start: the motion at t = 3.00 s"
+    assert [*read_scene(page)["attitude"], *read_scene(page)["momentum"]] == state[1:]
+    assert read_clock(page) == 0 and told.inner_text() == "Start: the motion at t = 3.00 s"
     page.get_by_role("button", name="Rewind").click()
-    assert scene(page)["taken"] == 3
+    assert read_scene(page)["taken"] == 3
     page.get_by_role("button", name="Reset").click()
-    assert scene(page) == before and told.inner_text() == "Start: as given"
+    assert read_scene(page) == before and told.inner_text() == "Start: as given"
     page.keyboard.press("z")
-    assert scene(page)["taken"] == 3
+    assert read_scene(page)["taken"] == 3
 
 
 def test_a_top_between_its_steps_says_when_it_is_drawn(page):
@@ -148,24 +148,24 @@ def test_what_was_told_of_a_scene_goes_when_it_is_changed(page):
 def test_nothing_jumps_while_a_slider_is_held(page):
     page.evaluate("kreisel.page.rewind()")
     slider = page.get_by_role("slider", name="Gravity")
-    settle(page)
+    wait_two_frames(page)
     place = slider.bounding_box()
     for t in (0, 3):
         advance(page, t)
-        settle(page)
+        wait_two_frames(page)
         assert slider.bounding_box() == place
         page.evaluate("kreisel.page.setValue('gravity', 1.7)")
-        settle(page)
+        wait_two_frames(page)
         assert slider.bounding_box() == place
 
 
 def test_the_table_keeps_to_its_lines(page):
     load(page, methods=["bobenko_suris2"])
     lines = "document.querySelector('#integrals td').offsetHeight"
-    settle(page)
+    wait_two_frames(page)
     before = page.evaluate(lines)
     page.evaluate("kreisel.page.jumpTo(40)")
-    until(page, 40)
+    wait_until_time(page, 40)
     wait_for(
         page,
         "[...document.querySelectorAll('#integrals td')]"
@@ -202,9 +202,9 @@ def test_a_preset_is_looked_at_from_where_it_is_best_seen(page):
 def test_the_stop_time_stays_one_at_which_steps_meet(page):
     load(page, "Compare four")
     page.evaluate("kreisel.page.setValue('stop', 10.13)")
-    assert scene(page)["stop"] == 10.2
+    assert read_scene(page)["stop"] == 10.2
     page.evaluate("kreisel.page.setValue('step.1', 0.07)")
-    assert scene(page)["stop"] == 10.22 and "10.22" in words(page)
+    assert read_scene(page)["stop"] == 10.22 and "10.22" in read_message(page)
 
 
 # What froze
@@ -218,7 +218,9 @@ def test_a_top_much_too_fast_leaves_the_page_alive(browser):
     page.get_by_role("button", name="Stop").click()
     page.get_by_role("button", name="Step", exact=True).click()
     page.get_by_role("button", name="Stop").click()
-    assert clock(page) == 0 and page.get_by_role("button", name="Start", exact=True).is_visible()
+    assert (
+        read_clock(page) == 0 and page.get_by_role("button", name="Start", exact=True).is_visible()
+    )
     assert page.troubles == []
     page.context.close()
 
@@ -252,7 +254,7 @@ def test_nothing_has_no_arrow(page):
     load(page, momentum=[0, 0, 0], gravity=0)
     assert page.evaluate(heads) == [False, False]
     drag(page, "tip", (40, -30))
-    assert np.linalg.norm(scene(page)["momentum"]) > 0 and page.evaluate(heads) == [True, True]
+    assert np.linalg.norm(read_scene(page)["momentum"]) > 0 and page.evaluate(heads) == [True, True]
 
 
 def test_rounding_is_no_number_of_the_body(page):
@@ -266,7 +268,7 @@ def test_paper_has_the_whole_picture(page):
     page.emulate_media(media="print")
     page.set_viewport_size({"width": 794, "height": 1100})
     try:
-        settle(page)
+        wait_two_frames(page)
         picture, frame = (page.locator(what).first.bounding_box() for what in ("canvas", "main"))
         assert picture["x"] >= frame["x"] and picture["width"] <= frame["width"] <= 794
         assert picture["height"] <= frame["height"] and frame["height"] > 300
@@ -283,7 +285,7 @@ def test_the_letter_of_an_arrow_stands_beside_it(browser):
     page.evaluate("kreisel.page.setRunning(true)")
     advance(page, 4)
     page.evaluate("kreisel.page.setRunning(false)")
-    settle(page)
+    wait_two_frames(page)
     letter = page.locator(".labels .arrow", has_text="m").bounding_box()
     x, y = page.evaluate("kreisel.locate('tip')")
     assert abs(letter["y"] + letter["height"] / 2 - y) < 40 and abs(letter["x"] - x) < 40
@@ -304,17 +306,17 @@ def test_all_keys_can_be_read_at_once(page):
 
 
 def test_a_message_goes_with_its_cause(page):
-    write(page, "Jump to t", "1e10")
-    assert "Cannot jump to" in words(page)
-    write(page, "Jump to t", "12.3")
-    until(page, 12.3)
-    assert words(page) == ""
+    fill_field(page, "Jump to t", "1e10")
+    assert "Cannot jump to" in read_message(page)
+    fill_field(page, "Jump to t", "12.3")
+    wait_until_time(page, 12.3)
+    assert read_message(page) == ""
 
 
 def test_a_scene_of_a_later_page_is_not_taken_for_one_of_this(browser):
     page = visit(browser, reduced_motion="reduce", fragment='#scene={"version": 99}')
-    assert "version cannot be 99: this page reads 1" in words(page)
-    assert scene(page)["name"] == PRESETS[0]
+    assert "version cannot be 99: this page reads 1" in read_message(page)
+    assert read_scene(page)["name"] == PRESETS[0]
     page.context.close()
 
 
@@ -330,12 +332,12 @@ def test_a_scene_of_a_later_page_is_not_taken_for_one_of_this(browser):
     ],
 )
 def test_a_refusal_says_what_may_be_beside_the_field(page, name, value, why):
-    before = scene(page)
-    write(page, name, value)
+    before = read_scene(page)
+    fill_field(page, name, value)
     field = page.get_by_label(name, exact=True)
     beside = page.locator(".wrong:visible")
     assert beside.count() == 1 and beside.inner_text().startswith(why)
-    assert words(page).startswith(why) and scene(page) == before
+    assert read_message(page).startswith(why) and read_scene(page) == before
     box, at = beside.bounding_box(), field.bounding_box()
     assert abs(box["y"] - at["y"] - at["height"]) < 6
     field.focus()
@@ -346,5 +348,5 @@ def test_a_path_that_cannot_be_read_is_refused_in_words_of_its_own(browser):
     tracks = [{"name": "rk4", "step": 0.1, "states": "!"}]
     fragment = "#scene=" + quote(json.dumps({"tracks": tracks}))
     page = visit(browser, reduced_motion="reduce", fragment=fragment)
-    assert "not base64" in words(page) and "atob" not in words(page)
+    assert "not base64" in read_message(page) and "atob" not in read_message(page)
     page.context.close()

@@ -11,7 +11,7 @@ from browser import (
     advance,
     drag,
     load,
-    scene,
+    read_scene,
     scene_in_python,
     wait_for,
 )
@@ -20,7 +20,7 @@ EMPTY = (60, 120)  # in the picture, beside the top
 TOP = "kreisel.view.tops[0]"
 
 
-def camera(page):
+def read_camera(page):
     """Return the camera position relative to its target, the target, and the zoom in 2D."""
     offset, target, zoom = page.evaluate("""(({camera, orbit: {target}}) => [
         camera.position.clone().sub(target).toArray(), target.toArray(), camera.zoom,
@@ -28,14 +28,14 @@ def camera(page):
     return np.array(offset), np.array(target), zoom
 
 
-def move(page, by, button="left"):
+def drag_empty(page, by, button="left"):
     page.mouse.move(*EMPTY)
     page.mouse.down(button=button)
     page.mouse.move(EMPTY[0] + by[0], EMPTY[1] + by[1])
     page.mouse.up(button=button)
 
 
-def handles(page):
+def locate_handles(page):
     return np.array(
         page.evaluate(
             "[kreisel.locate('tip'),"
@@ -44,27 +44,29 @@ def handles(page):
     )
 
 
-def picture(page):
+def measure_picture(page):
     return page.locator("canvas").first.bounding_box()
 
 
-def in_sight(page):
-    box = picture(page)
-    return ((handles(page) > (0, 0)) & (handles(page) < (box["width"], box["height"]))).all()
+def is_in_sight(page):
+    box = measure_picture(page)
+    return (
+        (locate_handles(page) > (0, 0)) & (locate_handles(page) < (box["width"], box["height"]))
+    ).all()
 
 
-def sides(page):
+def measure_sides(page):
     """Return the size of the top as seen from each of three sides."""
     sizes = []
     for _ in range(3):
         page.get_by_role("button", name="View next side").click()
         page.evaluate("new Promise(requestAnimationFrame)")  # drawn
-        assert in_sight(page)
-        sizes.append(np.ptp(handles(page), axis=0))
+        assert is_in_sight(page)
+        sizes.append(np.ptp(locate_handles(page), axis=0))
     return np.array(sizes)
 
 
-def flat(page, on):
+def set_flat(page, on):
     page.get_by_role("checkbox", name="2D view").set_checked(on)
 
 
@@ -85,28 +87,28 @@ def is_green(page, x, y):
 
 
 def test_drag_beside_the_top_orbits(page):
-    before, offset, target = scene(page), *camera(page)[:2]
-    move(page, (90, 30))
-    turned, same, _ = camera(page)
+    before, offset, target = read_scene(page), *read_camera(page)[:2]
+    drag_empty(page, (90, 30))
+    turned, same, _ = read_camera(page)
     assert (
         np.linalg.norm(turned) == pytest.approx(np.linalg.norm(offset)) and (same == target).all()
     )
-    assert turned @ offset < 0.99 * offset @ offset and scene(page) == before
+    assert turned @ offset < 0.99 * offset @ offset and read_scene(page) == before
 
 
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
 def test_drag_with_the_right_button_pans(page, on):
-    flat(page, on)
-    (offset, target, _), x = camera(page), page.evaluate("kreisel.locate('tip')[0]")
-    move(page, (90, 0), button="right")
-    same, panned, _ = camera(page)
+    set_flat(page, on)
+    (offset, target, _), x = read_camera(page), page.evaluate("kreisel.locate('tip')[0]")
+    drag_empty(page, (90, 0), button="right")
+    same, panned, _ = read_camera(page)
     assert same == pytest.approx(offset) and np.linalg.norm(panned - target) > 0.1
     assert page.evaluate("kreisel.locate('tip')[0]") == pytest.approx(x + 90, abs=20)
 
 
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
 def test_wheel_zooms_within_limits(page, on):
-    flat(page, on)
+    set_flat(page, on)
     size = (
         "kreisel.view.camera.zoom"
         if on
@@ -128,19 +130,19 @@ def test_wheel_zooms_within_limits(page, on):
 @pytest.mark.parametrize("way", [-8000, 8000], ids=["near", "far"])
 @pytest.mark.parametrize("on", [False, True], ids=["3D", "2D"])
 def test_next_side_brings_all_back_into_sight(page, on, way):
-    flat(page, on)
-    before = sides(page)
+    set_flat(page, on)
+    before = measure_sides(page)
     page.mouse.move(*EMPTY)
     page.mouse.wheel(0, way)
     height = "Math.abs(kreisel.locate('corner', 0, 7)[1] - kreisel.locate('corner', 0, 0)[1])"
     wait_for(page, f"{height} {'>' if way < 0 else '<'} {before[-1][1]}")
-    move(page, (300, 250), button="right")
-    assert way > 0 or not in_sight(page)
-    assert sides(page) == pytest.approx(before, rel=0.02)
+    drag_empty(page, (300, 250), button="right")
+    assert way > 0 or not is_in_sight(page)
+    assert measure_sides(page) == pytest.approx(before, rel=0.02)
 
 
 def test_panel_can_be_put_away(page):
-    narrow = picture(page)["width"]
+    narrow = measure_picture(page)["width"]
     for hide, show in (
         (lambda: page.keyboard.press("h"),) * 2,
         (page.get_by_role("button", name="Panel").click,) * 2,
@@ -164,23 +166,23 @@ def test_window_can_be_resized(page, size):
         " - document.querySelector('main').clientWidth) < 1",
     )
     assert is_green(page, *page.evaluate("kreisel.locate('tip')"))
-    before = scene(page)["momentum"]
+    before = read_scene(page)["momentum"]
     start, end = drag(page, "tip", (12, -9))
     page.set_viewport_size(dict(zip(("width", "height"), WIDE, strict=True)))
     wait_for(page, f"kreisel.view.canvas.clientHeight === {WIDE[1]}")
-    assert end - start == pytest.approx((12, -9), abs=1) and scene(page)["momentum"] != before
+    assert end - start == pytest.approx((12, -9), abs=1) and read_scene(page)["momentum"] != before
 
 
 def test_the_camera_goes_back_when_the_floor_sinks(page):
     load(page, "A spinning top")
     page.keyboard.press("Home")
-    (near, before_target, _), floor = camera(page), "kreisel.view.floor.height"
+    (near, before_target, _), floor = read_camera(page), "kreisel.view.floor.height"
     before = page.evaluate(floor)
     for axis in ("first", "second", "vertical"):
         page.get_by_label(f"Momentum, {axis} component").fill("0")
         page.keyboard.press("Tab")
     assert page.evaluate(floor) < before - 0.5  # it falls through the lowest point
-    far, target, _ = camera(page)
+    far, target, _ = read_camera(page)
     assert np.linalg.norm(far) > 1.1 * np.linalg.norm(near)
     low = f"""(({{orbit}}) => kreisel.view.project(
         orbit.target.clone().setZ({floor})))(kreisel.view)[1]"""
@@ -191,7 +193,7 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
 # The rod
 
 
-def rings(page):
+def read_rings(page):
     """Return the points of the rod, (rings, sides, 3), newest first."""
     places, count = page.evaluate(f"""(({{attributes, drawRange}}) =>
         [Array.from(attributes.position.array), drawRange.count])({TOP}.rod.geometry)""")
@@ -205,16 +207,16 @@ def test_rod_is_as_thick_as_the_body_is_stiff(page, preset, ratio):
     load(page, preset)
     page.get_by_role("checkbox", name="Elastic rod").check()
     advance(page, 3)
-    across = np.linalg.norm(rings(page)[0], axis=1)
+    across = np.linalg.norm(read_rings(page)[0], axis=1)
     assert across.min() / across.max() == pytest.approx(ratio, rel=1e-5)
     path = kr.solve(
-        scene_in_python(scene(page)),
+        scene_in_python(read_scene(page)),
         3,
         page.evaluate("kreisel.page.tops[0].method"),
         step=0.01,
         every=300,
     )
-    assert np.abs(rings(page)[0] @ path.apex[-1]).max() < 1e-6  # across the way of the rod
+    assert np.abs(read_rings(page)[0] @ path.apex[-1]).max() < 1e-6  # across the way of the rod
     section = kr.rod(path).section
     assert min(section) / max(section) == pytest.approx(ratio)
 
@@ -226,17 +228,17 @@ def test_rod_is_that_of_python_and_grows(page, preset):
     lengths = []
     for t in (1, 8, 15):
         advance(page, t)
-        lengths.append(len(rings(page)))
+        lengths.append(len(read_rings(page)))
     assert lengths == [21, 161, 301]
     path = kr.solve(
-        scene_in_python(scene(page)),
+        scene_in_python(read_scene(page)),
         15,
         page.evaluate("kreisel.page.tops[0].method"),
         step=0.01,
         every=1,
     )
     scale = page.evaluate("0.5 * kreisel.view.zoom")
-    line, expected = rings(page).mean(axis=1) / scale, kr.rod(path).centre[::-5]
+    line, expected = read_rings(page).mean(axis=1) / scale, kr.rod(path).centre[::-5]
     assert line[0] == pytest.approx((0, 0, 0), abs=1e-6)
     ends = path.apex[::-5] - path.apex[-1]
     assert (
@@ -257,7 +259,7 @@ def test_trace_is_the_way_of_the_apex(page, t, stride):
         [Array.from(attributes.start.data.array), drawRange.count])({TOP}.line.geometry)""")
     points = np.reshape(places, (-1, 4, 3))[: count // 6 + 1, 0]
     assert len(points) == min(100 * t + 1, TRACE)
-    path = kr.solve(scene_in_python(scene(page)), t, "bobenko_suris", step=0.01, every=1)
+    path = kr.solve(scene_in_python(read_scene(page)), t, "bobenko_suris", step=0.01, every=1)
     radius = np.linalg.norm(points, axis=1)
     assert points / radius[:, None] == pytest.approx(path.apex[::-stride][: len(points)], abs=1e-6)
     fading = 1 - 0.02 * np.arange(len(points)) / TRACE
@@ -267,7 +269,7 @@ def test_trace_is_the_way_of_the_apex(page, t, stride):
 # The body
 
 
-def read_out(page):
+def read_body(page):
     """Return the kind of the body, and mass, moments and centre of mass."""
     kind, _, numbers = page.get_by_text("top: mass").inner_text().partition(" top: mass ")
     words = (
@@ -276,8 +278,8 @@ def read_out(page):
     return kind, [float(word) for word in words]
 
 
-def assert_is(page, body):
-    kind, numbers = read_out(page)
+def check_body(page, body):
+    kind, numbers = read_body(page)
     assert kind.lower().replace("-", "_") == body.kind
     assert numbers == pytest.approx(
         [body.mass, *body.moments, *body.principal_com], rel=5.1e-4, abs=1e-12
@@ -285,7 +287,7 @@ def assert_is(page, body):
 
 
 def test_body_is_told_as_python_tells_it(page):
-    assert read_out(page)[0] == "Lagrange" and read_out(page)[1] == [
+    assert read_body(page)[0] == "Lagrange" and read_body(page)[1] == [
         5.12,
         7.919,
         7.919,
@@ -300,18 +302,18 @@ def test_body_is_told_as_python_tells_it(page):
         "free": "",
     }.items():
         page.get_by_label("Shape").select_option(kind)
-        assert_is(page, scene_in_python(scene(page)).body)
-        assert name in read_out(page)[0]
+        check_body(page, scene_in_python(read_scene(page)).body)
+        assert name in read_body(page)[0]
 
 
 @pytest.mark.parametrize("name", ["thesis", "asymmetric", "dzhanibekov"])
 def test_body_given_by_numbers_is_told_too(page, name):
     given = getattr(kr.scenes, name)
     page.evaluate("given => kreisel.page.load(given)", kr.view(given, open=False).scene)
-    assert_is(page, given.body)
+    check_body(page, given.body)
     turned = kr.Body(2.0, [[3.0, 0.2, 0.1], [0.2, 4.0, 0.3], [0.1, 0.3, 5.0]], (0.1, 0.2, 0.3))
     page.evaluate(
         "given => kreisel.page.load(given)",
         kr.view(kr.Scene(turned, (1.0, 2.0, 3.0)), open=False).scene,
     )
-    assert_is(page, turned)
+    check_body(page, turned)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from browser import TICKS, advance, drag, load, scene, states, wait_for
+from browser import TICKS, advance, drag, load, read_scene, read_states, wait_for
 
 # Pulls at a part of top i, by some moves, and lets go or not.
 PULL = """window.pull = (part, moves = 4, {i = 0, altKey = false, lets = true} = {}) => {
@@ -138,9 +138,9 @@ def test_a_drag_makes_nothing_anew(tried, preset, held):
         load(tried, preset)
         tried.evaluate("delete window.known")
         assert tried.evaluate(PARTS)
-        before = scene(tried)
+        before = read_scene(tried)
         tried.evaluate("part => pull(part, 4, {lets: false})", part)
-        assert scene(tried) != before and tried.evaluate(PARTS)
+        assert read_scene(tried) != before and tried.evaluate(PARTS)
         tried.keyboard.press("Escape")
 
 
@@ -182,10 +182,10 @@ def test_charts_are_kept_and_have_the_record_of_now(tried):
 def test_the_top_in_hand_is_the_one_that_goes_on(tried, top):
     load(tried, "Energy and motion")
     advance(tried, 20)
-    before = states(tried)
+    before = read_states(tried)
     assert np.abs(np.subtract(before[0], before[1])).max() > 1e-3
     tried.evaluate("i => pull('tip', 1, {i})", top)
-    assert scene(tried)["attitude"] == before[top][1:5]
+    assert read_scene(tried)["attitude"] == before[top][1:5]
 
 
 def test_undo_while_a_drag_is_held_is_not_for_a_field(page):
@@ -196,5 +196,5 @@ def test_undo_while_a_drag_is_held_is_not_for_a_field(page):
     page.mouse.move(x + 20, y + 10)
     page.keyboard.press("Control+z")
     assert page.evaluate("document.activeElement === kreisel.view.canvas")
-    assert scene(page)["show"]["thickness"] == 2
+    assert read_scene(page)["show"]["thickness"] == 2
     page.mouse.up()

@@ -7,13 +7,13 @@ from browser import (
     UPRIGHT,
     WIDE,
     advance,
-    changed,
+    list_changes,
     load,
-    scene,
-    states,
+    make_viewport,
+    read_scene,
+    read_states,
     visit,
     wait_for,
-    window,
 )
 
 GROUND = "kreisel.view.world.background.getHexString()"
@@ -33,7 +33,7 @@ def chosen(page):
     page.get_by_label("Light or dark").select_option("")
 
 
-def settled(page):
+def wait_until_drawn(page):
     """Wait until everything is drawn and return the number of frames."""
     wait_for(page, "!kreisel.view.isDirty && kreisel.charts.clock === kreisel.page.clock")
     return page.evaluate("kreisel.view.renderer.info.render.frame")
@@ -46,10 +46,10 @@ def test_light_is_that_of_the_system_until_one_chooses(chosen):
     light = chosen.evaluate(GROUND)
     chosen.emulate_media(color_scheme="dark")
     wait_for(chosen, f"{GROUND} !== '{light}'")
-    dark, before = chosen.evaluate(GROUND), scene(chosen)
+    dark, before = chosen.evaluate(GROUND), read_scene(chosen)
     field = chosen.get_by_label("Light or dark")
     field.select_option("light")
-    assert chosen.evaluate(GROUND) == light and scene(chosen) == before
+    assert chosen.evaluate(GROUND) == light and read_scene(chosen) == before
     field.select_option("dark")
     chosen.emulate_media(color_scheme="light")
     assert chosen.evaluate(GROUND) == dark
@@ -112,11 +112,11 @@ def test_a_projector_gets_larger_numbers_and_charts(page):
 
 
 def test_charts_in_a_hall_can_be_read_from_afar(page):
-    page.set_viewport_size(window((2400, 1300)))
+    page.set_viewport_size(make_viewport((2400, 1300)))
     load(page, "Compare four")
     advance(page, 30)
     page.keyboard.press("b")
-    settled(page)
+    wait_until_drawn(page)
     size = "(place) => parseFloat(getComputedStyle(place).fontSize)"
     reads = page.locator(".read")
     assert reads.first.evaluate(size) >= 20
@@ -126,7 +126,7 @@ def test_charts_in_a_hall_can_be_read_from_afar(page):
     assert min(page.evaluate(fonts)) >= 20 * page.evaluate("devicePixelRatio")
     assert reads.first.evaluate("(place) => place.scrollWidth <= place.clientWidth")
     page.keyboard.press("b")
-    page.set_viewport_size(window(WIDE))
+    page.set_viewport_size(make_viewport(WIDE))
 
 
 def test_paper_is_light(chosen):
@@ -145,16 +145,16 @@ def test_paper_is_light(chosen):
 
 def test_a_page_at_rest_draws_nothing(page):
     advance(page, 3)
-    before = settled(page)
+    before = wait_until_drawn(page)
     page.evaluate(FRAMES)
     assert page.evaluate("kreisel.view.renderer.info.render.frame") == before
     page.evaluate("kreisel.page.setValue('gravity', 2)")
-    assert settled(page) > before
+    assert wait_until_drawn(page) > before
 
 
 def test_a_light_on_a_handle_asks_for_no_pictures(page):
     page.mouse.move(*page.evaluate("kreisel.locate('tip')"))
-    before = settled(page)
+    before = wait_until_drawn(page)
     assert page.evaluate("kreisel.drags.highlight.visible")
     page.evaluate(FRAMES)
     assert page.evaluate("kreisel.view.renderer.info.render.frame") == before
@@ -164,7 +164,7 @@ def test_a_light_on_a_handle_asks_for_no_pictures(page):
 # Drop lines
 
 
-def drops(page):
+def read_drops(page):
     """Return feet and heights of the drop lines from the tip of m and the centre of mass."""
     return np.array(
         page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
@@ -174,16 +174,18 @@ def drops(page):
 
 def test_drop_lines_go_from_tip_and_centre_of_mass_to_the_floor(page):
     assert not page.evaluate(f"{TOP}.drops.visible")
-    before = scene(page)
+    before = read_scene(page)
     page.get_by_role("checkbox", name="Drop lines").check()
-    assert changed(before, scene(page)) == {"show"} and page.evaluate(f"{TOP}.drops.visible")
+    assert list_changes(before, read_scene(page)) == {"show"} and page.evaluate(
+        f"{TOP}.drops.visible"
+    )
     advance(page, 2)
-    state, floor = states(page)[0], page.evaluate("kreisel.view.floor.height")
+    state, floor = read_states(page)[0], page.evaluate("kreisel.view.floor.height")
     m = np.array(state[5:]) * page.evaluate("kreisel.view.momentumZoom")
     _, w, x, y, z = state[:5]
     apex = np.array([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     centre = apex * page.evaluate("kreisel.view.zoom")  # the lever is 1
-    for drop, point in zip(drops(page), (m, centre), strict=True):
+    for drop, point in zip(read_drops(page), (m, centre), strict=True):
         assert drop == pytest.approx([point[0], point[1], floor, point[2] - floor], abs=1e-6)
 
 
@@ -214,12 +216,12 @@ def test_the_section_of_the_rod_can_be_chosen(page, section, ratio):
 
 def test_top_or_box_changes_nothing_else(page):
     load(page, UPRIGHT, chart="spin")
-    before, choice = scene(page), page.get_by_label("Show as")
+    before, choice = read_scene(page), page.get_by_label("Show as")
     choice.select_option("top")
-    assert changed(before, scene(page)) == {"show"} and choice.input_value() == "top"
+    assert list_changes(before, read_scene(page)) == {"show"} and choice.input_value() == "top"
     page.get_by_label("Shape").select_option("kowalewski")
     assert choice.input_value() == "box" and choice.locator("option[value=top]").is_disabled()
-    assert scene(page)["chart"] == "spin" and scene(page)["integral"] == "kowalewski"
+    assert read_scene(page)["chart"] == "spin" and read_scene(page)["integral"] == "kowalewski"
     page.get_by_label("Shape").select_option("lagrange")
     assert choice.input_value() == "top"
-    assert scene(page)["chart"] == "spin" and scene(page)["integral"] == "energy"
+    assert read_scene(page)["chart"] == "spin" and read_scene(page)["integral"] == "energy"
