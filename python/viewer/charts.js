@@ -197,7 +197,7 @@ export class Charts {
       return ends.map((x) => transform((x - start) * getScale(name)));
     });
     const times = simulation.getTimes();
-    const all = [mergeRows(times, times), ...lines]; // each row has its least and its greatest value
+    const all = [mergeRows(times, times), ...lines]; // the least and the greatest value
     const before = this.collectPreviousData(name, (x, start) =>
       transform((x - (isConserved ? start : 0)) * getScale(name)),
     );

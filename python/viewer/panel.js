@@ -98,7 +98,8 @@ export class Panel {
     const why = this.refused?.place === place ? this.refused.why : "";
     return html`<span class="number"><input type="number" step="any" aria-label=${words}
       placeholder=${none} ?disabled=${off}
-      .value=${this.typedPlace === place ? noChange : show()} @focus=${beginEdit} @input=${beginEdit}
+      .value=${this.typedPlace === place ? noChange : show()}
+      @focus=${beginEdit} @input=${beginEdit}
       @blur=${endEdit} @change=${this.makeSetter(place, read, show)}
       ><span class="wrong" ?hidden=${!why}>${why}</span></span>`;
   }

@@ -36,7 +36,8 @@ export function toPython(top) {
     ? `.cuboid(half=${formatList(half)}, pivot=${formatList(pivot)}, density=${density})`
     : `(mass=${mass}, inertia=${formatRows(inertia)}, com=${formatList(com)}, made_up=True)`;
   const scene = (attitude, momentum) =>
-    `kr.Scene(body, momentum=${formatList(momentum)}, attitude=${formatList(attitude)}, gravity=${gravity})`;
+    `kr.Scene(body, momentum=${formatList(momentum)}, attitude=${formatList(attitude)}, ` +
+    `gravity=${gravity})`;
   const hasOwnStart = (side) => second && side === 1;
   const writeRun = (name, side) => (step) => {
     const { isAdaptive, isRestarting } = methods.get(name);
