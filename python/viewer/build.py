@@ -47,6 +47,9 @@ REPLACED_MODULES = {
 # Kernels and closed forms that the page does not use; wasm.c has empty tables in their place.
 SKIPPED_SOURCES = re.compile(r"kernel_(dd|tangents|bundles|kowalewski)|kowalewski\.c")
 
+TARGET = "-target wasm32-wasi -mexec-model=reactor -msimd128 -flto -std=c99 -ffp-contract=off -s"
+SMALL = "-Os -Xclang -Oz -fno-vectorize -fno-slp-vectorize -fvisibility=hidden"
+
 
 def compile_core(wasm: Path) -> None:
     """Compile the functions that core.js calls into the compressed file `wasm`.
@@ -54,24 +57,6 @@ def compile_core(wasm: Path) -> None:
     Floating-point operations are not fused, so all bits equal those of other builds. Size takes
     precedence over speed.
     """
-    target = [
-        "-target",
-        "wasm32-wasi",
-        "-mexec-model=reactor",
-        "-msimd128",
-        "-flto",
-        "-std=c99",
-        "-ffp-contract=off",
-        "-s",
-    ]
-    size_options = [
-        "-Os",
-        "-Xclang",
-        "-Oz",
-        "-fno-vectorize",
-        "-fno-slp-vectorize",
-        "-fvisibility=hidden",
-    ]
     calls = sorted(
         set(re.findall(r"\bC\.([a-z]\w+)", (HERE / "core.js").read_text(encoding="utf-8")))
         - {"memory"}
@@ -87,8 +72,8 @@ def compile_core(wasm: Path) -> None:
         "-m",
         "ziglang",
         "cc",
-        *target,
-        *size_options,
+        *TARGET.split(),
+        *SMALL.split(),
         *exports,
         f"-I{ROOT / 'csrc'}",
     ]
