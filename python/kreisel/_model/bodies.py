@@ -21,7 +21,6 @@ from .broadcasting import (
     Parameter,
     Shape,
     axis_names,
-    broadcast_view,
     common_shape,
     make_column,
     parse_parameter,
@@ -99,9 +98,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
         )
         given = [*words, *([slacks] if np.any(slacks.values) else [])]
-        shape = common_shape(
-            [*((each.name, each.shape) for each in given), ("made_up", made.shape)]
-        )
+        names, shapes = [each.name for each in given], [each.shape for each in given]
+        shape = common_shape([*names, "made_up"], [*shapes, made.shape])
         columns: dict[str, Column] = {
             "mass": make_column(mass, shape, 0),
             "inertia": make_column(tensor.values, shape, len(tensor.value)),
@@ -286,7 +284,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     @property
     def axes(self) -> Array:
         """(..., 4) rotations from the principal axes to the frames of description."""
-        return self._columns.get("axes", broadcast_view(_UPRIGHT, (*self.shape, 4)))
+        return self._columns.get("axes", np.broadcast_to(_UPRIGHT, (*self.shape, 4)))
 
     @classmethod
     def _from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
@@ -312,17 +310,21 @@ class Bodies(BodiesConstructors, Batch[Body]):
         dims = len(self.shape)
         names = (None,) * front + self._names
         return self._map_columns(
-            lambda held: broadcast_view(held, shape + held.shape[dims:]), shape, names
+            lambda held: np.broadcast_to(held, shape + held.shape[dims:]), shape, names
         )
 
 
 def parse_tensors(name: str, given: object) -> Parameter:
     """Parse moments, or matrices if the last two dimensions are both 3."""
     what = "3 moments or a symmetric 3x3 matrix, or an array of them"
-    values = given if isinstance(given, np.ndarray) else as_array(name, given, what)
-    if values.shape[-2:] != (3, 3):
-        return parse_parameter(name, values, (3,), what)
-    made = parse_parameter(name, values, (3, 3), what)
+    if isinstance(given, Parameter):
+        made = given
+    else:
+        values = given if isinstance(given, np.ndarray) else as_array(name, given, what)
+        value = (3, 3) if values.shape[-2:] == (3, 3) else (3,)
+        made = parse_parameter(name, values, value, what)
+    if made.value == (3,):
+        return made
     with np.errstate(over="ignore"):
         skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
     made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _symmetric)

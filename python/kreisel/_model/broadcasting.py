@@ -7,7 +7,8 @@ stored once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import math
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,7 +48,7 @@ class Parameter(NamedTuple):
 
     def broadcast_to(self, shape: Shape) -> Array:
         """Broadcast the values to the members' shape."""
-        return broadcast_view(self.values, shape + self.value)
+        return np.broadcast_to(self.values, shape + self.value)
 
     def raise_at_first(self, bad: Any, look: Validator) -> None:
         """Raise the error of the first value that is flagged in `bad`, with its index."""
@@ -72,7 +73,12 @@ def to_python(value: Any) -> Any:
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
-    """Build a parameter of finite numbers, each value of the shape `value`."""
+    """Build a parameter of finite numbers, each value of the shape `value`.
+
+    A `Parameter` is finite already and is returned as it is.
+    """
+    if isinstance(given, Parameter):
+        return given
     said = what or (f"{value[0]} numbers" if value else "a number")
     values = as_array(name, drop_broadcast(given) if type(given) is np.ndarray else given, said)
     if isinstance(given, np.ndarray):
@@ -116,10 +122,10 @@ def not_below_zero(name: str, given: object) -> Parameter:
 
 def drop_broadcast(values: Column, lead: int | None = None) -> Column:
     """Reduce broadcast dimensions to a single entry, among the first `lead` dimensions or all."""
-    if not values.size:
-        return values
     strides = values.strides[:lead]
-    return values[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in strides)]
+    if 0 not in strides or not values.size:
+        return values
+    return values[tuple([slice(0, 1) if stride == 0 else slice(None) for stride in strides])]
 
 
 def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
@@ -136,32 +142,27 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     return changed
 
 
-def broadcast_view(values: Column, shape: Shape) -> Column:
-    """Broadcast `values` to `shape` as a read-only view."""
-    return np.broadcast_to(values, shape)
-
-
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:
     """Broadcast `values` over the members; its last `trailing` dimensions belong to one value."""
     lead = values.ndim - trailing
     kept = np.asarray(values).view()
     kept.flags.writeable = False
-    return broadcast_view(kept, shape + kept.shape[lead:])
+    return np.broadcast_to(kept, shape + kept.shape[lead:])
 
 
-def common_shape(words: Iterable[tuple[str, Shape]]) -> Shape:
+def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
     """Return the common shape of named shapes; raise ValueError if they do not broadcast."""
-    given = list(words)
     try:
-        return np.broadcast_shapes(*(shape for _, shape in given))
+        return np.broadcast_shapes(*shapes)
     except ValueError:
-        told = ", ".join(f"{name} {shape}" for name, shape in given if shape)
+        named = zip(names, shapes, strict=True)
+        told = ", ".join([f"{name} {shape}" for name, shape in named if shape])
         raise ValueError(f"the shapes of the members do not broadcast to one: {told}") from None
 
 
 def shape_of(*words: Parameter) -> Shape:
     """Return the shape of the members that the parameters `words` describe."""
-    return common_shape((each.name, each.shape) for each in words)
+    return common_shape([each.name for each in words], [each.shape for each in words])
 
 
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
@@ -169,6 +170,8 @@ def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ..
 
     A parameter that varies along several dimensions names none of them.
     """
+    if not shape:
+        return ()
     along: list[list[Parameter]] = [[] for _ in shape]
     places: dict[str, int] = {}
     for each in words:
@@ -177,8 +180,12 @@ def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ..
                 along[-back].append(each)
                 places[each.name] = places.get(each.name, 0) + 1
     return tuple(
-        here[0].name if len(here) == 1 and not here[0].value and places[here[0].name] == 1 else None
-        for here in along
+        [
+            here[0].name
+            if len(here) == 1 and not here[0].value and places[here[0].name] == 1
+            else None
+            for here in along
+        ]
     )
 
 
@@ -192,27 +199,24 @@ def split_components(values: Array) -> tuple[Array, ...]:
     return tuple(np.moveaxis(values, -1, 0))
 
 
-def iterate_blocks(shape: Shape) -> Iterator[slice]:
-    """Yield slices of the first dimension whose numbers fit into the cache."""
-    n = shape[0] if shape else 1
-    each = max(1, int(np.prod(shape[1:], dtype=np.int64)))
-    step = max(1, _BLOCK // each)
-    return (slice(begin, begin + step) for begin in range(0, n, step))
-
-
 def map_blocks(
     compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
 ) -> Array:
     """Apply `compute` to columns block by block and return a column of vectors of length `width`.
 
-    Each column is passed as its components.
+    Each column is passed as its components. The numbers of a block fit into the cache.
     """
     out = np.empty((*shape, width))
-    wide = [broadcast_view(values, (*(shape or (1,)), values.shape[-1])) for values in given]
-    to = out if shape else out[None]
-    for piece in iterate_blocks(shape):
+    rows = out if shape else out[None]
+    columns = [
+        np.moveaxis(np.broadcast_to(values, (*rows.shape[:-1], values.shape[-1])), -1, 0)
+        for values in given
+    ]
+    step = max(1, _BLOCK // max(1, math.prod(shape[1:])))
+    for begin in range(0, len(rows), step):
+        block = slice(begin, begin + step)
         with np.errstate(all="ignore"):
-            made = compute(*(split_components(values[piece]) for values in wide))
+            made = compute(*[tuple(values[:, block]) for values in columns])
         for k, component in enumerate(made):
-            to[piece][..., k] = component
+            rows[block][..., k] = component
     return read_only(out)

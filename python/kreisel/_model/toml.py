@@ -87,10 +87,13 @@ def call_constructor(
 
 def dump(words: Mapping[str, object]) -> str:
     """Return a line of TOML for each key, with all digits of numbers."""
-    return "".join(f"{name} = {_value(value)}\n" for name, value in words.items())
+    return "".join([f"{name} = {_value(value)}\n" for name, value in words.items()])
 
 
 def _value(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    return f"[{', '.join(map(_value, value))}]" if isinstance(value, tuple) else repr(value)
+    if not isinstance(value, tuple):
+        return repr(value)
+    texts = map(repr if set(map(type, value)) == {float} else _value, value)
+    return f"[{', '.join(texts)}]"

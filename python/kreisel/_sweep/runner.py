@@ -10,7 +10,7 @@ from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecu
 
 from .._options.solve_options import Progress
 from .._results.executor import is_local, run_jobs
-from .part_table import PartTable, rows_of
+from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
 _AHEAD = 256  # parts that an executor has at once: more than it has workers, few enough to call off
@@ -20,7 +20,7 @@ _TELL = 0.1  # seconds between calls of progress
 def compute_part(folder: SweepStore, i: int, threads: int, progress: Progress | None) -> PartTable:
     """The rows of a part. A top that fails is one as any other."""
     numbers = folder.plan.tops_of(i)
-    return rows_of(folder.plan, numbers, folder.plan.compute_tops(numbers, threads, progress))
+    return tabulate_part(folder.plan, numbers, folder.plan.compute_tops(numbers, threads, progress))
 
 
 def make(folder: SweepStore, i: int, progress: Progress | None = None) -> int:

@@ -11,6 +11,7 @@ import re
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple, Unpack, overload
 
 import numpy as np
@@ -18,14 +19,14 @@ import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from .._model.bodies import Bodies
-from .._model.broadcasting import drop_broadcast
+from .._model.broadcasting import Parameter, Shape, drop_broadcast
 from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
-from .._model.variation import scatter
+from .._model.variation import scatter, vary
 from .._options.ensemble_options import format_index, unravel_index
 from .._utils.errors import frozen_message
-from .._utils.validation import Array, as_bool, as_int, check_type, short_repr
-from .parameter_values import FLAGS, ParameterValues, Shape, given
+from .._utils.validation import as_bool, as_int, check_type, short_repr
+from .parameter_values import FLAGS, parse_start
 from .start_table import read_columns
 
 _DRAWS = 4  # random numbers of a top for a word, of which none that is drawn has more components
@@ -35,7 +36,7 @@ _SAMPLED = 1 << 10  # tops by which a source is looked at
 _SCATTERED = "momentum", "attitude", "gravity"
 _NOT_DRAWN = "attitude", "attitude_xyzw", "inertia"
 Places = npt.NDArray[np.int64]
-Words = Mapping[str, ParameterValues]
+Words = Mapping[str, Parameter]
 
 
 class RandomSpec(NamedTuple):
@@ -86,15 +87,21 @@ class Source:
         (3, 2)
         """
         numbers, flags = _split(scene, words)
-        axes = [name for name, one in numbers.items() if one.lead]
+        shapes = {name: one.shape for name, one in numbers.items()}
+        axes = tuple(filter(shapes.__getitem__, shapes))
         if not axes:
             raise ValueError("a grid needs the values of at least one word, as spin=[0, 1, 2]")
         for name in axes:
-            _refuse_no_row(name, numbers[name])
-        shape = tuple(numbers[name].lead[0] for name in axes)
-        spread = {name: _along(one, name, axes) for name, one in numbers.items()}
+            if len(shapes[name]) != 1 or 0 in shapes[name]:
+                raise ValueError(
+                    f"{name} must be one value or a list of values, not of shape {shapes[name]}"
+                )
+        shape = sum(map(shapes.__getitem__, axes), ())
+        if math.prod(shape) >= 2**53:
+            raise ValueError(f"a grid of shape {shape} has more tops than can be counted")
+        spread = {name: _reshape_along(one, axes) for name, one in numbers.items()}
         told = {name: spread[name] for name in axes}
-        return cls(scene, _counted(shape), tuple(axes), spread, told, flags)
+        return cls(scene, shape, axes, spread, told, flags)
 
     @classmethod
     def random(cls, scene: Scene, n: int, *, seed: int = 0, **words: Unpack[VaryKwargs]) -> Source:
@@ -112,12 +119,12 @@ class Source:
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         numbers, flags = _split(scene, words)
-        ranges = {name: one for name, one in numbers.items() if one.lead}
+        ranges = {name: one for name, one in numbers.items() if one.shape}
         if not ranges:
             raise ValueError("random tops need the range of at least one word, as spin=(0, 20)")
         for name, one in ranges.items():
             _refuse_no_range(name, one)
-        still = {name: _along(one, name, ["top"]) for name, one in numbers.items() if not one.lead}
+        still = {n: _reshape_along(one, ("top",)) for n, one in numbers.items() if n not in ranges}
         return cls(scene, (count,), ("top",), still, {}, flags, RandomSpec(key, ranges, {}))
 
     @classmethod
@@ -168,7 +175,7 @@ class Source:
         numbers, flags = _split(
             scene, {**words, "degrees": degrees, "steady": steady, "fast": fast}
         )
-        lengths = {name: one.lead for name, one in numbers.items()}
+        lengths = {name: one.shape for name, one in numbers.items()}
         if len(set(lengths.values())) != 1 or not all(map(_is_row, lengths.values())):
             raise ValueError(
                 f"{os.fspath(file)}: its columns must be rows of one length, not {lengths}"
@@ -186,10 +193,10 @@ class Source:
         if isinstance(tops.body, Bodies):
             columns |= {name: tops.body._columns[name] for name in _BODY}
         scene = tops._member((0,) * tops.ndim)
-        words, told = (_held(some, tops.ndim) for some in (columns, tops._varied))
+        words, told = (_drop_broadcasts(some, tops.ndim) for some in (columns, tops._varied))
         return cls(scene, tops.shape, tops.axes, words, told)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """The number of tops."""
         return math.prod(self.shape)
@@ -262,104 +269,103 @@ class Source:
             momentum, attitude, gravity = map(drawn.widths.get, _SCATTERED)
             widths = momentum, attitude, gravity
             return scatter(Ensemble, self.scene, at.size, drawn.seed, *widths, begin=first)
-        values: dict[str, Any] = {
-            name: _taken(one, self.shape, at) for name, one in self._words.items()
-        }
+        words: dict[str, Any] = _take(self._words, self.shape, at)
         if drawn is not None:
-            values |= {
-                name: _even(drawn.seed, name, one, first, at.size)
-                for name, one in drawn.ranges.items()
-            }
-        if "made_up" in values:
-            mass, inertia, com, rounded, made_up = (values.pop(name) for name in _BODY)
-            values["body"] = Bodies(
-                mass, inertia, com, rounded=rounded, made_up=made_up.astype(bool)
-            )
-        values |= self._flags
-        return self.scene.vary(**values)
+            words |= _draw(drawn, first, at.size)
+        if "made_up" in words:
+            body = {name: words.pop(name) for name in _BODY}
+            body["made_up"] = body["made_up"].values.astype(bool)
+            words["body"] = Bodies(**body)
+        words |= self._flags
+        return vary(Ensemble, self.scene, words)
 
-    def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, ParameterValues]:
-        """The words that vary, of some tops, which are these."""
-        at = np.arange(begin, end, dtype=np.int64)
-        rows = {
-            n: ParameterValues(_taken(one, self.shape, at), one.value)
-            for n, one in self._told.items()
-        }
+    def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
+        """Return the parameters that vary, of the tops begin..end, which are `tops`."""
+        rows = _take(self._told, self.shape, np.arange(begin, end, dtype=np.int64))
         if self._drawn is not None:
-            for name, one in self._drawn.ranges.items():
-                drawn = _even(self._drawn.seed, name, one, begin, end - begin)
-                rows[name] = ParameterValues(drawn, one.value)
+            rows |= _draw(self._drawn, begin, end - begin)
             for name in self._drawn.widths:
                 values = tops._columns[name]
-                rows[name] = ParameterValues(values, values.shape[1:])
+                rows[name] = Parameter(name, values, values.shape[1:])
         return rows
 
 
 def _split(
     scene: Scene, words: Mapping[str, object]
-) -> tuple[dict[str, ParameterValues], dict[str, bool]]:
-    """The words of numbers, and those that are true or not."""
+) -> tuple[dict[str, Parameter], dict[str, bool]]:
+    """Split the arguments `words` into parameters with values, and the flags that are True."""
     check_type("scene", scene, Scene)
-    told = {name: value for name, value in words.items() if value is not None}
-    numbers = {name: given(name, value) for name, value in told.items() if name not in FLAGS}
-    flags = {name: as_bool(name, told[name]) for name in FLAGS if name in told}
-    return numbers, {name: True for name, is_so in flags.items() if is_so}
+    numbers: dict[str, Parameter] = {}
+    flags: dict[str, bool] = {}
+    for name, value in words.items():
+        if value is None:
+            continue
+        if name not in FLAGS:
+            numbers[name] = parse_start(name, value)
+        elif as_bool(name, value):
+            flags[name] = True
+    return numbers, {name: True for name in FLAGS if name in flags}
 
 
 def _is_row(lead: Shape) -> bool:
     return len(lead) == 1 and lead[0] > 0
 
 
-def _refuse_no_row(name: str, one: ParameterValues) -> None:
-    if not _is_row(one.lead):
-        raise ValueError(f"{name} must be one value or a list of values, not of shape {one.lead}")
-
-
-def _refuse_no_range(name: str, one: ParameterValues) -> None:
+def _refuse_no_range(name: str, one: Parameter) -> None:
     if name in _NOT_DRAWN:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
-    if one.lead != (2,) or (one.values[0] > one.values[1]).any():
+    if one.shape != (2,) or (one.values[0] > one.values[1]).any():
         raise ValueError(
             f"{name} must be one value, or two between which it lies, the lesser one first; "
             f"not {short_repr(one.values.tolist())}"
         )
 
 
-def _counted(shape: Shape) -> Shape:
-    if math.prod(shape) >= 2**53:
-        raise ValueError(f"a grid of shape {shape} has more tops than can be counted")
-    return shape
+def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
+    """Reshape the values along the axis of their name; a single value has length 1 along each."""
+    lead = [1] * len(axes)
+    if one.name in axes:
+        lead[axes.index(one.name)] = len(one.values)
+    return one._replace(values=one.values.reshape(*lead, *one.value))
 
 
-def _along(one: ParameterValues, name: str, axes: list[str]) -> ParameterValues:
-    """The values along the dimension of their word, or along none."""
-    lead = [len(one.values) if axis == name and one.lead else 1 for axis in axes]
-    return ParameterValues(one.values.reshape(*lead, *one.value), one.value)
-
-
-def _held(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, ParameterValues]:
-    """Columns of an ensemble of so many dimensions, without what broadcasting makes of them."""
+def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Parameter]:
+    """Return the columns of an ensemble of `dims` dimensions, with shared values stored once."""
     return {
-        name: ParameterValues(drop_broadcast(column, dims).astype(np.float64), column.shape[dims:])
+        name: Parameter(name, drop_broadcast(column, dims).astype(np.float64), column.shape[dims:])
         for name, column in columns.items()
     }
 
 
-def _taken(one: ParameterValues, shape: Shape, at: Places) -> Array:
-    """The values of some members."""
-    if not shape:
-        return np.broadcast_to(one.values, (at.size, *one.value))
-    where = np.unravel_index(at, shape)
-    places = zip(where, one.lead, strict=True)
-    return one.values[tuple(place if n > 1 else 0 * place for place, n in places)]
+def _take(words: Words, shape: Shape, at: Places) -> dict[str, Parameter]:
+    """Return the values of the members of a source of `shape` with the indices `at`."""
+    where = np.unravel_index(at, shape) if shape else ()
+    first = np.zeros_like(at)
+    taken: dict[str, Parameter] = {}
+    for name, one in words.items():
+        if shape:
+            lengths = one.values.shape[: len(shape)]
+            key = [i if n > 1 else first for i, n in zip(where, lengths, strict=True)]
+            values = one.values[tuple(key)]
+        else:
+            values = np.broadcast_to(one.values, (at.size, *one.value))
+        taken[name] = one._replace(values=values)
+    return taken
 
 
-def _even(seed: int, name: str, one: ParameterValues, begin: int, n: int) -> Array:
-    """Evenly distributed values of a word: that of a top depends on the seed, the word and the
-    number of the top, for Philox counts its random words and has no other state."""
-    philox = np.random.Philox(key=seed | zlib.crc32(name.encode()) << 64).advance(begin)
-    raw = philox.random_raw(n * _DRAWS).reshape(n, _DRAWS)
-    parts = math.prod(one.value)
-    even = (raw[:, :parts] >> np.uint64(11)).astype(np.float64) * 2.0**-53
-    low, high = one.values
-    return np.asarray(low + (high - low) * even.reshape(n, *one.value))
+def _draw(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
+    """Draw uniformly distributed values of the tops `begin` to `begin` + `n`.
+
+    A value depends on the seed, the parameter and the index of the top. The generator Philox has a
+    counter and no other state.
+    """
+    drawn: dict[str, Parameter] = {}
+    for name, one in random.ranges.items():
+        key = random.seed | zlib.crc32(name.encode()) << 64
+        raw = np.random.Philox(key=key).advance(begin).random_raw(n * _DRAWS).reshape(n, _DRAWS)
+        parts = math.prod(one.value)
+        uniform = (raw[:, :parts] >> np.uint64(11)).astype(np.float64) * 2.0**-53
+        low, high = one.values
+        values = np.asarray(low + (high - low) * uniform.reshape(n, *one.value))
+        drawn[name] = one._replace(values=values)
+    return drawn

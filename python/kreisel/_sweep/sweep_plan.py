@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from .._core import Worker
+from .._model.broadcasting import Parameter
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
 from .._options.times import memory
 from .._utils.validation import Array, as_int
-from .parameter_values import ParameterValues
 from .source import Places, RandomSpec, Source
 from .task import Became, SweepTask, task_from_json
 
@@ -39,12 +39,12 @@ class SweepPlan:
     times: Array
     sample: tuple[Places, Ensemble] | None = None  # the tops by which the plan was validated
 
-    @property
+    @cached_property
     def states(self) -> int:
         """The number of states of each top."""
         return int(self.times.size)
 
-    @property
+    @cached_property
     def parts(self) -> int:
         """The number of parts."""
         return -(-self.source.size // self.part)
@@ -82,10 +82,10 @@ class SweepPlan:
         return hash_of(self.told)
 
     @property
-    def arrays(self) -> Iterator[Array]:
-        """The numbers that are too many for the plan itself."""
-        for words in (self.source._words, self.source._told):
-            yield from (one.values for one in words.values() if one.values.size > _INLINE)
+    def arrays(self) -> list[Array]:
+        """The arrays of values that are too large for the plan itself."""
+        words = *self.source._words.values(), *self.source._told.values()
+        return [one.values for one in words if one.values.size > _INLINE]
 
     @cached_property
     def kernel(self) -> str:
@@ -106,7 +106,8 @@ class SweepPlan:
         Raises TypeError or ValueError for the first invalid top, with its index.
         """
         try:
-            return self.asked.compute_tops(self.ensemble(tops), threads, progress)
+            some = self.ensemble(tops)
+            return self.asked.compute_tops(some, self.order, self.times, threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
             raise self.source._refusal(self.asked.look, at, error) from None
@@ -129,7 +130,7 @@ def name_of(values: Array) -> str:
     return f"starts-{digest.hexdigest()}.npy"
 
 
-def _words(words: Mapping[str, ParameterValues]) -> list[list[Any]]:
+def _words(words: Mapping[str, Parameter]) -> list[list[Any]]:
     """Words in their order, each with the shape of a value and its numbers, or where these are."""
     return [
         [
@@ -191,9 +192,10 @@ def read(told: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
 
 
 def _source(told: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def words(rows: list[list[Any]]) -> dict[str, ParameterValues]:
+    def words(rows: list[list[Any]]) -> dict[str, Parameter]:
         return {
-            name: ParameterValues(
+            name: Parameter(
+                name,
                 load(numbers) if isinstance(numbers, str) else np.asarray(numbers, np.float64),
                 tuple(value),
             )
@@ -205,7 +207,7 @@ def _source(told: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
         random = told["random"]
         drawn = RandomSpec(random["seed"], words(random["ranges"]), random["widths"])
     made_of = words(told["made_of"])
-    varied: dict[str, ParameterValues] = {}
+    varied: dict[str, Parameter] = {}
     for row in told["varied"]:
         varied |= {row: made_of[row]} if isinstance(row, str) else words([row])
     scene, shape = Scene.from_toml(told["scene"]), tuple(told["shape"])

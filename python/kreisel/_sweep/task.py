@@ -11,16 +11,23 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 
 from .._model.scene import Ensemble
-from .._options.ensemble_options import EnsembleOptions, parse_ensemble_options, parse_times
+from .._options.ensemble_options import (
+    EnsembleOptions,
+    method_for_all,
+    parse_ensemble_options,
+    parse_times,
+)
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress
 from .._results.ensemble_paths import Paths
+from .._results.executor import WorkerPool
 from .._results.indicators import Indicator
 from .._results.reductions import Reductions
+from .._results.run_ensemble import run_ensemble
 from .._results.section_result import Section
 from .._solve.chaos import lyapunov, megno, oli, parse_growth
 from .._solve.section import parse_event, parse_section, section
-from .._solve.solve_ensemble import SolveArguments, parse_arguments, reduce, solve_ensemble
+from .._solve.solve_ensemble import SolveArguments, parse_arguments, runner_for
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Array, Numbers, short_repr
 from ..events import Event, from_record, parse_events, to_record
@@ -43,8 +50,18 @@ class SweepTask(Protocol):
         """The order of some tops, and their times; of a section, for each of its states how long
         the tops wait. TypeError or ValueError for what cannot be."""
 
-    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Became:
-        """Compute the results of these tops."""
+    def compute_tops(
+        self,
+        some: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> Became:
+        """Compute the results of the tops `some`, with the options and times of `look`.
+
+        Raises TypeError or ValueError for the first top that the task does not suit.
+        """
 
 
 class Solve(NamedTuple):
@@ -92,15 +109,18 @@ class Solve(NamedTuple):
         return options, parse_times(some, self.t, options)
 
     def compute_tops(
-        self, some: Ensemble, threads: int, progress: Progress | None
+        self,
+        some: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
     ) -> Paths | Reductions:
-        words = self.words
-        if words.reduce is None:
-            return solve_ensemble(some, self.t, self.method, words, progress, threads)
-        run: Callable[..., Reductions] = reduce
-        controls = {name: getattr(words, name) for name in ("step", "tol", "digits", "every")}
-        controls |= {"max_steps": words.max_steps, "threads": threads, "progress": progress}
-        return run(some, self.t, words.reduce, self.method, **controls)
+        if not (options.is_auto or options.searches_step):
+            method_for_all(options.solve.method.name, some)
+        kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
+        pool, runner = WorkerPool(threads), runner_for(options)
+        return run_ensemble(kind, some, times, options, pool, runner, progress)
 
 
 class Growth(NamedTuple):
@@ -126,7 +146,14 @@ class Growth(NamedTuple):
         times, _ = parse_growth(some, *self[1:])
         return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
-    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Indicator:
+    def compute_tops(
+        self,
+        some: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> Indicator:
         verb, t, direction, tol, most = self
         steering = {"direction": direction, "tol": tol, "max_steps": most}
         return INDICATORS[verb](some, t, **steering, threads=threads, progress=progress)
@@ -163,7 +190,14 @@ class Sections(NamedTuple):
         waits, order = parse_section(some, *self)
         return order, waits[0]
 
-    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Section:
+    def compute_tops(
+        self,
+        some: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> Section:
         words = self._asdict()
         return section(some, **words, threads=threads, progress=progress)
 
