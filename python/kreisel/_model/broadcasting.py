@@ -21,7 +21,6 @@ from .._utils.validation import (
     as_floats,
     as_positive,
     at_least_zero,
-    read_only,
     short_repr,
 )
 from .inertia import parse_tensor
@@ -150,6 +149,11 @@ def make_column(values: Column, shape: Shape, trailing: int) -> Column:
     return np.broadcast_to(kept, shape + kept.shape[lead:])
 
 
+def make_columns(named: Iterable[tuple[str, Column, int]], shape: Shape) -> dict[str, Column]:
+    """Broadcast named values over the members; see `make_column` for the number beside them."""
+    return {name: make_column(values, shape, trailing) for name, values, trailing in named}
+
+
 def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
     """Return the common shape of named shapes; raise ValueError if they do not broadcast."""
     try:
@@ -175,7 +179,8 @@ def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ..
     along: list[list[Parameter]] = [[] for _ in shape]
     places: dict[str, int] = {}
     for each in words:
-        for back, n in enumerate(reversed(each.shape), 1):
+        lead = each.values.shape[: each.values.ndim - len(each.value)]
+        for back, n in enumerate(reversed(lead), 1):
             if n != 1 or shape[-back] == 1:
                 along[-back].append(each)
                 places[each.name] = places.get(each.name, 0) + 1
@@ -219,4 +224,5 @@ def map_blocks(
             made = compute(*[tuple(values[:, block]) for values in columns])
         for k, component in enumerate(made):
             rows[block][..., k] = component
-    return read_only(out)
+    out.flags.writeable = False
+    return out

@@ -40,6 +40,7 @@ from .euler_angles import (
 
 Components = tuple[Array, Array, Array]
 _DEGREE = math.pi / 180.0
+_REST = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # t, attitude, momentum of a start
 
 
 class EnsembleConstructors(EnsembleData[S]):
@@ -109,7 +110,7 @@ class EnsembleConstructors(EnsembleData[S]):
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))
-            angles = [values(name, one._block, one._start)[0] for name in names]
+            angles = [values(name, one._block, _REST)[0] for name in names]
         else:
             many = cls(body, momentum=(0.0, 0.0, 0.0))
             angles = [many._core_scenes.values(name).reshape(many.shape) for name in names]
@@ -177,9 +178,9 @@ def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
     """Build the parameter of angles with the vertical."""
     made = parse_parameter("tilt", given)
     angle = array_to_radians(made.values, degrees)
-    made.raise_at_first(
-        ~((angle >= 0.0) & (angle <= math.pi)), lambda _, one: check_tilt(one, degrees)
-    )
+    bad = ~((angle >= 0.0) & (angle <= math.pi))
+    if bad.any():
+        made.raise_at_first(bad, lambda _, one: check_tilt(one, degrees))
     return made
 
 

@@ -23,7 +23,7 @@ from .broadcasting import (
     Shape,
     axis_names,
     common_shape,
-    make_column,
+    make_columns,
     map_blocks,
     parse_parameter,
     to_python,
@@ -92,8 +92,8 @@ class EnsembleData(Batch[S]):
         self._set_columns(
             shape,
             axis_names(shape, words),
-            {name: make_column(held, shape, name != "gravity") for name, held in columns.items()},
-            {word.name: make_column(word.values, shape, len(word.value)) for word in words},
+            make_columns([(n, held, n != "gravity") for n, held in columns.items()], shape),
+            make_columns([(each.name, each.values, len(each.value)) for each in words], shape),
         )
         status, index = self._core_scenes.check()
         if status != "OK":
@@ -222,7 +222,10 @@ def broadcast_shape(body: Body | Bodies, told: Sequence[Parameter]) -> Shape:
     """Return the common shape of the bodies and all parameters."""
     own = body.shape if isinstance(body, Bodies) else ()
     shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in told]
-    return common_shape(["body", *[each.name for each in told]], [own, *shapes])
+    try:
+        return np.broadcast_shapes(own, *shapes)
+    except ValueError:
+        return common_shape(["body", *[each.name for each in told]], [own, *shapes])
 
 
 def member_error(
@@ -284,7 +287,7 @@ def parse_damping(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array
         return Parameter("damping", _ZERO, (3,)), _ZERO
     if isinstance(given, Parameter):
         made = given
-        along = np.broadcast_to(made.values, (*made.shape, 3))
+        along = np.broadcast_to(made.values, (*made.values.shape[:-1], 3))
     elif np.ndim(given) == 0:
         made = parse_parameter("damping", given)
         along = np.repeat(made.values, 3)

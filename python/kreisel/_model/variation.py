@@ -73,8 +73,10 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
         damping = Parameter("damping", np.asarray(scene.damping), (3,))
     in_degrees = as_bool("degrees", given.get("degrees", False))
     steady, fast = given.get("steady", False), given.get("fast", False)
-    drag = damping.values if isinstance(damping, Parameter) else damping
-    is_steady = check_steady(steady, fast, given.get("precession"), drag)
+    is_steady = False
+    if steady is not False or fast is not False:
+        drag = damping.values if isinstance(damping, Parameter) else damping
+        is_steady = check_steady(steady, fast, given.get("precession"), drag)
     if kinds[1] or (is_steady and not told):
         start = _start_from_spin(body, scene, given, gravity, in_degrees, (is_steady, fast))
     elif is_steady:

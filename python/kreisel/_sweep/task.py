@@ -19,6 +19,7 @@ from .._options.ensemble_options import (
 )
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress
+from .._results.ensemble_buffers import LANES
 from .._results.ensemble_paths import Paths
 from .._results.executor import WorkerPool
 from .._results.indicators import Indicator
@@ -119,8 +120,8 @@ class Solve(NamedTuple):
         if not (options.is_auto or options.searches_step):
             method_for_all(options.solve.method.name, some)
         kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
-        pool, runner = WorkerPool(threads), runner_for(options)
-        return run_ensemble(kind, some, times, options, pool, runner, progress)
+        runner = LANES if options.reductions else runner_for(options)
+        return run_ensemble(kind, some, times, options, WorkerPool(threads), runner, progress)
 
 
 class Growth(NamedTuple):
