@@ -17,8 +17,8 @@ LOW = kr.events.nutation(direction=1)
 SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 12), gravity=np.linspace(-1, 1, 25))
 # Of these tops some fail, and some have a closed form.
 REDUCED = {"t": [1.0, 4.0], "reduce": {"nutation": ("min", "max"), "apex": "mean"}}
-REDUCED |= {"max_steps": 14, "part": 64}
-WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part": 64}
+REDUCED |= {"max_steps": 14, "part_size": 64}
+WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part_size": 64}
 PARTS = 5
 
 # A cluster that is slow to come up leaves the sockets behind by which it was looked for.
@@ -27,7 +27,7 @@ SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExce
 
 def swept(to, words=REDUCED, source=SOURCE, **more):
     """Run a sweep of all parts, or of some."""
-    return kr.sweep(source, to=to, **words, **more)
+    return kr.sweep(source, folder=to, **words, **more)
 
 
 def rows_hash(folder):

@@ -67,7 +67,9 @@ def place(tmp_path_factory):
         kr.scenes.thesis.to_toml("top.toml")
         kr.start(kr.scenes.asymmetric).save("top.run")
         for name, parts in {"swept": None, "half": range(1)}.items():
-            kr.sweep(SOURCES[0], [1.0], to=name, part=3, parts=parts, reduce={"nutation": "min"})
+            kr.sweep(
+                SOURCES[0], [1.0], folder=name, part_size=3, parts=parts, reduce={"nutation": "min"}
+            )
         np.savez("tops.npz", gravity=[1.0, 2.0])
         kr.read_sweep("swept").to_pandas()[["spin", "tilt"]].to_parquet("tops.parquet")
         before = signal.signal(signal.SIGALRM, end)

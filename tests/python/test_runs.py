@@ -236,7 +236,7 @@ def test_results_and_runs_say_how_they_are_changed(tmp_path):
     """What is set and ignored is an answer that is silently wrong."""
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
-    swept = kr.sweep(source, 1.0, to=tmp_path)
+    swept = kr.sweep(source, 1.0, folder=tmp_path)
     path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
     for one, said in [
         (kr.start(TOP), r"kreisel\.start\(path\.end\.replace\(momentum=\.\.\.\)\)"),

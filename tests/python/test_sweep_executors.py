@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from crashing_worker import killed_once
 from distributed import Client, LocalCluster
-from kreisel._sweep import runner
-from kreisel._sweep import store as folder_of
+from kreisel._sweep import runner, store
 from sweeps import PARTS, REDUCED, SOCKETS_LEFT, SOURCE, WATCHED, rows_hash, swept
 
 pytestmark = pytest.mark.filterwarnings(SOCKETS_LEFT)
@@ -135,14 +134,14 @@ def test_a_lost_part_is_made_once_more_and_then_told(tmp_path, expected, result)
 
 
 def test_a_part_that_fails_ends_the_others_and_keeps_what_is_done(tmp_path, monkeypatch):
-    put = folder_of.SweepStore.put
+    put = store.SweepStore.write_part
 
     def full(self, i, rows):
         if i == 3:
             raise OSError(28, "No space left on device", str(self.file(i)))
         return put(self, i, rows)
 
-    monkeypatch.setattr(folder_of.SweepStore, "put", full)
+    monkeypatch.setattr(store.SweepStore, "write_part", full)
     for executor in (None, ThreadPoolExecutor(1)):
         with pytest.raises(OSError, match=r"No space left on device.*part-000003"):
             swept(tmp_path / str(executor is None), executor=executor)
@@ -157,7 +156,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(
         if share > 0.5:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner, "_TELL", 0.0)
+    monkeypatch.setattr(runner, "_PROGRESS_SECONDS", 0.0)
     pool = executor and executor(1)
     with pytest.raises(kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; the same") as told:
         swept(tmp_path, executor=pool, progress=stop)
@@ -170,7 +169,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(
 
 
 def test_what_ctrl_c_calls_off_is_not_made_later(tmp_path, monkeypatch):
-    put, pressed = folder_of.SweepStore.put, threading.Event()
+    put, pressed = store.SweepStore.write_part, threading.Event()
 
     def waiting(self, i, rows):
         assert i == 0 or pressed.wait(60)
@@ -180,7 +179,7 @@ def test_what_ctrl_c_calls_off_is_not_made_later(tmp_path, monkeypatch):
         pressed.set()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(folder_of.SweepStore, "put", waiting)
+    monkeypatch.setattr(store.SweepStore, "write_part", waiting)
     with ThreadPoolExecutor(1) as pool, pytest.raises(kr.SweepInterrupted) as told:
         swept(tmp_path, executor=pool, progress=stop)
     assert kr.read_sweep(tmp_path).done == told.value.sweep.done
@@ -197,7 +196,7 @@ def test_progress_goes_up_to_one_and_counts_what_this_call_makes(tmp_path):
 
 
 def test_progress_of_an_executor_is_told_the_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(runner, "_TELL", np.inf)
+    monkeypatch.setattr(runner, "_PROGRESS_SECONDS", np.inf)
     told = []
     swept(tmp_path, executor=Losing(0, None), progress=told.append)
     assert told == [1.0]

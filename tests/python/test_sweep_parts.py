@@ -3,7 +3,6 @@
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._sweep import store as folder_of
 from kreisel._sweep import sweep_plan as planned_of
 from sweeps import TOP, rows_hash
 
@@ -12,7 +11,7 @@ WORDS = {"t": 0.1, "method": "strang", "step": 0.1}
 
 def made(to, n=4, **more):
     source = kr.Source.grid(TOP, gravity=np.linspace(0.0, 1.0, n))
-    return kr.sweep(source, to=to, **{**WORDS, "part": 1, **more})
+    return kr.sweep(source, folder=to, **{**WORDS, "part_size": 1, **more})
 
 
 @pytest.mark.parametrize(
@@ -54,7 +53,7 @@ def test_a_part_has_a_number_that_is_there(tmp_path):
             found.part(i)
     with pytest.raises(ValueError, match="the number of a part must be at least 0"):
         found.part(-1)
-    assert found.look() == {"done": [1], "missing": [0, 2, 3]} and found.check() is found
+    assert found.verify() == {"done": [1], "missing": [0, 2, 3]} and found.check() is found
 
 
 def test_columns_are_not_written_to(tmp_path):
@@ -72,19 +71,16 @@ def test_tops_that_are_missing_have_nothing_in_a_grid(tmp_path):
     assert grid["time"].units == "T" and "top" not in grid and "t" not in grid
 
 
-@pytest.mark.parametrize("form", ["parquet", "npy"])
 @pytest.mark.parametrize("size", [0, 2, None, -1])
-def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, monkeypatch, form, size):
-    monkeypatch.setattr(folder_of, "_best_form", lambda: form)
+def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, size):
     made(tmp_path)
     before = rows_hash(tmp_path)
-    file = tmp_path / f"part-000002.{form}"
+    file = tmp_path / "part-000002.parquet"
     data = file.read_bytes()
-    magic = {"parquet": b"PAR1", "npy": b"\x93NUMPY"}[form]
-    file.write_bytes(magic if size is None else data[:size])
+    file.write_bytes(b"PAR1" if size is None else data[:size])
     found = kr.read_sweep(tmp_path)
-    assert found.look() == {"done": [0, 1, 3], "damaged": [2]}
-    with pytest.raises(ValueError, match=f"part-000002.{form} is damaged; the same call"):
+    assert found.verify() == {"done": [0, 1, 3], "damaged": [2]}
+    with pytest.raises(ValueError, match=r"part-000002\.parquet is damaged; the same call"):
         found.check()
     with pytest.warns(UserWarning, match=r": part 2 made anew, damaged$"):
         made(tmp_path)
@@ -93,14 +89,19 @@ def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, monkeypa
 
 def test_a_part_may_need_all_of_the_memory_and_not_more(tmp_path, monkeypatch):
     source = kr.Source.grid(TOP, gravity=np.linspace(0.0, 1.0, 40))
-    words = {"to": tmp_path, "part": 25, "reduce": {"nutation": ("min", "max")}, "t": [1.0, 2.0]}
+    words = {
+        "folder": tmp_path,
+        "part_size": 25,
+        "reduce": {"nutation": ("min", "max")},
+        "t": [1.0, 2.0],
+    }
     monkeypatch.setattr(planned_of, "memory", lambda: 25 * (64 + 16))
     kr.sweep(source, **words, parts=range(0))
     for room, part, need in ((25 * 80 - 1, 25, "2e-06"), (3199, 10**9, "3.2e-06")):
         monkeypatch.setattr(planned_of, "memory", lambda room=room: room)
         said = f"^a part of {part} tops with 2 states each needs {need} GB, more"
         with pytest.raises(MemoryError, match=said):
-            kr.sweep(source, **words | {"part": part})
+            kr.sweep(source, **words | {"part_size": part})
 
 
 def test_progress_ends_at_1(tmp_path):

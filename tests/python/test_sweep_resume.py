@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._sweep import store as folder_of
+from kreisel._sweep import store
 from sweeps import PARTS, REDUCED, WATCHED, child, rows_hash, swept
 
 # A sweep in a process of its own, that tells where it is in the midst of its third part; there it
@@ -18,8 +18,8 @@ SWEEP = """
 import signal, sys
 from kreisel._sweep import runner
 from sweeps import swept
-runner._TELL = 0.0
-put, told = runner.SweepStore.put, []
+runner._PROGRESS_SECONDS = 0.0
+put, told = runner.SweepStore.write_part, []
 def tell(share):
     if share > 0.5 and not told:
         told.append(share)
@@ -36,14 +36,14 @@ import os, signal, sys
 from kreisel._utils import atomic_io
 from kreisel._sweep import runner
 from sweeps import swept
-put, moment = runner.SweepStore.put, sys.argv[2]
+put, moment = runner.SweepStore.write_part, sys.argv[2]
 def end(*_):
     os.kill(os.getpid(), signal.SIGKILL)
 def third(self, i, rows):
     if i == 2:
         setattr(atomic_io.os, moment, end)
     return put(self, i, rows)
-runner.SweepStore.put = third
+runner.SweepStore.write_part = third
 swept(sys.argv[1], threads=1)
 """
 FULL = """
@@ -123,42 +123,36 @@ def damaged(data, at):
     return data[: at // 8] + bytes([data[at // 8] ^ 1 << at % 8]) + data[at // 8 + 1 :]
 
 
-@pytest.fixture(params=["parquet", "npy"])
-def form(request, monkeypatch):
-    monkeypatch.setattr(folder_of, "_best_form", lambda: request.param)
-    return request.param
-
-
-def test_each_bit_counts(tmp_path, form):
+def test_each_bit_counts(tmp_path):
     found = swept(tmp_path, WATCHED)
-    file = tmp_path / f"part-000001.{form}"
-    data, folder = file.read_bytes(), found._folder
-    assert folder.look(1) == "done"
+    file = tmp_path / "part-000001.parquet"
+    data, folder = file.read_bytes(), found._store
+    assert folder.verify_part(1) == "done"
     rng = random.Random(1)
     edges = [*range(32), *range(8 * len(data) - 32, 8 * len(data))]
     seal = range(8 * data.rindex(b"kreisel-sha256:"), 8 * data.rindex(b"kreisel-sha256:") + 8 * 79)
     for at in [*edges, *rng.sample(seal, 64), *rng.sample(range(8 * len(data)), 200)]:
         file.write_bytes(damaged(data, at))
-        assert folder.look(1) == "damaged", at
+        assert folder.verify_part(1) == "damaged", at
     for size in [0, 1, 3, 4, 5, len(data) - 1, *rng.sample(range(len(data)), 100)]:
         file.write_bytes(data[:size])
-        assert folder.look(1) == "damaged", size
+        assert folder.verify_part(1) == "damaged", size
     file.write_bytes(data + b"x")
-    assert folder.look(1) == "damaged"
+    assert folder.verify_part(1) == "damaged"
 
 
-def test_a_part_whose_seal_is_lost_is_damaged_and_ours(tmp_path, form):
+def test_a_part_whose_seal_is_lost_is_damaged_and_ours(tmp_path):
     found = swept(tmp_path, parts=range(1))
-    file = tmp_path / f"part-000000.{form}"
+    file = tmp_path / "part-000000.parquet"
     data = file.read_bytes()
     for lost in (b"kreisel-sha256:", b"kreisel-", b"sha256:"):
         file.write_bytes(data.replace(lost, b"?" * len(lost)))
-        assert found._folder.look(0) == "damaged"
+        assert found._store.verify_part(0) == "damaged"
 
 
-def test_what_is_damaged_is_made_anew_and_told(tmp_path, form):
+def test_what_is_damaged_is_made_anew_and_told(tmp_path):
     made = swept(tmp_path, WATCHED)
-    files = [tmp_path / f"part-{i:06}.{form}" for i in range(PARTS)]
+    files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     before = [file.read_bytes() for file in files]
     files[0].write_bytes(before[0][:1000])
     files[1].write_bytes(damaged(before[1], 8000))
@@ -166,7 +160,7 @@ def test_what_is_damaged_is_made_anew_and_told(tmp_path, form):
     files[3].unlink()
     with pytest.raises(ValueError, match=r"part-000000.* is damaged"):
         made.check()
-    assert made.look() == {"done": [4], "damaged": [0, 1, 2], "missing": [3]}
+    assert made.verify() == {"done": [4], "damaged": [0, 1, 2], "missing": [3]}
     with pytest.warns(UserWarning, match="part 0 and 2 more made anew, damaged"):
         swept(tmp_path, WATCHED)
     assert [file.read_bytes() for file in files] == before
@@ -174,18 +168,18 @@ def test_what_is_damaged_is_made_anew_and_told(tmp_path, form):
 
 
 FOREIGN_BYTES = [bytes(4336), b"12345", b"PAX", b"precious", b"PAR1 of another PAR1", b"PAR1PAR1"]
-FOREIGN_BYTES += [b"\x92NUMPY of another", b"so says kreisel", b"", b"PAR1", b"\x93NUMPY"]
+FOREIGN_BYTES += [b"\x93NUMPY of another", b"so says kreisel", b"", b"PAR1"]
 
 
 @pytest.mark.parametrize("content", FOREIGN_BYTES, ids=range(len(FOREIGN_BYTES)))
-def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, form, content):
+def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, content):
     """A file system may leave zeros after a loss of power."""
     swept(tmp_path)
-    file = tmp_path / f"part-000002.{form}"
+    file = tmp_path / "part-000002.parquet"
     before = file.read_bytes()
     file.write_bytes(content)
     found = kr.read_sweep(tmp_path)
-    assert found.look() == {"done": [0, 1, 3, 4], "damaged": [2]}
+    assert found.verify() == {"done": [0, 1, 3, 4], "damaged": [2]}
     for read in (found.check, lambda: found["status"], lambda: found.part(2)):
         with pytest.raises(ValueError, match=r"part-000002.* the same call of kreisel\.sweep"):
             read()
@@ -194,16 +188,16 @@ def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, form, content):
     assert file.read_bytes() == before
 
 
-def test_parts_under_each_others_names_are_not_read(tmp_path, form):
+def test_parts_under_each_others_names_are_not_read(tmp_path):
     made = swept(tmp_path)
     right = made["nutation_max"]
-    one, two = (tmp_path / f"part-00000{i}.{form}" for i in (1, 2))
+    one, two = (tmp_path / f"part-00000{i}.parquet" for i in (1, 2))
     first, second = one.read_bytes(), two.read_bytes()
     for contents, wrong in (((second, first), [1, 2]), ((first, first), [2])):
         one.write_bytes(contents[0])
         two.write_bytes(contents[1])
         found = kr.read_sweep(tmp_path)
-        assert found.look() == {"done": sorted({*range(PARTS)} - {*wrong}), "damaged": wrong}
+        assert found.verify() == {"done": sorted({*range(PARTS)} - {*wrong}), "damaged": wrong}
         for read in (lambda found=found: found["nutation_max"], found.check, found.to_xarray):
             with pytest.raises(ValueError, match=rf"part-00000{wrong[0]}"):
                 read()
@@ -213,10 +207,10 @@ def test_parts_under_each_others_names_are_not_read(tmp_path, form):
     assert one.read_bytes() == first and two.read_bytes() == second
 
 
-def test_what_there_is_leaves_out_damaged_parts_as_missing_ones(tmp_path, form):
+def test_what_there_is_leaves_out_damaged_parts_as_missing_ones(tmp_path):
     made = swept(tmp_path)
     whole = {name: made[name].reshape(-1) for name in ("top", "status", "nutation_max")}
-    files = [tmp_path / f"part-{i:06}.{form}" for i in range(PARTS)]
+    files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     files[0].write_bytes(damaged(files[0].read_bytes(), 8000))
     files[1].write_bytes(bytes(100))
     files[3].unlink()
@@ -233,7 +227,7 @@ def test_what_there_is_leaves_out_damaged_parts_as_missing_ones(tmp_path, form):
 
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
     """The schema of a Parquet file has no checksum: it may call a list a number."""
-    words = {"t": [1.0, 2.0], "method": "taylor", "part": 300}
+    words = {"t": [1.0, 2.0], "method": "taylor", "part_size": 300}
     made = swept(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
     data, whole, refused = file.read_bytes(), made.part(0), 0
@@ -252,10 +246,10 @@ def test_a_damaged_schema_is_a_damaged_part(tmp_path):
     assert refused > 100
 
 
-def test_numbers_that_are_damaged_are_not_read(tmp_path, form):
-    words = {"t": [1.0], "method": "taylor", "part": 300}
+def test_numbers_that_are_damaged_are_not_read(tmp_path):
+    words = {"t": [1.0], "method": "taylor", "part_size": 300}
     made = swept(tmp_path, words)
-    (file,) = tmp_path.glob(f"*.{form}")
+    (file,) = tmp_path.glob("*.parquet")
     data = file.read_bytes()
     right, refused = made["q_w"], 0
     for at in [*random.Random(2).sample(range(8 * len(data)), 300), 8 * len(data) - 900]:
@@ -265,18 +259,18 @@ def test_numbers_that_are_damaged_are_not_read(tmp_path, form):
         except ValueError as error:
             assert "damaged" in str(error) or "no part" in str(error)
             refused += 1
-    assert refused == 301 if form == "npy" else 30 < refused < 301  # or in another column
+    assert 30 < refused < 301  # damage to another column goes unnoticed here
 
 
 def test_a_part_of_another_version_is_made_anew_and_told(tmp_path, monkeypatch):
     swept(tmp_path)
     before = (tmp_path / "part-000001.parquet").read_bytes()
     with monkeypatch.context() as old:
-        old.setattr(folder_of, "version", "0.0.9")
+        old.setattr(store, "version", "0.0.9")
         (tmp_path / "part-000001.parquet").unlink()
         with pytest.warns(UserWarning, match="part 0 and 3 more made anew, of another version"):
             swept(tmp_path)
-    assert kr.read_sweep(tmp_path).look() == {"done": [], "of another version": [0, 1, 2, 3, 4]}
+    assert kr.read_sweep(tmp_path).verify() == {"done": [], "of another version": [0, 1, 2, 3, 4]}
     with pytest.warns(UserWarning, match="part 0 and 4 more made anew, of another version"):
         swept(tmp_path)
     assert (tmp_path / "part-000001.parquet").read_bytes() == before

@@ -30,7 +30,7 @@ import sys
 import kreisel as kr, numpy as np
 tops = kr.Source.random(kr.scenes.sleeping, int(sys.argv[2]), spin=(0, 20), tilt=(0.01, 1))
 kept = {"nutation": ("min", "max", "mean")}
-kr.sweep(tops, np.linspace(0, 100, 101), to=sys.argv[1], reduce=kept)
+kr.sweep(tops, np.linspace(0, 100, 101), folder=sys.argv[1], reduce=kept)
 print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM")).split()[1])
 """
 STOPPED = """
@@ -58,14 +58,14 @@ def make_source(n):
 
 
 def run_sweep(to, n, **more):
-    return kr.sweep(make_source(n), TIMES, to=to, reduce=KEPT, **more)
+    return kr.sweep(make_source(n), TIMES, folder=to, reduce=KEPT, **more)
 
 
 def cost(options):
     """Print the time of a sweep over that of the same ensembles without files."""
     tops, ratios = make_source(options.tops), []
     with tempfile.TemporaryDirectory(dir=options.to) as folder:
-        part = kr.sweep(tops, TIMES, to=f"{folder}/plan", reduce=KEPT, parts=range(0)).plan["part"]
+        part = kr.sweep(tops, TIMES, folder=f"{folder}/plan", reduce=KEPT, parts=range(0)).plan["part"]
 
         def without():
             for begin in range(0, len(tops), part):
@@ -110,7 +110,7 @@ def plan(options):
 
 
 def make_plan(tops, folder):
-    found = kr.sweep(tops, TIMES, to=f"{folder}/runs", reduce=KEPT, parts=range(0))
+    found = kr.sweep(tops, TIMES, folder=f"{folder}/runs", reduce=KEPT, parts=range(0))
     assert found.size == 10**8 and found.done == []
 
 
@@ -121,7 +121,7 @@ def stop(options):
         time_interrupt("by threads", command, subprocess.PIPE)
         file = Path(folder, "plan.toml")
         file.write_text(PLAN % 10**7)
-        command = [sys.executable, "-m", "kreisel", "sweep", str(file), "--to", f"{folder}/by"]
+        command = [sys.executable, "-m", "kreisel", "sweep", str(file), "--folder", f"{folder}/by"]
         time_interrupt("by 2 processes", [*command, "--workers", "2"], None, Path(folder, "by"))
 
 
@@ -160,7 +160,7 @@ def main(argv=None):
     )
     parser.add_argument("--tops", type=int, default=MILLION)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--to", default=None, help="parent of the temporary folders")
+    parser.add_argument("--folder", default=None, help="parent of the temporary folders")
     options = parser.parse_args(argv)
     if (load := os.getloadavg()[0]) > BUSY:
         print(f"the machine is busy (load {load:.1f}); times are inaccurate")

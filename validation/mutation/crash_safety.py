@@ -37,7 +37,7 @@ def make_writers(folder):
         runs.append(run)
         views.append(kr.view(scene, open=False))
     sweep = folder / "sweep"
-    kr.sweep(top.vary(spin=[1.0, 2.0, 3.0, 4.0]), 1.0, to=sweep, part=2, threads=1)
+    kr.sweep(top.vary(spin=[1.0, 2.0, 3.0, 4.0]), 1.0, folder=sweep, part_size=2, threads=1)
     parts = open_store(sweep)
     rows = [parts.get(i) for i in (0, 1)]
     return {

@@ -24,7 +24,7 @@ def run_sweep(folder, spins=SPINS, tilts=TILTS):
     """Return the greatest nutation of each top, a row per spin [rad]."""
     top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0))
     source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)  # released
-    kr.sweep(source, TIMES, to=folder, reduce={"nutation": "max"}, tol=1e-9)
+    kr.sweep(source, TIMES, folder=folder, reduce={"nutation": "max"}, tol=1e-9)
     return kr.read_sweep(folder).to_xarray()["nutation_max"]
 
 

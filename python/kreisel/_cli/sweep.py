@@ -18,12 +18,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
 from .._sweep.store import DONE, MISSING
-from .._sweep.sweep import sweep as swept
-from .._sweep.sweep_result import SweepResult, gaps, read_sweep
+from .._sweep.sweep import sweep as run_sweep
+from .._sweep.sweep_result import SweepResult, list_gaps, read_sweep
 from .._utils.optional import optional_dependency
 from .parsers import UsageError, translate_errors
 
-_OPTIONS = "parts", "to"
+_OPTIONS = "parts", "folder"
 _SHOWN = 6  # ranges of parts
 Watch = Callable[[float], object]
 
@@ -39,7 +39,7 @@ class _Sweep(click.Group):
 
 @click.group("sweep", cls=_Sweep)
 def sweep() -> None:
-    """Many tops in parts on the disk: kreisel sweep PLAN --to FOLDER.
+    """Many tops in parts on the disk: kreisel sweep PLAN --folder FOLDER.
 
     The word run may be left out. The same line goes on where a sweep was ended.
     """
@@ -57,7 +57,7 @@ def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | N
 
 @sweep.command()
 @click.argument("plan", type=click.Path())
-@click.option("--to", required=True, type=click.Path(), help="The folder of the parts.")
+@click.option("--folder", required=True, type=click.Path(), help="The folder of the parts.")
 @click.option(
     "--parts",
     callback=_parts,
@@ -68,7 +68,7 @@ def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | N
     "--workers", type=click.IntRange(1), help="So many processes, each with a part of its own."
 )
 @click.option("--dask", metavar="ADDRESS", help="The workers of Dask's scheduler there.")
-def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str | None) -> None:
+def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: str | None) -> None:
     """The parts of a PLAN, which is a TOML file, that are not in the folder yet."""
     if workers is not None and dask is not None:
         raise UsageError("give either --workers or --dask")
@@ -78,7 +78,9 @@ def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str 
         _progress() as progress,
         _executor(workers, dask) as executor,
     ):
-        found = swept(Path(plan), to=to, parts=parts, executor=executor, progress=progress)
+        found = run_sweep(
+            Path(plan), folder=folder, parts=parts, executor=executor, progress=progress
+        )
     click.echo(_told(found, found.done))
 
 
@@ -152,10 +154,10 @@ def status(folder: str) -> None:
     """Report the state of the parts in a FOLDER after verifying each of them."""
     with translate_errors(_OPTIONS), _describe():
         found = read_sweep(folder, partial=True)
-        stand, there = found._verify()
+        stand, there = found._verify_found()
     click.echo(_told(found, stand[DONE]))
     if left := found.parts - len(there):
-        click.echo(f"{MISSING}: {left} parts, {_ranges(gaps(there, found.parts))}")
+        click.echo(f"{MISSING}: {left} parts, {_ranges(list_gaps(there, found.parts))}")
     for how, parts in stand.items():
         if how != DONE:
             click.echo(f"{how}: {len(parts)} parts, {_ranges(_runs(parts))}")

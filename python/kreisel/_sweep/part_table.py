@@ -22,16 +22,16 @@ from .._results.indicators import Indicator
 from .._results.reductions import Reductions
 from .._results.section_result import Section
 from .._results.tables import quantity_rows
-from .parameter_values import components, unit
+from .start_parameters import components, unit
 from .sweep_plan import SweepPlan
-from .task import Became, Growth
+from .task import ChaosTask, TaskResult
 
 Column = npt.NDArray[Any]
 ColumnWithUnit = tuple[str, Column, str]  # name, values, unit
 COUNT = "events"  # the column with the number of events of each top
 RATE = {"lyapunov": "T^-1"}  # the other indicators of chaos are pure numbers
 _STATES = {"t": TIME, "q": RECORDABLE["q"], "m": RECORDABLE["m"]}
-MET = [name for quantity in _STATES.values() for name in quantity.components]
+EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.components]
 
 
 @dataclass
@@ -48,7 +48,7 @@ class PartTable:
     units: dict[str, str] = field(default_factory=dict)
 
 
-def tabulate_part(plan: SweepPlan, tops: range, outcome: Became) -> PartTable:
+def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTable:
     """Return the rows of the tops with these indices, whose results are `outcome`."""
     results = _list_results(plan, outcome)
     names = [name for name, _, _ in results]
@@ -72,11 +72,11 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: Became) -> PartTable:
     return part
 
 
-def _list_results(plan: SweepPlan, outcome: Became) -> list[ColumnWithUnit]:
+def _list_results(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
     """Return the columns of the results of the tops."""
     if isinstance(outcome, Indicator):
-        assert isinstance(plan.asked, Growth)
-        return _list_indicator(plan.asked.verb, outcome)
+        assert isinstance(plan.task, ChaosTask)
+        return _list_indicator(plan.task.name, outcome)
     columns = _list_statuses(outcome)
     if isinstance(outcome, Reductions):
         columns += reduction_columns(outcome, dict(outcome.items()))

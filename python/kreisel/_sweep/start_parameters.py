@@ -1,5 +1,4 @@
-"""The words of the starts in a sweep: of how many numbers a value is, what its components are
-called in a table, and what unit they have."""
+"""Parameters of the starts in a sweep: the names of their components, and their units."""
 
 from __future__ import annotations
 
@@ -10,14 +9,14 @@ from .._utils.errors import unknown_name_message
 from .._utils.validation import as_finite_array
 
 _AXES, _TURNS = "xyz", "012"
-_ENDINGS = {  # of components, by the word
+_ENDINGS = {  # of the names of components, by parameter
     **dict.fromkeys(["mass", "gravity", "spin", "tilt", "precession"], ""),
     **dict.fromkeys(["com", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES),
     **dict.fromkeys(["inertia", "angles", "rates", "damping"], _TURNS),
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
 }
-_UNITS = {  # of the words of bodies, too
+_UNITS = {  # also of the parameters of bodies
     **dict.fromkeys(["radius", "height", "half", "length", "inner", "outer", "pivot"], "L"),
     **dict.fromkeys(["i1", "i3", "inertia_about_com"], "M L^2"),
     "density": "M L^-3",
@@ -37,7 +36,7 @@ _UNITS = {  # of the words of bodies, too
     "damping": "M L^2 T^-1",
 }
 FLAGS = "steady", "fast", "degrees"
-WORDS = tuple(_ENDINGS)
+PARAMETERS = tuple(_ENDINGS)
 
 
 def parse_start(name: str, numbers: object) -> Parameter:
@@ -46,7 +45,7 @@ def parse_start(name: str, numbers: object) -> Parameter:
     Raises TypeError or ValueError for an unknown name and for other numbers.
     """
     if name not in _ENDINGS:
-        raise ValueError(unknown_name_message("word", name, [*WORDS, *FLAGS]))
+        raise ValueError(unknown_name_message("parameter", name, [*PARAMETERS, *FLAGS]))
     n = len(_ENDINGS[name])
     what = f"{n} numbers, or rows of {n} numbers" if n else "a number, or a list of numbers"
     values = as_finite_array(name, numbers, what)
@@ -72,6 +71,6 @@ def components(name: str, value: Shape) -> list[str]:
 
 
 def unit(name: str, degrees: bool) -> str:
-    """The dimension [M L T] of a word; angles have theirs in its place."""
+    """Return the dimension [M L T] of a parameter; angles have rad or deg in its place."""
     known = _UNITS.get(name, "")
     return known.replace("rad", "deg") if degrees else known
