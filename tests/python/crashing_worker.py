@@ -11,7 +11,7 @@ from kreisel._sweep import runner
 from kreisel._sweep.store import SweepStore
 
 
-def killed_once(flag, moment):
+def kill_once(flag, moment):
     """Kill the worker of part 2 once, while it computes the part or before it stores it."""
 
     def end(*_):

@@ -70,7 +70,6 @@ def place(tmp_path_factory):
             kr.sweep(
                 SOURCES[0], [1.0], folder=name, part_size=3, parts=parts, reduce={"nutation": "min"}
             )
-        np.savez("tops.npz", gravity=[1.0, 2.0])
         kr.read_sweep("swept").to_pandas()[["spin", "tilt"]].to_parquet("tops.parquet")
         before = signal.signal(signal.SIGALRM, end)
         yield

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from cli_helpers import call, said
 from distributed import LocalCluster
-from sweeps import SOCKETS_LEFT, rows_hash
+from sweeps import SOCKETS_LEFT, hash_rows
 from toolbox import HEEDING
 
 PLAN = """
@@ -37,17 +37,17 @@ def plan(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def expected(plan):
+def plan_hash(plan):
     tops = kr.Source.grid(
         kr.scenes.asymmetric, spin=np.linspace(0, 9, 12), gravity=np.linspace(-1, 1, 25)
     )
     words = {"reduce": {"nutation": ["min", "max"]}, "max_steps": 14, "part_size": 64}
     kr.sweep(tops, [1, 4], folder=plan / "expected", **words)
-    return rows_hash(plan / "expected")
+    return hash_rows(plan / "expected")
 
 
 @pytest.mark.filterwarnings("default")  # a warning is a line
-def test_a_plan_is_swept_and_how_it_stands_is_told(plan, expected):
+def test_a_plan_is_swept_and_how_it_stands_is_told(plan, plan_hash):
     told = call("sweep plan.toml --folder runs --parts 0:0")
     assert "runs: 0 of 5 parts, 300 tops in all, 0 MB; plan " in told
     call("sweep plan.toml --folder runs --parts 3:5")
@@ -63,7 +63,7 @@ def test_a_plan_is_swept_and_how_it_stands_is_told(plan, expected):
     assert "5 of 5 parts" in told and "missing" not in told and "damaged" not in told
     failed = int((kr.read_sweep("runs")["status"] != 0).sum())
     assert failed and f"failed: {failed} tops" in told
-    assert rows_hash(plan / "runs") == expected
+    assert hash_rows(plan / "runs") == plan_hash
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash
 
 
@@ -80,14 +80,14 @@ def test_of_parts_that_lie_apart_the_first_ranges_are_told(plan):
 
 
 @pytest.mark.filterwarnings(SOCKETS_LEFT)
-def test_processes_and_a_cluster_make_the_parts(plan, expected):
+def test_processes_and_a_cluster_make_the_parts(plan, plan_hash):
     call("sweep plan.toml --folder processes --workers 2")
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
     ) as cluster:
         call(f"sweep plan.toml --folder cluster --dask {cluster.scheduler_address}")
     for name in ("processes", "cluster"):
-        assert rows_hash(plan / name) == expected
+        assert hash_rows(plan / name) == plan_hash
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def read(screen):
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("plan.toml", "Missing option '--to'"),
+        ("plan.toml", "Missing option '--folder'"),
         ("none.toml --folder runs", "none.toml"),
         ("plan.toml --folder .", "no folder of a sweep, and it is not empty: it has 'plan.toml'"),
         ("plan.toml --folder runs --parts 3", "'3' is no range of parts, as 0:100"),

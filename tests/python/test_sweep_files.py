@@ -19,7 +19,7 @@ from ensembles import MIXED, scattered
 from kreisel._model.broadcasting import Parameter
 from kreisel._sweep import checksum, sweep_plan
 from kreisel._sweep.sweep_plan import dump_canonical
-from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, rows_hash, swept
+from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, hash_rows, run_sweep
 
 SHAPE = SOURCE.shape
 TIMES = [0.5, 4.0]
@@ -33,8 +33,8 @@ def ensemble():
 def runs(tmp_path_factory):
     """Return folders with reductions and with states and events."""
     place = tmp_path_factory.mktemp("runs")
-    swept(place / "reduced")
-    swept(place / "watched", WATCHED)
+    run_sweep(place / "reduced")
+    run_sweep(place / "watched", WATCHED)
     return place
 
 
@@ -82,7 +82,7 @@ def test_a_part_tells_what_it_is(runs):
 
 
 def test_reductions_are_those_of_the_ensemble(tmp_path):
-    found = swept(tmp_path)
+    found = run_sweep(tmp_path)
     words = {
         name: word for name, word in REDUCED.items() if name not in ("t", "part_size", "reduce")
     }
@@ -107,7 +107,7 @@ def test_reductions_are_those_of_the_ensemble(tmp_path):
 
 
 def test_states_and_events_are_those_of_the_ensemble(tmp_path):
-    found = swept(tmp_path, WATCHED)
+    found = run_sweep(tmp_path, WATCHED)
     whole = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14)
     assert found["q_w"].shape == (*SHAPE, 2)
     assert np.array_equal(found["q_w"], whole.q[..., 0], equal_nan=True)
@@ -134,7 +134,7 @@ def test_states_and_events_are_those_of_the_ensemble(tmp_path):
     ],
 )
 def test_all_that_solve_gives_is_kept(tmp_path, words):
-    found = swept(tmp_path, {**words, "part_size": 5}, kr.Source.of(MIXED[:4]))
+    found = run_sweep(tmp_path, {**words, "part_size": 5}, kr.Source.of(MIXED[:4]))
     if "reduce" in words:
         whole = kr.reduce(MIXED[:4], words["t"], words["reduce"])
         assert np.array_equal(found["m_x_variance"], whole["m_x"]["variance"])
@@ -153,12 +153,14 @@ def test_all_that_solve_gives_is_kept(tmp_path, words):
 
 
 def test_a_start_whose_name_a_result_has_is_the_given_one(tmp_path):
-    found = swept(tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0]))
+    found = run_sweep(
+        tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0])
+    )
     assert found["spin_given"].tolist() == [1, 2] and found["spin"].shape == (2, 1)
 
 
 def test_an_incomplete_sweep_reads_as_what_there_is(tmp_path):
-    swept(tmp_path, parts=range(1, 3))
+    run_sweep(tmp_path, parts=range(1, 3))
     found = kr.read_sweep(tmp_path, partial=True)
     assert found["top"].tolist() == [*range(64, 192)] and found["status"].shape == (128,)
     assert len(found.to_pandas()) == 128 and found.missing == [0, 3, 4]
@@ -177,7 +179,7 @@ def test_without_pyarrow_the_extra_is_named_before_anything_is_written(tmp_path,
     monkeypatch.delitem(sys.modules, "kreisel._sweep.parquet")
     monkeypatch.delattr(kreisel._sweep, "parquet")
     calls = (
-        lambda: swept(tmp_path / "runs"),
+        lambda: run_sweep(tmp_path / "runs"),
         lambda: kr.read_sweep(runs / "reduced"),
         lambda: kr.Source.columns(TOP, "tops.parquet"),
         found.to_arrow,
@@ -223,7 +225,7 @@ def test_a_grid_is_what_varies_in_its_order(tmp_path):
     )
     assert source.shape == (2, 3) and source.axes == ("momentum", "gravity")
     assert source[:] == tops.ravel() and source[4] == tops[1, 1] == source[-2]
-    found = swept(tmp_path, {"t": [1.0], "part_size": 4}, source)
+    found = run_sweep(tmp_path, {"t": [1.0], "part_size": 4}, source)
     assert found["momentum_y"].tolist() == [[0] * 3, [2] * 3]
     steady = kr.Source.grid(kr.scenes.sleeping, spin=[20, 30], tilt=[10, 20], degrees=True)
     assert steady[3] == kr.scenes.sleeping.vary(spin=30, tilt=20, degrees=True)[()]
@@ -253,13 +255,13 @@ def test_scattered_tops_are_those_of_the_scene(tmp_path):
     words = {"seed": 3, "attitude": 0.01, "momentum": (0.1, 0.2, 0.3), "gravity": 0.1}
     source = kr.Source.scatter(TOP, 500, **words)
     assert source[100:200] == TOP.scatter(500, **words)[100:200]
-    found = swept(tmp_path, {"t": [1.0], "part_size": 99}, source)
+    found = run_sweep(tmp_path, {"t": [1.0], "part_size": 99}, source)
     assert np.array_equal(found["gravity"], TOP.scatter(500, **words).gravity)
     assert np.array_equal(found["momentum_z"], TOP.scatter(500, **words).momentum[:, 2])
 
 
 def test_sources_and_sweeps_can_be_copied_and_say_what_they_are(tmp_path):
-    found = swept(tmp_path, parts=range(2))
+    found = run_sweep(tmp_path, parts=range(2))
     for source in (SOURCE, kr.Source.random(TOP, 7, spin=(0, 1)), kr.Source.of(MIXED)):
         again = pickle.loads(pickle.dumps(source))
         assert again[2:5] == source[2:5] and copy.copy(source)[1] == source[1]
@@ -282,8 +284,8 @@ def test_columns_of_files_are_words(tmp_path):
     for ending in ("parquet", "csv"):
         source = kr.Source.columns(TOP, tmp_path / f"tops.{ending}")
         assert source[:] == tops and source.shape == (40,)
-        swept(tmp_path / ending, {"t": [1.0], "part_size": 9}, source)
-        hashes.add(rows_hash(tmp_path / ending))
+        run_sweep(tmp_path / ending, {"t": [1.0], "part_size": 9}, source)
+        hashes.add(hash_rows(tmp_path / ending))
     assert len(hashes) == 1
     odd = tmp_path / "odd.parquet"
     for table, said in {

@@ -4,12 +4,12 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._sweep import sweep_plan as planned_of
-from sweeps import TOP, rows_hash
+from sweeps import TOP, hash_rows
 
 WORDS = {"t": 0.1, "method": "strang", "step": 0.1}
 
 
-def made(to, n=4, **more):
+def sweep_small(to, n=4, **more):
     source = kr.Source.grid(TOP, gravity=np.linspace(0.0, 1.0, n))
     return kr.sweep(source, folder=to, **{**WORDS, "part_size": 1, **more})
 
@@ -19,7 +19,7 @@ def made(to, n=4, **more):
     [(range(0), 0), (range(4), 4), (range(3, 4), 1), (range(9, 7), 0), (range(-3, -5), 0)],
 )
 def test_parts_up_to_the_last_may_be_asked_for(tmp_path, parts, done):
-    assert len(made(tmp_path, parts=parts).done) == done
+    assert len(sweep_small(tmp_path, parts=parts).done) == done
 
 
 @pytest.mark.parametrize(
@@ -28,9 +28,9 @@ def test_parts_up_to_the_last_may_be_asked_for(tmp_path, parts, done):
 )
 def test_other_parts_are_refused(tmp_path, parts, said):
     with pytest.raises(ValueError, match=f"^parts must be among 0 to 4, not {said}$"):
-        made(tmp_path, parts=parts)
+        sweep_small(tmp_path, parts=parts)
     with pytest.raises(TypeError, match="parts must be a range of numbers"):
-        made(tmp_path, parts=range(3, 0, -1))
+        sweep_small(tmp_path, parts=range(3, 0, -1))
 
 
 @pytest.mark.parametrize(
@@ -42,11 +42,11 @@ def test_other_parts_are_refused(tmp_path, parts, said):
 )
 def test_of_parts_that_are_missing_the_first_eight_are_told(tmp_path, n, said):
     with pytest.raises(ValueError, match=said):
-        made(tmp_path, n, parts=range(1))["status"]
+        sweep_small(tmp_path, n, parts=range(1))["status"]
 
 
 def test_a_part_has_a_number_that_is_there(tmp_path):
-    found = made(tmp_path, parts=range(1, 2))
+    found = sweep_small(tmp_path, parts=range(1, 2))
     assert found.part(1)["top"].tolist() == [1] and list(found.part(1)) == list(found.columns)
     for i in (0, 2, 4):
         with pytest.raises(IndexError, match=f"^part {i} is not there: there are 1 parts$"):
@@ -58,11 +58,11 @@ def test_a_part_has_a_number_that_is_there(tmp_path):
 
 def test_columns_are_not_written_to(tmp_path):
     with pytest.raises(ValueError, match="read-only"):
-        made(tmp_path)["status"][0] = 3
+        sweep_small(tmp_path)["status"][0] = 3
 
 
 def test_tops_that_are_missing_have_nothing_in_a_grid(tmp_path):
-    made(tmp_path, parts=range(1, 3))
+    sweep_small(tmp_path, parts=range(1, 3))
     grid = kr.read_sweep(tmp_path, partial=True).to_xarray()
     assert grid["steps"].values.tolist() == [-1, 1, 1, -1]
     assert grid["status"].values.tolist() == [-1, 0, 0, -1]
@@ -73,8 +73,8 @@ def test_tops_that_are_missing_have_nothing_in_a_grid(tmp_path):
 
 @pytest.mark.parametrize("size", [0, 2, None, -1])
 def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, size):
-    made(tmp_path)
-    before = rows_hash(tmp_path)
+    sweep_small(tmp_path)
+    before = hash_rows(tmp_path)
     file = tmp_path / "part-000002.parquet"
     data = file.read_bytes()
     file.write_bytes(b"PAR1" if size is None else data[:size])
@@ -83,8 +83,8 @@ def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, size):
     with pytest.raises(ValueError, match=r"part-000002\.parquet is damaged; the same call"):
         found.check()
     with pytest.warns(UserWarning, match=r": part 2 made anew, damaged$"):
-        made(tmp_path)
-    assert file.read_bytes() == data and rows_hash(tmp_path) == before
+        sweep_small(tmp_path)
+    assert file.read_bytes() == data and hash_rows(tmp_path) == before
 
 
 def test_a_part_may_need_all_of_the_memory_and_not_more(tmp_path, monkeypatch):
@@ -106,6 +106,6 @@ def test_a_part_may_need_all_of_the_memory_and_not_more(tmp_path, monkeypatch):
 
 def test_progress_ends_at_1(tmp_path):
     shares = []
-    made(tmp_path, progress=shares.append)
+    sweep_small(tmp_path, progress=shares.append)
     assert shares[-1] == 1.0 and all(0.0 <= share <= 1.0 for share in shares)
     assert shares == sorted(shares)

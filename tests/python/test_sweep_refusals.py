@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 from ensembles import MIXED
 from kreisel._sweep import store, sweep_plan
-from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, child, swept
+from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, run_sweep, start_python
 
 GRID = "t = 1\nscene = 'thesis'\n[grid]\ngravity = [1, 2]\n"
 
 
-def listed(folder):
+def list_files(folder):
     return sorted(each.name for each in folder.iterdir())
 
 
 def test_a_store_something_else_stays_as_it_is(tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(FileExistsError, match=r"no folder of a sweep.*has 'thesis\.tex'"):
-        swept(tmp_path)
+        run_sweep(tmp_path)
     with pytest.raises(FileExistsError, match=r"thesis\.tex is no folder"):
-        swept(tmp_path / "thesis.tex")
-    assert listed(tmp_path) == ["thesis.tex"]
+        run_sweep(tmp_path / "thesis.tex")
+    assert list_files(tmp_path) == ["thesis.tex"]
 
 
 @pytest.mark.parametrize(
@@ -31,25 +31,25 @@ def test_a_store_something_else_stays_as_it_is(tmp_path):
 )
 def test_a_plan_that_is_none_stays_as_it_is(tmp_path, text):
     (tmp_path / "plan.json").write_text(text, encoding="latin-1")
-    for call in (swept, kr.read_sweep):
+    for call in (run_sweep, kr.read_sweep):
         with pytest.raises(ValueError, match=r"plan\.json is no plan of a sweep"):
             call(tmp_path)
     assert (tmp_path / "plan.json").read_text(encoding="latin-1") == text
 
 
 def test_a_plan_that_was_changed_is_not_believed(tmp_path):
-    swept(tmp_path, parts=range(0))
+    run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     text = file.read_text()
     file.write_text(text.replace('"part_size": 64', '"part_size": 32'))
-    for call in (swept, kr.read_sweep):
+    for call in (run_sweep, kr.read_sweep):
         with pytest.raises(ValueError, match="damaged: its hash does not belong to its plan"):
             call(tmp_path)
 
 
 def test_a_plan_in_other_words_is_of_another_version(tmp_path):
     """The hash of the plan is correct, but this version would write the plan otherwise."""
-    swept(tmp_path, parts=range(0))
+    run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())
     told["plan"]["more"] = 1
@@ -59,10 +59,10 @@ def test_a_plan_in_other_words_is_of_another_version(tmp_path):
 
 
 def test_another_plan_is_refused_and_both_are_shown(tmp_path):
-    here = swept(tmp_path, parts=range(1))
-    before = {name: (tmp_path / name).read_bytes() for name in listed(tmp_path)}
+    here = run_sweep(tmp_path, parts=range(1))
+    before = {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
     with pytest.raises(ValueError) as told:
-        swept(tmp_path, REDUCED | {"tol": 1e-9, "part_size": 32})
+        run_sweep(tmp_path, REDUCED | {"tol": 1e-9, "part_size": 32})
     lines = str(told.value).splitlines()
     assert here.hash[:16] in lines[0] and lines[0].count(" there") == 1
     assert lines[1:3] == [
@@ -72,16 +72,16 @@ def test_another_plan_is_refused_and_both_are_shown(tmp_path):
         '["apex", ["mean"]]]} here',
     ]
     with pytest.raises(ValueError, match=r"parameters: .* there, .* here"):
-        swept(tmp_path, source=kr.Source.grid(TOP, spin=[0, 1], gravity=[1, 2]))
-    assert before == {name: (tmp_path / name).read_bytes() for name in listed(tmp_path)}
+        run_sweep(tmp_path, source=kr.Source.grid(TOP, spin=[0, 1], gravity=[1, 2]))
+    assert before == {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
 
 
 def test_a_folder_in_the_place_of_a_part_stays_as_it_is(tmp_path):
-    swept(tmp_path, parts=range(0))
+    run_sweep(tmp_path, parts=range(0))
     (tmp_path / "part-000003.parquet").mkdir()
     with pytest.raises(FileExistsError, match=r"part-000003\.parquet is a folder, in the place of"):
-        swept(tmp_path)
-    assert listed(tmp_path) == ["part-000003.parquet", "plan.json"]
+        run_sweep(tmp_path)
+    assert list_files(tmp_path) == ["part-000003.parquet", "plan.json"]
     found = kr.read_sweep(tmp_path)
     assert found.verify() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
     with pytest.raises(FileExistsError, match=r"is a folder"):
@@ -92,12 +92,12 @@ def test_a_folder_in_the_place_of_a_part_stays_as_it_is(tmp_path):
 
 def test_a_part_of_another_plan_stays_as_it_is(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
-    swept(one, parts=range(2))
-    swept(other, REDUCED | {"tol": 1e-9}, parts=range(0))
+    run_sweep(one, parts=range(2))
+    run_sweep(other, REDUCED | {"tol": 1e-9}, parts=range(0))
     data = (one / "part-000000.parquet").read_bytes()
     (other / "part-000000.parquet").write_bytes(data)
     with pytest.raises(FileExistsError, match=r"part 0 of the plan .* place of part 0 of the plan"):
-        swept(other, REDUCED | {"tol": 1e-9})
+        run_sweep(other, REDUCED | {"tol": 1e-9})
     assert (other / "part-000000.parquet").read_bytes() == data
     found = kr.read_sweep(other)
     assert found.verify() == {"done": [], "foreign": [0], "missing": [1, 2, 3, 4]}
@@ -111,14 +111,14 @@ def test_a_part_of_another_plan_stays_as_it_is(tmp_path):
 READ_ONLY = """
 import os, sys
 import kreisel as kr, pyarrow.parquet
-from sweeps import swept
-swept(sys.argv[1], parts=range(1))
+from sweeps import run_sweep
+run_sweep(sys.argv[1], parts=range(1))
 os.chmod(sys.argv[1], 0o555)
 if os.geteuid() == 0:
     os.setuid(65534)
 for place in (sys.argv[1], sys.argv[1] + "/new"):
     try:
-        swept(place)
+        run_sweep(place)
     except OSError as error:
         print(type(error).__name__, error)
 """
@@ -129,11 +129,11 @@ def test_a_folder_that_must_not_be_written_is_told(tmp_path):
     place = tmp_path / "runs"
     for folder in (tmp_path, *tmp_path.parents[:2]):
         os.chmod(folder, os.stat(folder).st_mode | 0o055)
-    with child(READ_ONLY, place) as run:
+    with start_python(READ_ONLY, place) as run:
         said, wrong = run.communicate()
     os.chmod(place, 0o755)
     assert said.count("PermissionError") == 2, said + wrong
-    assert listed(place) == ["part-000000.parquet", "plan.json"]
+    assert list_files(place) == ["part-000000.parquet", "plan.json"]
 
 
 def test_a_disk_without_links_takes_a_plan(tmp_path, monkeypatch):
@@ -141,13 +141,13 @@ def test_a_disk_without_links_takes_a_plan(tmp_path, monkeypatch):
         raise PermissionError(1, "Operation not permitted")
 
     monkeypatch.setattr(store.os, "link", none)
-    swept(tmp_path / "runs", parts=range(1))
-    assert listed(tmp_path / "runs") == ["part-000000.parquet", "plan.json"]
+    run_sweep(tmp_path / "runs", parts=range(1))
+    assert list_files(tmp_path / "runs") == ["part-000000.parquet", "plan.json"]
 
 
 def test_there_must_be_a_place_for_the_folder(tmp_path):
     with pytest.raises(FileNotFoundError):
-        swept(tmp_path / "none" / "runs")
+        run_sweep(tmp_path / "none" / "runs")
     with pytest.raises(FileNotFoundError, match="there is no folder"):
         kr.read_sweep(tmp_path / "none")
     with pytest.raises(ValueError, match=r"no folder of a sweep: it has no plan\.json"):
@@ -189,7 +189,7 @@ def test_words_that_cannot_be_are_told_before_anything_runs(tmp_path, error, sai
     }
     with pytest.raises(error, match=said):
         kr.sweep(**given | words, folder=tmp_path / "runs")
-    assert listed(tmp_path) == []
+    assert list_files(tmp_path) == []
 
 
 @pytest.mark.parametrize(
@@ -231,11 +231,11 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
     masses[2501] = -1.0
     source = kr.Source.grid(TOP, mass=masses)
     with pytest.raises(ValueError, match=r"^top\[2501\]: body: mass must be positive, not -1"):
-        swept(tmp_path, REDUCED | {"part_size": 1000}, source)
+        run_sweep(tmp_path, REDUCED | {"part_size": 1000}, source)
     assert kr.read_sweep(tmp_path).done == [0, 1]
     masses[0] = -1.0
     with pytest.raises(ValueError, match=r"^top\[0\]: body: mass must be"):
-        swept(tmp_path / "none", source=kr.Source.grid(TOP, mass=masses))
+        run_sweep(tmp_path / "none", source=kr.Source.grid(TOP, mass=masses))
     grid = kr.Source.grid(TOP, spin=np.arange(50.0), damping=[(0, 0, 0), (1, 1, 1)])
     for words in ({"method": "strang", "step": 0.1}, {"method": "exact"}):
         with pytest.raises(
@@ -286,7 +286,7 @@ def test_a_plan_with_words_that_cannot_be_is_told_by_its_file(tmp_path, said, te
     with pytest.raises((ValueError, TypeError, FileNotFoundError), match=said) as told:
         kr.sweep(file, folder=tmp_path / "runs")
     assert "plan.toml" in str(told.value) or "these" in str(told.value)
-    assert listed(tmp_path) == ["plan.toml"]
+    assert list_files(tmp_path) == ["plan.toml"]
 
 
 def test_a_plan_in_a_file_has_all_words(tmp_path):
@@ -297,12 +297,14 @@ def test_a_plan_in_a_file_has_all_words(tmp_path):
         {"part_size": 3},
         {"reduce": {"nutation": "min"}},
     ):
-        with pytest.raises(ValueError, match=r"is a whole plan: give no other arguments than folder"):
+        with pytest.raises(
+            ValueError, match=r"is a whole plan: give no other arguments than folder"
+        ):
             kr.sweep(tmp_path / "plan.toml", **words, folder=tmp_path / "runs")
 
 
 def test_what_is_missing_is_not_passed_over(tmp_path):
-    found = swept(tmp_path, parts=range(3))
+    found = run_sweep(tmp_path, parts=range(3))
     for call in (lambda: found["status"], found.to_pandas, found.to_arrow, found.to_xarray):
         with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; the same call"):
             call()
@@ -310,7 +312,7 @@ def test_what_is_missing_is_not_passed_over(tmp_path):
         found["nutation_maxx"]
     with pytest.raises(IndexError, match="part 3 is not there"):
         found.part(3)
-    none = swept(tmp_path / "none", parts=range(0))
+    none = run_sweep(tmp_path / "none", parts=range(0))
     with pytest.raises(ValueError, match="has no part yet"):
         none.units  # noqa: B018  a look at it is what is refused
     assert none.missing == [*range(PARTS)]

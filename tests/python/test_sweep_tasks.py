@@ -8,7 +8,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 from kreisel._sweep import runner
-from sweeps import LOW, TOP, rows_hash
+from sweeps import LOW, TOP, hash_rows
 
 SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 4), gravity=np.linspace(-1, 1, 5))
 DIRECTION = [0, 0, 0, 1, 0, 0]
@@ -85,7 +85,7 @@ def test_who_makes_them_does_not_show(tmp_path, pool, words):
     kr.sweep(SOURCE, folder=tmp_path / "one", part_size=7, threads=1, **words)
     kr.sweep(SOURCE, folder=tmp_path / "two", part_size=7, threads=2, parts=range(1, 3), **words)
     kr.sweep(SOURCE, folder=tmp_path / "two", part_size=7, threads=2, **words)
-    assert len({rows_hash(tmp_path / each) for each in ("processes", "one", "two")}) == 1
+    assert len({hash_rows(tmp_path / each) for each in ("processes", "one", "two")}) == 1
     again = kr.read_sweep(tmp_path / "one")
     told = json.loads((tmp_path / "one" / "plan.json").read_text())["plan"]
     assert told == json.loads(json.dumps(again.plan))
@@ -196,4 +196,4 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(tmp_path, monkeypat
     assert told.value.sweep.done and told.value.sweep.missing
     for name in ("stopped", "whole"):
         kr.sweep(SOURCE, folder=tmp_path / name, part_size=4, **words)
-    assert rows_hash(tmp_path / "stopped") == rows_hash(tmp_path / "whole")
+    assert hash_rows(tmp_path / "stopped") == hash_rows(tmp_path / "whole")

@@ -44,14 +44,14 @@ FOREIGN = "foreign"
 class SweepStore:
     """The files of a plan in its folder. Raises ImportError without pyarrow."""
 
-    def __init__(self, place: Path, plan: SweepPlan) -> None:
+    def __init__(self, folder: Path, plan: SweepPlan) -> None:
         from . import parquet
 
-        self.place, self.plan, self._format = place, plan, parquet
+        self.folder, self.plan, self._format = folder, plan, parquet
 
     def file(self, i: int) -> Path:
         """Return the path of a part."""
-        return self.place / f"part-{i:06}.parquet"
+        return self.folder / f"part-{i:06}.parquet"
 
     def write_part(self, i: int, part: PartTable) -> None:
         """Write a part with its checksum."""
@@ -61,7 +61,7 @@ class SweepStore:
     def list_parts(self) -> list[int]:
         """Return the numbers of the parts that have a file, in ascending order."""
         found, parts = [], self.plan.parts
-        for entry in os.scandir(self.place):
+        for entry in os.scandir(self.folder):
             match = re.fullmatch(r"part-([0-9]{6,})\.parquet", entry.name)
             i = int(match[1]) if match else parts
             if i < parts and entry.name == f"part-{i:06}.parquet":
@@ -114,15 +114,15 @@ class SweepStore:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _open_cached, (str(self.place), self.plan.hash)
+        return _open_cached, (str(self.folder), self.plan.hash)
 
 
-def open_store(place: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
+def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """Open the folder of a sweep.
 
     Raises ValueError if it is none, or if the hash of its plan is not `expected`.
     """
-    where = Path(os.path.abspath(place))
+    where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
     try:
         plan = plan_from_json(content["plan"], lambda name: _read_starts(where / name))
@@ -134,9 +134,9 @@ def open_store(place: str | os.PathLike[str], expected: str | None = None) -> Sw
 
 
 @lru_cache(maxsize=4)
-def _open_cached(place: str, expected: str) -> SweepStore:
+def _open_cached(folder: str, expected: str) -> SweepStore:
     """Open the store once for all tasks of a worker process."""
-    return open_store(place, expected)
+    return open_store(folder, expected)
 
 
 def _read_plan_file(where: Path) -> dict[str, Any]:
@@ -166,13 +166,13 @@ def _read_starts(file: Path) -> Array:
     return values
 
 
-def create_or_open(place: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
+def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """Create the folder of a plan, or open it if it exists.
 
     Raises ValueError if the folder has another plan, FileExistsError if it belongs to something
     else, OSError if it cannot be written, ImportError without pyarrow.
     """
-    where = Path(os.path.abspath(place))
+    where = Path(os.path.abspath(folder))
     store = SweepStore(where, plan)
     if where.exists() and not where.is_dir():
         raise FileExistsError(f"{where} is no folder")

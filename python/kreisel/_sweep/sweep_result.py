@@ -71,7 +71,7 @@ class SweepResult:
     @property
     def folder(self) -> str:
         """The folder of the parts."""
-        return str(self._store.place)
+        return str(self._store.folder)
 
     @property
     def shape(self) -> tuple[int, ...]:
