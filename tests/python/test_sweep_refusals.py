@@ -211,6 +211,7 @@ def test_words_that_cannot_be_are_told_before_anything_runs(tmp_path, error, sai
         ),
         ("between which it lies", lambda: kr.Source.random(TOP, 5, spin=[2, 1])),
         ("between which it lies", lambda: kr.Source.random(TOP, 5, spin=[1, 2, 3])),
+        ("gravity must .* finite", lambda: kr.Source.random(TOP, 5, gravity=[-1e308, 1e308])),
         ("attitude has no range", lambda: kr.Source.random(TOP, 5, attitude=[(1, 0, 0, 0)] * 2)),
         ("at least 1", lambda: kr.Source.random(TOP, 0, spin=[1, 2])),
         ("seed must be at least 0", lambda: kr.Source.random(TOP, 1, seed=-1, spin=[1, 2])),
@@ -243,6 +244,31 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
         ):
             kr.sweep(grid, 1, **words, folder=tmp_path / "none")
     assert not (tmp_path / "none").exists()
+
+
+def test_a_top_that_the_method_does_not_suit_is_named_with_its_part(tmp_path):
+    """The top is not among those on which the plan is validated."""
+    damping = np.zeros((4000, 3))
+    damping[2501] = 1.0
+    source = kr.Source.grid(TOP, damping=damping)
+    assert 2501 not in source._sample()
+    with pytest.raises(ValueError, match=r"^top\[2501\]: the method 'strang' does not apply to"):
+        kr.sweep(source, 1, "strang", step=0.1, folder=tmp_path, part_size=1000)
+    assert kr.read_sweep(tmp_path).done == [0, 1]
+
+
+def test_starts_beside_a_plan_must_be_finite(tmp_path):
+    values = np.ones(100000)
+    kr.sweep(kr.Source.grid(TOP, gravity=values), 1, folder=tmp_path, parts=range(0))
+    (file,) = tmp_path.glob("starts-*.npy")
+    values[7] = np.nan
+    changed = tmp_path / sweep_plan.content_name(values)
+    np.save(changed, values)
+    plan = json.loads((tmp_path / "plan.json").read_text().replace(file.name, changed.name))
+    plan["hash"] = sweep_plan.hash_plan(plan["plan"])
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    with pytest.raises(ValueError, match=r"plan\.json: gravity must be finite"):
+        kr.read_sweep(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -89,12 +89,10 @@ class EnsembleData(Batch[S]):
         if isinstance(body, Bodies):
             words, bodies = body._varying_parameters() + words, body._broadcast_to(shape)
         self.__dict__["_bodies"] = bodies
-        self._set_columns(
-            shape,
-            axis_names(shape, words),
-            make_columns([(n, held, n != "gravity") for n, held in columns.items()], shape),
-            make_columns([(each.name, each.values, len(each.value)) for each in words], shape),
-        )
+        states = [(name, held, int(name != "gravity")) for name, held in columns.items()]
+        varied = [(each.name, each.values, len(each.value)) for each in words]
+        names = axis_names(shape, words)
+        self._set_columns(shape, names, make_columns(states, shape), make_columns(varied, shape))
         status, index = self._core_scenes.check()
         if status != "OK":
             at = tuple(map(int, np.unravel_index(index, shape)))

@@ -326,12 +326,19 @@ def _is_row(lead: Shape) -> bool:
 
 
 def _check_range(name: str, one: Parameter) -> None:
+    """Raise ValueError unless a parameter has two values in ascending order."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
         raise ValueError(
             f"{name} must be one value, or two between which it lies, the lesser one first; "
             f"not {short_repr(one.values.tolist())}"
+        )
+    with np.errstate(over="ignore"):
+        is_finite = np.isfinite(one.values[1] - one.values[0]).all()
+    if not is_finite:
+        raise ValueError(
+            f"{name} must lie in a range of finite width, not {short_repr(one.values.tolist())}"
         )
 
 

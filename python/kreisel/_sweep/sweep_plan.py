@@ -211,6 +211,8 @@ def _source_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> 
         for name, value, numbers in rows:
             is_file = isinstance(numbers, str)
             values = load(numbers) if is_file else np.asarray(numbers, np.float64)
+            if not np.isfinite(values).all():
+                raise ValueError(f"{name} must be finite")
             parameters[name] = Parameter(name, values, tuple(value))
         return parameters
 
