@@ -47,7 +47,7 @@ def plan_hash(plan):
 
 
 @pytest.mark.filterwarnings("default")  # a warning is a line
-def test_a_plan_is_swept_and_how_it_stands_is_told(plan, plan_hash):
+def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
     told = call("sweep plan.toml --folder runs --parts 0:0")
     assert "runs: 0 of 5 parts, 300 tops in all, 0 MB; plan " in told
     call("sweep plan.toml --folder runs --parts 3:5")
@@ -58,7 +58,7 @@ def test_a_plan_is_swept_and_how_it_stands_is_told(plan, plan_hash):
     (plan / "runs/.0123456789abcdef.new").write_bytes(b"x")
     told = call("sweep status runs")
     assert "damaged: 1 parts, 3:4" in told and "beside them 1 files .*.new" in told
-    assert "part 3 made anew, damaged" in said(call("sweep plan.toml --folder runs"))
+    assert "part 3 computed again, damaged" in said(call("sweep plan.toml --folder runs"))
     told = call("sweep status runs")
     assert "5 of 5 parts" in told and "missing" not in told and "damaged" not in told
     failed = int((kr.read_sweep("runs")["status"] != 0).sum())
@@ -67,7 +67,7 @@ def test_a_plan_is_swept_and_how_it_stands_is_told(plan, plan_hash):
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash
 
 
-def test_of_parts_that_lie_apart_the_first_ranges_are_told(plan):
+def test_status_lists_the_first_ranges_of_missing_parts(plan):
     small = PLAN.replace("n = 12", "n = 14").replace("n = 25", "n = 1").replace("64", "1")
     (plan / "plan.toml").write_text(small)
     call("sweep plan.toml --folder runs")
@@ -80,7 +80,7 @@ def test_of_parts_that_lie_apart_the_first_ranges_are_told(plan):
 
 
 @pytest.mark.filterwarnings(SOCKETS_LEFT)
-def test_processes_and_a_cluster_make_the_parts(plan, plan_hash):
+def test_processes_and_a_cluster_compute_the_parts(plan, plan_hash):
     call("sweep plan.toml --folder processes --workers 2")
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
@@ -93,7 +93,7 @@ def test_processes_and_a_cluster_make_the_parts(plan, plan_hash):
 @pytest.mark.parametrize(
     ("more", "number"), [([], signal.SIGINT), (["--workers", "2"], signal.SIGTERM)]
 )
-def test_what_is_stopped_says_so_and_goes_on(plan, more, number):
+def test_an_interrupted_sweep_says_so_and_resumes(plan, more, number):
     (plan / "plan.toml").write_text(PLAN.replace("n = 25", "n = 2500").replace("4.0", "400.0"))
     start = f"{HEEDING}from kreisel._cli import main\nmain()"
     command = [sys.executable, "-c", start, "sweep", "plan.toml", "--folder", "runs", *more]
@@ -103,13 +103,13 @@ def test_what_is_stopped_says_so_and_goes_on(plan, more, number):
         run.send_signal(number)
         _, told = run.communicate()
     assert run.returncode == 130, told
-    assert "of 469 parts are left; the same call goes on in" in told and "Traceback" not in told
+    assert "of 469 parts are left; the same call resumes in" in told and "Traceback" not in told
     found = kr.read_sweep("runs", partial=True).check()
     assert 0 < len(found.done) < 469
     call("sweep plan.toml --folder runs --parts 0:2")
 
 
-def test_who_watches_sees_how_far_it_is_and_the_time_left(plan):
+def test_a_terminal_shows_progress_and_the_time_left(plan):
     call("sweep plan.toml --folder runs --parts 0:3")
     shown, seen = pty.openpty()
     command = [sys.executable, "-m", "kreisel", "sweep", "plan.toml", "--folder", "runs"]
@@ -145,14 +145,14 @@ def read(screen):
         ("status .", "no folder of a sweep: it has no plan.json"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line_before_anything_runs(plan, line, message):
+def test_errors_take_one_line_before_anything_runs(plan, line, message):
     (plan / "wrong.toml").write_text("tt = 1")
     told = call(f"sweep {line}", code=2)
     assert message in said(told) and "Traceback" not in told
     assert not (plan / "runs").exists()
 
 
-def test_another_plan_is_refused_with_both_shown(plan):
+def test_another_plan_is_refused_with_the_differences(plan):
     call("sweep plan.toml --folder runs --parts 0:1")
     (plan / "plan.toml").write_text(PLAN.replace("64", "32"))
     told = call("sweep plan.toml --folder runs", code=2)
@@ -160,6 +160,6 @@ def test_another_plan_is_refused_with_both_shown(plan):
     assert len(list(plan.glob("runs/part-*"))) == 1
 
 
-def test_help_tells_of_both():
+def test_help_describes_run_and_status():
     assert "status" in call("sweep --help") and "--dask" in call("sweep run --help")
     assert "sweep" in call("--help")

@@ -50,7 +50,7 @@ def cluster():
 
 
 @pytest.mark.parametrize("name", WORDS)
-def test_threads_do_not_show(tmp_path, hashes, name):
+def test_results_do_not_depend_on_threads(tmp_path, hashes, name):
     words = WORDS[name]
     run_sweep(tmp_path / "two", words, threads=2)
     with ThreadPoolExecutor(2) as pool:
@@ -58,7 +58,7 @@ def test_threads_do_not_show(tmp_path, hashes, name):
     assert {hash_rows(tmp_path / each) for each in ("two", "pool")} == {hashes[name]}
 
 
-def test_processes_do_not_show(tmp_path, hashes):
+def test_results_do_not_depend_on_processes(tmp_path, hashes):
     with ProcessPoolExecutor(2, SPAWN) as pool:
         for name, words in WORDS.items():
             run_sweep(tmp_path / name, words, executor=pool)
@@ -66,13 +66,13 @@ def test_processes_do_not_show(tmp_path, hashes):
 
 
 @pytest.mark.parametrize("name", WORDS)
-def test_a_cluster_does_not_show(tmp_path, hashes, cluster, name):
+def test_results_do_not_depend_on_a_cluster(tmp_path, hashes, cluster, name):
     run_sweep(tmp_path, WORDS[name], executor=cluster.get_executor())
     assert hash_rows(tmp_path) == hashes[name]
 
 
 @pytest.mark.parametrize("name", WORDS)
-def test_jobs_in_reverse_do_not_show(tmp_path, hashes, name):
+def test_results_do_not_depend_on_the_order_of_jobs(tmp_path, hashes, name):
     for i in reversed(range(PARTS)):
         done = run_sweep(tmp_path, WORDS[name], parts=range(i, i + 1))
         assert done.missing == [*range(i)]
@@ -80,7 +80,7 @@ def test_jobs_in_reverse_do_not_show(tmp_path, hashes, name):
 
 
 @pytest.mark.parametrize("moment", ["moves", "writes"])
-def test_a_worker_that_is_killed_loses_no_more_than_it_had(tmp_path, hashes, moment):
+def test_a_killed_worker_loses_only_its_own_part(tmp_path, hashes, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
     with (
         ProcessPoolExecutor(2, SPAWN, initializer=kill_once, initargs=(flag, moment)) as pool,
@@ -97,7 +97,7 @@ def test_a_worker_that_is_killed_loses_no_more_than_it_had(tmp_path, hashes, mom
 
 
 @pytest.mark.parametrize("moment", ["moves", "writes"])
-def test_a_cluster_makes_anew_what_a_killed_worker_had(tmp_path, hashes, cluster, moment):
+def test_a_cluster_computes_the_part_of_a_killed_worker_again(tmp_path, hashes, cluster, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
     cluster.run(kill_once, flag, moment)
     run_sweep(place, executor=cluster.get_executor())
@@ -125,7 +125,7 @@ class LosingExecutor(Executor):
 
 
 @pytest.mark.parametrize("result", [None, "done"])
-def test_a_lost_part_is_made_once_more_and_then_told(tmp_path, hashes, result):
+def test_a_lost_part_is_tried_twice_and_then_reported(tmp_path, hashes, result):
     with pytest.raises(RuntimeError, match="lost 1 parts, the first of them part 3;"):
         run_sweep(tmp_path, executor=LosingExecutor(2, result))
     assert kr.read_sweep(tmp_path).missing == [3]
@@ -133,7 +133,7 @@ def test_a_lost_part_is_made_once_more_and_then_told(tmp_path, hashes, result):
     assert hash_rows(tmp_path) == hashes["reduced"]
 
 
-def test_a_part_that_fails_ends_the_others_and_keeps_what_is_done(tmp_path, monkeypatch):
+def test_a_failed_part_stops_the_sweep_and_keeps_stored_parts(tmp_path, monkeypatch):
     put = store.SweepStore.write_part
 
     def fail_to_write(self, i, rows):
@@ -149,7 +149,7 @@ def test_a_part_that_fails_ends_the_others_and_keeps_what_is_done(tmp_path, monk
 
 
 @pytest.mark.parametrize("executor", [None, ThreadPoolExecutor])
-def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(
+def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
     tmp_path, hashes, monkeypatch, executor
 ):
     def stop(share):
@@ -168,7 +168,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(
     assert hash_rows(tmp_path) == hashes["reduced"]
 
 
-def test_what_ctrl_c_calls_off_is_not_made_later(tmp_path, monkeypatch):
+def test_parts_cancelled_by_ctrl_c_are_not_stored_later(tmp_path, monkeypatch):
     put, pressed = store.SweepStore.write_part, threading.Event()
 
     def write_late(self, i, rows):
@@ -185,7 +185,7 @@ def test_what_ctrl_c_calls_off_is_not_made_later(tmp_path, monkeypatch):
     assert kr.read_sweep(tmp_path).done == told.value.sweep.done
 
 
-def test_progress_goes_up_to_one_and_counts_what_this_call_makes(tmp_path):
+def test_progress_rises_to_one_and_counts_the_tops_of_this_call(tmp_path):
     told = []
     run_sweep(tmp_path, parts=range(2))
     run_sweep(tmp_path, progress=told.append)
@@ -195,14 +195,14 @@ def test_progress_goes_up_to_one_and_counts_what_this_call_makes(tmp_path):
     assert told == []
 
 
-def test_progress_of_an_executor_is_told_the_end(tmp_path, monkeypatch):
+def test_progress_of_an_executor_ends_with_one(tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "_PROGRESS_SECONDS", np.inf)
     told = []
     run_sweep(tmp_path, executor=LosingExecutor(0, None), progress=told.append)
     assert told == [1.0]
 
 
-def test_a_part_depends_on_the_plan_and_its_number_alone(tmp_path):
+def test_a_part_depends_only_on_the_plan_and_its_number(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
     run_sweep(one)
     run_sweep(other, parts=range(4, 5), threads=1)

@@ -38,7 +38,7 @@ def runs(tmp_path_factory):
     return place
 
 
-def test_duckdb_asks_the_parts_without_us(runs):
+def test_duckdb_queries_the_parts(runs):
     found = kr.read_sweep(runs / "reduced")
     went = found["status"] == 0
     sql = """
@@ -61,7 +61,7 @@ def test_duckdb_asks_the_parts_without_us(runs):
     assert all(alike for *_, alike in rows) and len(rows) > 20
 
 
-def test_polars_asks_the_parts_without_us(runs):
+def test_polars_queries_the_parts(runs):
     lazy = polars.scan_parquet(runs / "watched" / "*.parquet")
     long = lazy.select("top", "t", "m_z").explode("t", "m_z").collect()
     paths = kr.solve(ensemble(), TIMES, "taylor", max_steps=14, events=[LOW])
@@ -71,7 +71,7 @@ def test_polars_asks_the_parts_without_us(runs):
     assert least["nutation_min"].min() == np.nanmin(kr.read_sweep(runs / "reduced")["nutation_min"])
 
 
-def test_a_part_tells_what_it_is(runs):
+def test_a_part_describes_itself(runs):
     found = kr.read_sweep(runs / "reduced")
     file = parquet.ParquetFile(runs / "reduced" / "part-000002.parquet")
     told = file.metadata.metadata[b"kreisel"].decode()
@@ -81,7 +81,7 @@ def test_a_part_tells_what_it_is(runs):
     assert units["spin"] == "rad T^-1" and units["reached"] == "T" and units["apex_x_mean"] == ""
 
 
-def test_reductions_are_those_of_the_ensemble(tmp_path):
+def test_reductions_equal_those_of_the_ensemble(tmp_path):
     found = run_sweep(tmp_path)
     words = {
         name: word for name, word in REDUCED.items() if name not in ("t", "part_size", "reduce")
@@ -106,7 +106,7 @@ def test_reductions_are_those_of_the_ensemble(tmp_path):
     assert grid["gravity"].units == "L T^-2" and grid.plan == found.hash
 
 
-def test_states_and_events_are_those_of_the_ensemble(tmp_path):
+def test_states_and_events_equal_those_of_the_ensemble(tmp_path):
     found = run_sweep(tmp_path, WATCHED)
     whole = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14)
     assert found["q_w"].shape == (*SHAPE, 2)
@@ -133,7 +133,7 @@ def test_states_and_events_are_those_of_the_ensemble(tmp_path):
         {"t": [1.0], "reduce": {"m_x": "variance", "spin": ["where_max", "last"]}},
     ],
 )
-def test_all_that_solve_gives_is_kept(tmp_path, words):
+def test_all_results_of_solve_are_stored(tmp_path, words):
     found = run_sweep(tmp_path, {**words, "part_size": 5}, kr.Source.of(MIXED[:4]))
     if "reduce" in words:
         whole = kr.reduce(MIXED[:4], words["t"], words["reduce"])
@@ -152,14 +152,14 @@ def test_all_that_solve_gives_is_kept(tmp_path, words):
     assert found.to_xarray()["status"].shape == (4,)
 
 
-def test_a_start_whose_name_a_result_has_is_the_given_one(tmp_path):
+def test_a_start_with_the_name_of_a_result_gets_a_suffix(tmp_path):
     found = run_sweep(
         tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0])
     )
     assert found["spin_given"].tolist() == [1, 2] and found["spin"].shape == (2, 1)
 
 
-def test_an_incomplete_sweep_reads_as_what_there_is(tmp_path):
+def test_a_partial_sweep_has_the_rows_of_its_parts(tmp_path):
     run_sweep(tmp_path, parts=range(1, 3))
     found = kr.read_sweep(tmp_path, partial=True)
     assert found["top"].tolist() == [*range(64, 192)] and found["status"].shape == (128,)
@@ -172,7 +172,9 @@ def test_an_incomplete_sweep_reads_as_what_there_is(tmp_path):
     assert "2 of 5 parts" in repr(found)
 
 
-def test_without_pyarrow_the_extra_is_named_before_anything_is_written(tmp_path, runs, monkeypatch):
+def test_without_pyarrow_the_error_names_the_extra_and_nothing_is_written(
+    tmp_path, runs, monkeypatch
+):
     found = kr.read_sweep(runs / "reduced")
     for name in [name for name in sys.modules if name.split(".")[0] == "pyarrow"]:
         monkeypatch.setitem(sys.modules, name, None)
@@ -218,7 +220,7 @@ def test_a_large_ensemble_has_a_file_beside_the_plan(tmp_path):
         kr.read_sweep(tmp_path)
 
 
-def test_a_grid_is_what_varies_in_its_order(tmp_path):
+def test_a_grid_has_the_order_of_its_arguments(tmp_path):
     source = kr.Source.grid(TOP, momentum=[(0, 0, 1), (1, 2, 3)], gravity=[1, 2, 3], damping=0.1)
     tops = TOP.vary(
         momentum=np.array([[(0, 0, 1)], [(1, 2, 3)]]), gravity=[1.0, 2.0, 3.0], damping=0.1
@@ -234,7 +236,7 @@ def test_a_grid_is_what_varies_in_its_order(tmp_path):
     assert kr.Source.grid(TOP, inertia=np.diag([2, 2, 1]), mass=[1, 2])[1].body.moments == (2, 2, 1)
 
 
-def test_a_random_top_depends_on_the_seed_and_its_number_alone():
+def test_a_random_top_depends_only_on_the_seed_and_its_index():
     words = {"seed": 5, "spin": (1, 3), "momentum": None, "angles": [(0, 0, 0), (1, 2, 3)]}
     del words["spin"]
     many, more = kr.Source.random(TOP, 1000, **words), kr.Source.random(TOP, 10**12, **words)
@@ -251,7 +253,7 @@ def test_a_random_top_depends_on_the_seed_and_its_number_alone():
     assert abs(np.corrcoef(down, angles[:, 0])[0, 1]) < 0.1
 
 
-def test_scattered_tops_are_those_of_the_scene(tmp_path):
+def test_scattered_tops_equal_those_of_the_scene(tmp_path):
     words = {"seed": 3, "attitude": 0.01, "momentum": (0.1, 0.2, 0.3), "gravity": 0.1}
     source = kr.Source.scatter(TOP, 500, **words)
     assert source[100:200] == TOP.scatter(500, **words)[100:200]
@@ -260,7 +262,7 @@ def test_scattered_tops_are_those_of_the_scene(tmp_path):
     assert np.array_equal(found["momentum_z"], TOP.scatter(500, **words).momentum[:, 2])
 
 
-def test_sources_and_sweeps_can_be_copied_and_say_what_they_are(tmp_path):
+def test_sources_and_sweeps_can_be_copied_and_have_a_repr(tmp_path):
     found = run_sweep(tmp_path, parts=range(2))
     for source in (SOURCE, kr.Source.random(TOP, 7, spin=(0, 1)), kr.Source.of(MIXED)):
         again = pickle.loads(pickle.dumps(source))
@@ -274,7 +276,7 @@ def test_sources_and_sweeps_can_be_copied_and_say_what_they_are(tmp_path):
         SOURCE[300]
 
 
-def test_columns_of_files_are_words(tmp_path):
+def test_columns_of_files_are_parameters(tmp_path):
     momenta, down = np.random.default_rng(0).normal(size=(40, 3)), np.linspace(0, 1, 40)
     flat = {f"momentum_{axis}": momenta[:, i] for i, axis in enumerate("xyz")} | {"gravity": down}
     parquet.write_table(pa.table(flat), tmp_path / "tops.parquet")
@@ -307,7 +309,7 @@ def test_columns_of_files_are_words(tmp_path):
         kr.Source.columns(TOP, tmp_path / "none.parquet")
 
 
-def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path):
+def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path):
     parquet.write_table(pa.table({"gravity": np.linspace(-1, 1, 9)}), tmp_path / "tops.parquet")
     TOP.to_toml(tmp_path / "top.toml")
     head = "t = { from = 0, to = 2, n = 3 }\ntol = 1e-9\npart_size = 4\nscene = "
@@ -336,7 +338,7 @@ def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path):
     assert alike.hash == done.hash and done.events is not None and done.parts < PARTS
 
 
-def test_dampings_of_one_number_are_those_along_all_axes():
+def test_a_damping_of_one_number_applies_to_all_axes():
     source = kr.Source.grid(TOP, damping=[[0.1], [0.2]])
     assert source[1] == TOP.replace(damping=0.2) and source.shape == (2,)
 
@@ -348,7 +350,7 @@ def test_dampings_of_one_number_are_those_along_all_axes():
         (kr.Source.random(TOP, 10**9, spin=(0.0, 20.0)), 1, 10**9),
     ],
 )
-def test_a_plan_of_any_number_of_parts_asks_for_those_that_are_there(tmp_path, source, part, parts):
+def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, parts):
     """A walk over all numbers would take hours, or all memory."""
     words = {"folder": tmp_path, "part_size": part, "reduce": {"nutation": "max"}}
     if part is None:
@@ -369,14 +371,14 @@ def test_a_plan_of_any_number_of_parts_asks_for_those_that_are_there(tmp_path, s
 # Boundary values
 
 
-def test_a_seal_may_be_all_that_a_file_has():
+def test_a_file_may_consist_of_its_checksum():
     whole = checksum.add_checksum(bytearray(checksum.PLACEHOLDER.encode()))
     assert checksum.has_checksum(bytes(whole))
     assert not checksum.has_checksum(b"") and not checksum.has_checksum(bytes(whole[1:]))
     assert not checksum.has_checksum(bytes(whole[:-1] + b"?"))
 
 
-def test_words_of_a_plan_stand_in_it_up_to_a_size():
+def test_long_parameters_have_a_file_beside_the_plan():
     most = sweep_plan._MAX_INLINE
     ((name, shape, inside),) = sweep_plan._list_parameters(
         [Parameter("spin", np.arange(float(most)), ())]
@@ -388,6 +390,6 @@ def test_words_of_a_plan_stand_in_it_up_to_a_size():
     assert isinstance(beside, str)
 
 
-def test_a_plan_tells_no_number_that_json_lacks():
+def test_a_plan_has_no_number_outside_json():
     with pytest.raises(ValueError, match="not JSON compliant"):
         dump_canonical({"step": math.nan})

@@ -18,7 +18,7 @@ def sweep_small(to, n=4, **more):
     ("parts", "done"),
     [(range(0), 0), (range(4), 4), (range(3, 4), 1), (range(9, 7), 0), (range(-3, -5), 0)],
 )
-def test_parts_up_to_the_last_may_be_asked_for(tmp_path, parts, done):
+def test_parts_up_to_the_last_can_be_requested(tmp_path, parts, done):
     assert len(sweep_small(tmp_path, parts=parts).done) == done
 
 
@@ -26,7 +26,7 @@ def test_parts_up_to_the_last_may_be_asked_for(tmp_path, parts, done):
     ("parts", "said"),
     [(range(-1, 2), "-1 to 2"), (range(3, 5), "3 to 5"), (range(5, 9), "5 to 9")],
 )
-def test_other_parts_are_refused(tmp_path, parts, said):
+def test_parts_outside_the_plan_raise(tmp_path, parts, said):
     with pytest.raises(ValueError, match=f"^parts must be among 0 to 4, not {said}$"):
         sweep_small(tmp_path, parts=parts)
     with pytest.raises(TypeError, match="parts must be a range of numbers"):
@@ -40,12 +40,12 @@ def test_other_parts_are_refused(tmp_path, parts, said):
         (10, r"^9 of 10 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8, \.\.\.; the same call"),
     ],
 )
-def test_of_parts_that_are_missing_the_first_eight_are_told(tmp_path, n, said):
+def test_the_error_lists_the_first_eight_missing_parts(tmp_path, n, said):
     with pytest.raises(ValueError, match=said):
         sweep_small(tmp_path, n, parts=range(1))["status"]
 
 
-def test_a_part_has_a_number_that_is_there(tmp_path):
+def test_a_part_is_read_by_its_number(tmp_path):
     found = sweep_small(tmp_path, parts=range(1, 2))
     assert found.part(1)["top"].tolist() == [1] and list(found.part(1)) == list(found.columns)
     for i in (0, 2, 4):
@@ -56,12 +56,12 @@ def test_a_part_has_a_number_that_is_there(tmp_path):
     assert found.verify() == {"done": [1], "missing": [0, 2, 3]} and found.check() is found
 
 
-def test_columns_are_not_written_to(tmp_path):
+def test_columns_are_read_only(tmp_path):
     with pytest.raises(ValueError, match="read-only"):
         sweep_small(tmp_path)["status"][0] = 3
 
 
-def test_tops_that_are_missing_have_nothing_in_a_grid(tmp_path):
+def test_missing_tops_are_empty_in_a_dataset(tmp_path):
     sweep_small(tmp_path, parts=range(1, 3))
     grid = kr.read_sweep(tmp_path, partial=True).to_xarray()
     assert grid["steps"].values.tolist() == [-1, 1, 1, -1]
@@ -72,7 +72,7 @@ def test_tops_that_are_missing_have_nothing_in_a_grid(tmp_path):
 
 
 @pytest.mark.parametrize("size", [0, 2, None, -1])
-def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, size):
+def test_a_truncated_part_is_computed_again_with_a_warning(tmp_path, size):
     sweep_small(tmp_path)
     before = hash_rows(tmp_path)
     file = tmp_path / "part-000002.parquet"
@@ -82,12 +82,12 @@ def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, size):
     assert found.verify() == {"done": [0, 1, 3], "damaged": [2]}
     with pytest.raises(ValueError, match=r"part-000002\.parquet is damaged; the same call"):
         found.check()
-    with pytest.warns(UserWarning, match=r": part 2 made anew, damaged$"):
+    with pytest.warns(UserWarning, match=r": part 2 computed again, damaged$"):
         sweep_small(tmp_path)
     assert file.read_bytes() == data and hash_rows(tmp_path) == before
 
 
-def test_a_part_may_need_all_of_the_memory_and_not_more(tmp_path, monkeypatch):
+def test_a_part_may_need_at_most_the_memory(tmp_path, monkeypatch):
     source = kr.Source.grid(TOP, gravity=np.linspace(0.0, 1.0, 40))
     words = {
         "folder": tmp_path,
@@ -104,7 +104,7 @@ def test_a_part_may_need_all_of_the_memory_and_not_more(tmp_path, monkeypatch):
             kr.sweep(source, **words | {"part_size": part})
 
 
-def test_progress_ends_at_1(tmp_path):
+def test_progress_ends_with_one(tmp_path):
     shares = []
     sweep_small(tmp_path, progress=shares.append)
     assert shares[-1] == 1.0 and all(0.0 <= share <= 1.0 for share in shares)

@@ -17,7 +17,7 @@ def list_files(folder):
     return sorted(each.name for each in folder.iterdir())
 
 
-def test_a_store_something_else_stays_as_it_is(tmp_path):
+def test_a_folder_of_something_else_stays_untouched(tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(FileExistsError, match=r"no folder of a sweep.*has 'thesis\.tex'"):
         run_sweep(tmp_path)
@@ -29,7 +29,7 @@ def test_a_store_something_else_stays_as_it_is(tmp_path):
 @pytest.mark.parametrize(
     "text", ["", "{}", "[1]", "no JSON", '{"kreisel": 1}', "\xff", '{"plan": ' * 99999]
 )
-def test_a_plan_that_is_none_stays_as_it_is(tmp_path, text):
+def test_a_file_that_is_no_plan_stays_untouched(tmp_path, text):
     (tmp_path / "plan.json").write_text(text, encoding="latin-1")
     for call in (run_sweep, kr.read_sweep):
         with pytest.raises(ValueError, match=r"plan\.json is no plan of a sweep"):
@@ -37,7 +37,7 @@ def test_a_plan_that_is_none_stays_as_it_is(tmp_path, text):
     assert (tmp_path / "plan.json").read_text(encoding="latin-1") == text
 
 
-def test_a_plan_that_was_changed_is_not_believed(tmp_path):
+def test_a_changed_plan_is_refused(tmp_path):
     run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     text = file.read_text()
@@ -47,7 +47,7 @@ def test_a_plan_that_was_changed_is_not_believed(tmp_path):
             call(tmp_path)
 
 
-def test_a_plan_in_other_words_is_of_another_version(tmp_path):
+def test_a_plan_of_another_version_is_refused(tmp_path):
     """The hash of the plan is correct, but this version would write the plan otherwise."""
     run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
@@ -58,7 +58,7 @@ def test_a_plan_in_other_words_is_of_another_version(tmp_path):
         kr.read_sweep(tmp_path)
 
 
-def test_another_plan_is_refused_and_both_are_shown(tmp_path):
+def test_another_plan_is_refused_with_the_differences(tmp_path):
     here = run_sweep(tmp_path, parts=range(1))
     before = {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
     with pytest.raises(ValueError) as told:
@@ -76,7 +76,7 @@ def test_another_plan_is_refused_and_both_are_shown(tmp_path):
     assert before == {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
 
 
-def test_a_folder_in_the_place_of_a_part_stays_as_it_is(tmp_path):
+def test_a_folder_in_the_place_of_a_part_stays_untouched(tmp_path):
     run_sweep(tmp_path, parts=range(0))
     (tmp_path / "part-000003.parquet").mkdir()
     with pytest.raises(FileExistsError, match=r"part-000003\.parquet is a folder, in the place of"):
@@ -90,7 +90,7 @@ def test_a_folder_in_the_place_of_a_part_stays_as_it_is(tmp_path):
         found.part(3)
 
 
-def test_a_part_of_another_plan_stays_as_it_is(tmp_path):
+def test_a_part_of_another_plan_stays_untouched(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
     run_sweep(one, parts=range(2))
     run_sweep(other, REDUCED | {"tol": 1e-9}, parts=range(0))
@@ -124,7 +124,7 @@ for place in (sys.argv[1], sys.argv[1] + "/new"):
 """
 
 
-def test_a_folder_that_must_not_be_written_is_told(tmp_path):
+def test_a_read_only_folder_raises_permission_error(tmp_path):
     os.chmod(tmp_path, 0o755)
     place = tmp_path / "runs"
     for folder in (tmp_path, *tmp_path.parents[:2]):
@@ -136,7 +136,7 @@ def test_a_folder_that_must_not_be_written_is_told(tmp_path):
     assert list_files(place) == ["part-000000.parquet", "plan.json"]
 
 
-def test_a_disk_without_links_takes_a_plan(tmp_path, monkeypatch):
+def test_a_disk_without_links_can_hold_a_plan(tmp_path, monkeypatch):
     def none(*_):
         raise PermissionError(1, "Operation not permitted")
 
@@ -145,7 +145,7 @@ def test_a_disk_without_links_takes_a_plan(tmp_path, monkeypatch):
     assert list_files(tmp_path / "runs") == ["part-000000.parquet", "plan.json"]
 
 
-def test_there_must_be_a_place_for_the_folder(tmp_path):
+def test_the_parent_of_the_folder_must_exist(tmp_path):
     with pytest.raises(FileNotFoundError):
         run_sweep(tmp_path / "none" / "runs")
     with pytest.raises(FileNotFoundError, match="there is no folder"):
@@ -181,7 +181,7 @@ def test_there_must_be_a_place_for_the_folder(tmp_path):
         (MemoryError, "smaller parts", {"t": np.arange(10**6), "reduce": None, "part_size": 10**9}),
     ],
 )
-def test_words_that_cannot_be_are_told_before_anything_runs(tmp_path, error, said, words):
+def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, said, words):
     source = kr.Source.grid(TOP, spin=np.linspace(0, 9, 10**5), gravity=np.linspace(-1, 1, 10**4))
     given = {
         "tops": source if "part_size" in words and words["part_size"] == 10**9 else SOURCE,
@@ -222,12 +222,12 @@ def test_words_that_cannot_be_are_told_before_anything_runs(tmp_path, error, sai
         ("ends in .parquet or .csv", lambda: kr.Source.columns(TOP, "tops.xlsx")),
     ],
 )
-def test_sources_that_cannot_be_are_told(said, make):
+def test_invalid_sources_raise(said, make):
     with pytest.raises(ValueError, match=said):
         make()
 
 
-def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
+def test_an_invalid_scene_is_named_with_its_index(tmp_path):
     masses = np.ones(4000)
     masses[2501] = -1.0
     source = kr.Source.grid(TOP, mass=masses)
@@ -246,7 +246,7 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
     assert not (tmp_path / "none").exists()
 
 
-def test_a_top_that_the_method_does_not_suit_is_named_with_its_part(tmp_path):
+def test_a_top_that_the_method_does_not_suit_is_named_with_its_index(tmp_path):
     """The top is not among those on which the plan is validated."""
     damping = np.zeros((4000, 3))
     damping[2501] = 1.0
@@ -306,7 +306,7 @@ def test_starts_beside_a_plan_must_be_finite(tmp_path):
         ("Invalid initial character", GRID + "["),
     ],
 )
-def test_a_plan_with_words_that_cannot_be_is_told_by_its_file(tmp_path, said, text):
+def test_an_invalid_plan_is_named_with_its_file(tmp_path, said, text):
     file = tmp_path / "plan.toml"
     file.write_text(text)
     with pytest.raises((ValueError, TypeError, FileNotFoundError), match=said) as told:
@@ -315,7 +315,7 @@ def test_a_plan_with_words_that_cannot_be_is_told_by_its_file(tmp_path, said, te
     assert list_files(tmp_path) == ["plan.toml"]
 
 
-def test_a_plan_in_a_file_has_all_words(tmp_path):
+def test_a_plan_in_a_file_excludes_other_arguments(tmp_path):
     (tmp_path / "plan.toml").write_text(GRID)
     for words in (
         {"t": 1},
@@ -329,7 +329,7 @@ def test_a_plan_in_a_file_has_all_words(tmp_path):
             kr.sweep(tmp_path / "plan.toml", **words, folder=tmp_path / "runs")
 
 
-def test_what_is_missing_is_not_passed_over(tmp_path):
+def test_missing_parts_raise(tmp_path):
     found = run_sweep(tmp_path, parts=range(3))
     for call in (lambda: found["status"], found.to_pandas, found.to_arrow, found.to_xarray):
         with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; the same call"):
@@ -344,6 +344,6 @@ def test_what_is_missing_is_not_passed_over(tmp_path):
     assert none.missing == [*range(PARTS)]
 
 
-def test_a_source_of_tops_wants_an_ensemble():
+def test_a_source_of_tops_needs_an_ensemble():
     with pytest.raises(TypeError, match="tops must be a"):
         kr.Source.of(TOP)

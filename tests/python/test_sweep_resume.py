@@ -75,7 +75,7 @@ def parts(folder):
     return sorted(file.name for file in folder.glob("*.parquet"))
 
 
-def test_a_client_that_is_killed_loses_no_more_than_a_part(tmp_path, whole_hash):
+def test_a_killed_client_loses_at_most_a_part(tmp_path, whole_hash):
     with start_python(SWEEP, tmp_path, "wait") as run:
         assert run.stdout.readline() == "there\n"
         run.kill()
@@ -86,7 +86,7 @@ def test_a_client_that_is_killed_loses_no_more_than_a_part(tmp_path, whole_hash)
 
 
 @pytest.mark.parametrize("moment", ["fsync", "replace"])
-def test_a_client_that_is_killed_as_it_writes_leaves_no_half_part(tmp_path, whole_hash, moment):
+def test_a_client_killed_while_it_writes_leaves_no_half_part(tmp_path, whole_hash, moment):
     with start_python(KILLED, tmp_path, moment) as run:
         assert run.wait() == -signal.SIGKILL
     assert parts(tmp_path) == ["part-000000.parquet", "part-000001.parquet"]
@@ -108,7 +108,7 @@ def test_ctrl_c_ends_a_process_and_keeps_finished_parts(tmp_path, whole_hash, nu
     assert hash_rows(tmp_path) == whole_hash
 
 
-def test_a_full_disk_is_told_and_leaves_nothing_half(tmp_path, whole_hash):
+def test_a_full_disk_raises_and_leaves_no_half_part(tmp_path, whole_hash):
     run_sweep(tmp_path, parts=range(0))
     with start_python(FULL, tmp_path, 5000) as run:
         said, wrong = run.communicate()
@@ -123,7 +123,7 @@ def flip_bit(data, at):
     return data[: at // 8] + bytes([data[at // 8] ^ 1 << at % 8]) + data[at // 8 + 1 :]
 
 
-def test_each_bit_counts(tmp_path):
+def test_each_changed_bit_is_damage(tmp_path):
     found = run_sweep(tmp_path, WATCHED)
     file = tmp_path / "part-000001.parquet"
     data, folder = file.read_bytes(), found._store
@@ -141,7 +141,7 @@ def test_each_bit_counts(tmp_path):
     assert folder.verify_part(1) == "damaged"
 
 
-def test_a_part_whose_seal_is_lost_is_damaged_and_ours(tmp_path):
+def test_a_part_without_its_checksum_is_damaged_not_foreign(tmp_path):
     found = run_sweep(tmp_path, parts=range(1))
     file = tmp_path / "part-000000.parquet"
     data = file.read_bytes()
@@ -150,7 +150,7 @@ def test_a_part_whose_seal_is_lost_is_damaged_and_ours(tmp_path):
         assert found._store.verify_part(0) == "damaged"
 
 
-def test_what_is_damaged_is_made_anew_and_told(tmp_path):
+def test_damaged_parts_are_computed_again_with_a_warning(tmp_path):
     made = run_sweep(tmp_path, WATCHED)
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     before = [file.read_bytes() for file in files]
@@ -161,7 +161,7 @@ def test_what_is_damaged_is_made_anew_and_told(tmp_path):
     with pytest.raises(ValueError, match=r"part-000000.* is damaged"):
         made.check()
     assert made.verify() == {"done": [4], "damaged": [0, 1, 2], "missing": [3]}
-    with pytest.warns(UserWarning, match="part 0 and 2 more made anew, damaged"):
+    with pytest.warns(UserWarning, match="part 0 and 2 more computed again, damaged"):
         run_sweep(tmp_path, WATCHED)
     assert [file.read_bytes() for file in files] == before
     assert made.check() is made
@@ -183,7 +183,7 @@ def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, content):
     for read in (found.check, lambda: found["status"], lambda: found.part(2)):
         with pytest.raises(ValueError, match=r"part-000002.* the same call of kreisel\.sweep"):
             read()
-    with pytest.warns(UserWarning, match=r": part 2 made anew, damaged$"):
+    with pytest.warns(UserWarning, match=r": part 2 computed again, damaged$"):
         run_sweep(tmp_path)
     assert file.read_bytes() == before
 
@@ -201,13 +201,13 @@ def test_parts_under_each_others_names_are_not_read(tmp_path):
         for read in (lambda found=found: found["nutation_max"], found.check, found.to_xarray):
             with pytest.raises(ValueError, match=rf"part-00000{wrong[0]}"):
                 read()
-        with pytest.warns(UserWarning, match=rf"part {wrong[0]} .*made anew, damaged"):
+        with pytest.warns(UserWarning, match=rf"part {wrong[0]} .*computed again, damaged"):
             run_sweep(tmp_path)
         assert np.array_equal(kr.read_sweep(tmp_path)["nutation_max"], right, equal_nan=True)
     assert one.read_bytes() == first and two.read_bytes() == second
 
 
-def test_what_there_is_leaves_out_damaged_parts_as_missing_ones(tmp_path):
+def test_a_partial_sweep_leaves_out_damaged_parts(tmp_path):
     made = run_sweep(tmp_path)
     whole = {name: made[name].reshape(-1) for name in ("top", "status", "nutation_max")}
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
@@ -246,7 +246,7 @@ def test_a_damaged_schema_is_a_damaged_part(tmp_path):
     assert refused > 100
 
 
-def test_numbers_that_are_damaged_are_not_read(tmp_path):
+def test_damaged_numbers_are_not_read(tmp_path):
     words = {"t": [1.0], "method": "taylor", "part_size": 300}
     made = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
@@ -262,21 +262,23 @@ def test_numbers_that_are_damaged_are_not_read(tmp_path):
     assert 30 < refused < 301  # damage to another column goes unnoticed here
 
 
-def test_a_part_of_another_version_is_made_anew_and_told(tmp_path, monkeypatch):
+def test_a_part_of_another_version_is_computed_again_with_a_warning(tmp_path, monkeypatch):
     run_sweep(tmp_path)
     before = (tmp_path / "part-000001.parquet").read_bytes()
     with monkeypatch.context() as old:
         old.setattr(store, "version", "0.0.9")
         (tmp_path / "part-000001.parquet").unlink()
-        with pytest.warns(UserWarning, match="part 0 and 3 more made anew, of another version"):
+        with pytest.warns(
+            UserWarning, match="part 0 and 3 more computed again, of another version"
+        ):
             run_sweep(tmp_path)
     assert kr.read_sweep(tmp_path).verify() == {"done": [], "of another version": [0, 1, 2, 3, 4]}
-    with pytest.warns(UserWarning, match="part 0 and 4 more made anew, of another version"):
+    with pytest.warns(UserWarning, match="part 0 and 4 more computed again, of another version"):
         run_sweep(tmp_path)
     assert (tmp_path / "part-000001.parquet").read_bytes() == before
 
 
-def test_two_sweeps_of_one_folder_do_not_meet(tmp_path, whole_hash):
+def test_two_sweeps_of_one_folder_do_not_interfere(tmp_path, whole_hash):
     runs = [
         start_python("import sys; from sweeps import run_sweep; run_sweep(sys.argv[1])", tmp_path)
         for _ in range(2)
@@ -293,7 +295,7 @@ def test_two_threads_may_begin_one_sweep(tmp_path, whole_hash):
     assert hash_rows(tmp_path) == whole_hash and not list(tmp_path.glob(".*"))
 
 
-def test_the_words_of_a_plan_in_other_forms_are_the_same_plan(tmp_path):
+def test_equivalent_arguments_give_the_same_plan(tmp_path):
     run_sweep(tmp_path, parts=range(1))
     words = {**REDUCED, "t": (1, 4), "reduce": {"nutation": iter(["min", "max"]), "apex": ["mean"]}}
     assert run_sweep(tmp_path, words).missing == []

@@ -37,7 +37,7 @@ def pool():
 
 
 @pytest.mark.parametrize("task", GROWN)
-def test_indicators_are_those_of_the_ensemble(tmp_path, task):
+def test_indicators_equal_those_of_the_ensemble(tmp_path, task):
     found = kr.sweep(SOURCE, folder=tmp_path, task=task, part_size=7, **GROWN[task])
     whole = getattr(kr, task)(ensemble(), **GROWN[task])
     columns = {task: whole.value, "certificate": whole.certificate, f"{task}_curve": whole.curve}
@@ -64,7 +64,7 @@ def test_a_single_top_has_a_section_too(tmp_path):
 
 
 @pytest.mark.parametrize("words", MET)
-def test_sections_are_those_of_the_ensemble(tmp_path, words):
+def test_sections_equal_those_of_the_ensemble(tmp_path, words):
     found = kr.sweep(SOURCE, folder=tmp_path, task="section", part_size=7, **words)
     whole = kr.section(ensemble(), **words)
     for name in ("status", "reached", "steps"):
@@ -80,7 +80,7 @@ def test_sections_are_those_of_the_ensemble(tmp_path, words):
 
 
 @pytest.mark.parametrize("words", WORDS)
-def test_who_makes_them_does_not_show(tmp_path, pool, words):
+def test_results_do_not_depend_on_the_workers(tmp_path, pool, words):
     kr.sweep(SOURCE, folder=tmp_path / "processes", part_size=7, executor=pool, **words)
     kr.sweep(SOURCE, folder=tmp_path / "one", part_size=7, threads=1, **words)
     kr.sweep(SOURCE, folder=tmp_path / "two", part_size=7, threads=2, parts=range(1, 3), **words)
@@ -93,7 +93,7 @@ def test_who_makes_them_does_not_show(tmp_path, pool, words):
         kr.sweep(SOURCE, folder=tmp_path / "one", part_size=7, **words | {"tol": 1e-7})
 
 
-def test_ways_to_say_the_same_are_one_plan(tmp_path):
+def test_equivalent_arguments_give_one_plan(tmp_path):
     alike = [
         ({"task": "megno", "t": 1, "direction": np.array(DIRECTION)}, {"direction": DIRECTION}),
         ({"task": "section", "n": 500, "event": LOW}, {"n": None, "event": None}),
@@ -109,7 +109,7 @@ def test_ways_to_say_the_same_are_one_plan(tmp_path):
     assert len(hashes) == 3
 
 
-def test_a_scattered_top_tells_its_start(tmp_path):
+def test_a_scattered_top_has_its_start_in_columns(tmp_path):
     source = kr.Source.scatter(TOP, 6, seed=2, gravity=0.1)
     found = kr.sweep(source, 5, folder=tmp_path, task="oli", part_size=4)
     assert np.array_equal(found["gravity"], source[:].gravity)
@@ -131,7 +131,7 @@ def test_a_scattered_top_tells_its_start(tmp_path):
         ),
     ],
 )
-def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path, text, words):
+def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path, text, words):
     table = "\npart_size = 4\nscene = 'asymmetric'\n[grid]\nspin = [1, 2]\n"
     (tmp_path / "plan.toml").write_text(text + table)
     done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
@@ -171,7 +171,7 @@ def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path, text, words):
         (MemoryError, "smaller parts", {"task": "section", "n": 10**12}),
     ],
 )
-def test_words_that_cannot_be_are_told_before_anything_runs(tmp_path, error, said, words):
+def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, said, words):
     with pytest.raises(error, match=said):
         kr.sweep(SOURCE, folder=tmp_path / "runs", **words)
     assert not (tmp_path / "runs").exists()
@@ -185,7 +185,7 @@ def test_a_damped_top_has_no_indicator(tmp_path):
 
 
 @pytest.mark.parametrize("words", WORDS, ids=lambda words: words["task"])
-def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(tmp_path, monkeypatch, words):
+def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(tmp_path, monkeypatch, words):
     def stop(share):
         if share > 0.5:
             raise KeyboardInterrupt

@@ -120,11 +120,11 @@ def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
     ]
 
 
-def _add_states(part: PartTable, met: EnsembleEvents | Section) -> None:
+def _add_states(part: PartTable, found: EnsembleEvents | Section) -> None:
     """Add the states at events, and the number of them of each top."""
-    part.columns[COUNT], part.units[COUNT] = met.count, ""
+    part.columns[COUNT], part.units[COUNT] = found.count, ""
     for name, quantity in _STATES.items():
-        values = getattr(met, name).reshape(-1, quantity.doubles)
+        values = getattr(found, name).reshape(-1, quantity.doubles)
         for i, component in enumerate(quantity.components):
             part.ragged[f"event_{component}"] = values[:, i]
             part.units[f"event_{component}"] = quantity.dimension

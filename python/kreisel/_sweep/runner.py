@@ -83,7 +83,7 @@ class PartRunner:
                 return
         raise PartsLost(
             f"the executor has lost {len(self.left)} parts, the first of them part {self.left[0]}; "
-            "all others are kept, and the same call makes what is missing"
+            "all others are stored, and the same call computes the missing ones"
         )
 
     def _run_once(self, executor: Executor) -> None:
@@ -94,8 +94,8 @@ class PartRunner:
         except BrokenExecutor as error:
             raise PartsLost(
                 f"the executor has broken, with {len(self.left)} parts left, the first of them "
-                f"part {self.left[0]}: {error}; what is done is kept, and the same call makes the "
-                "rest"
+                f"part {self.left[0]}: {error}; the stored parts stay, and the same call "
+                "computes the rest"
             ) from None
         finally:
             self._stopped.clear()

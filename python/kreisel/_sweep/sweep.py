@@ -153,7 +153,7 @@ def _run_parts(
         result = SweepResult(store)
         done = sum(i in chosen for i in result.done)
         left = f"{len(chosen) - done} of {len(chosen)} parts are left"
-        message = f"interrupted: {left}; the same call goes on in {store.folder}"
+        message = f"interrupted: {left}; the same call resumes in {store.folder}"
         raise SweepInterrupted(message, result) from None
     return SweepResult(store)
 
@@ -202,5 +202,5 @@ def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
     for status, parts in replaced.items():
         if parts:
             first = f"part {parts[0]}" + (f" and {len(parts) - 1} more" if parts[1:] else "")
-            warn(f"{store.folder}: {first} made anew, {status}")
+            warn(f"{store.folder}: {first} computed again, {status}")
     return left

@@ -187,7 +187,7 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
             f"a part of {size} tops with {states} states each needs {1e-9 * needed:.3g} GB, more "
             "than this machine has: take smaller parts, fewer times, or keep less"
         )
-    return SweepPlan(source, task.normalized(options), size, options, times, (sample, ensemble))
+    return SweepPlan(source, task.normalize(options), size, options, times, (sample, ensemble))
 
 
 def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
@@ -197,12 +197,12 @@ def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Swe
     """
     try:
         source, task = _source_from_json(plan, load), task_from_json(plan)
-        made = make_plan(source, task, plan["part_size"])
+        result = make_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is no plan of a sweep: {error}") from None
-    if made.hash != hash_plan(plan):
+    if result.hash != hash_plan(plan):
         raise ValueError("it is a plan that this version would write in another form")
-    return made
+    return result
 
 
 def _source_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:

@@ -146,8 +146,8 @@ class SweepResult:
             some = ", ".join(map(str, islice(missing, 8)))
             raise ValueError(
                 f"{left} of {self.parts} parts are missing: {some}"
-                f"{', ...' if left > 8 else ''}; the same call of kreisel.sweep makes them, "
-                "read_sweep(folder, partial=True) reads what there is"
+                f"{', ...' if left > 8 else ''}; the same call of kreisel.sweep computes them, "
+                "read_sweep(folder, partial=True) reads the others"
             )
         return (self._store.read_part(i, names) for i in self.done)
 

@@ -44,7 +44,7 @@ class SweepTask(Protocol):
     def as_json(self) -> dict[str, Any]:
         """The arguments as an object of JSON."""
 
-    def normalized(self, options: EnsembleOptions) -> SweepTask:
+    def normalize(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in the form of a plan, with equivalent arguments alike."""
 
     def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
@@ -86,7 +86,7 @@ class SolveTask(NamedTuple):
             solve["reduce"] = [[name, kinds] for name, kinds in given.reduce.items()]
         return {"t": self.t, "method": self.method, "solve": solve}
 
-    def normalized(self, options: EnsembleOptions) -> SolveTask:
+    def normalize(self, options: EnsembleOptions) -> SolveTask:
         given = self.arguments
         reduce = None
         if given.reduce is not None:
@@ -139,7 +139,7 @@ class ChaosTask(NamedTuple):
         arguments = _drop_none(self._asdict())
         return {arguments.pop("name"): arguments}
 
-    def normalized(self, options: EnsembleOptions) -> ChaosTask:
+    def normalize(self, options: EnsembleOptions) -> ChaosTask:
         direction = None if self.direction is None else _as_floats(self.direction)
         controls = direction, _as_float(self.tol), int(self.max_steps)
         return ChaosTask(self.name, _as_floats(self.t), *controls)
@@ -176,7 +176,7 @@ class SectionTask(NamedTuple):
         event = {"event": to_record(parse_event(self.event))}
         return {"section": _drop_none(self._asdict()) | event}
 
-    def normalized(self, options: EnsembleOptions) -> SectionTask:
+    def normalize(self, options: EnsembleOptions) -> SectionTask:
         return SectionTask(
             parse_event(self.event),
             int(self.n),
