@@ -146,6 +146,7 @@ WORDS = {  # what a function's **words are
     "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
     "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],
 }
+WORDS["arguments"] = [name for name in WORDS["words"] if name != "body"]
 PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
 PARTICULAR = {  # where a word means something else than elsewhere
     **dict.fromkeys(["apex.path", "rod.path", "Event.value.path"], PATHS),
