@@ -178,9 +178,10 @@ def _shown(
 
 
 def _body(scene: Scene) -> _Body:
-    if scene.body.rounded:
+    if scene.body.inertia_rtol:
         raise ValueError(
-            f"the page has no rounded moments: view a body without rounded={scene.body.rounded!r}"
+            "the page has no tolerance of the inertia: view a body without "
+            f"inertia_rtol={scene.body.inertia_rtol!r}"
         )
     inertia = np.asarray(scene.body.inertia)
     rows = np.diag(inertia) if inertia.ndim == 1 else inertia

@@ -44,7 +44,7 @@ LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}  # of values, in 
 SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}  # and so may these
 
 CALLS = calls()
-pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "ignore:.*made up")
+pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "ignore:.*unphysical")
 
 
 class Endless(BaseException):

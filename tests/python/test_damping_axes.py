@@ -14,7 +14,7 @@ SPHERE = (1.2, 1.2, 1.2)
 
 
 def body(moments, com=COM):
-    return kr.Body(1, moments, com=com, made_up=True)
+    return kr.Body(1, moments, com=com, unphysical=True)
 
 
 def tensor(moments, turn=(0.6, 0.48, 0.0, 0.64)):

@@ -59,14 +59,14 @@ def off(path):
 def free_tops():
     random = np.random.default_rng(2)
     yield kr.Scene(
-        kr.Body(1.0, (1, 1, 0.25), (0, 0, 1), made_up=True),
+        kr.Body(1.0, (1, 1, 0.25), (0, 0, 1), unphysical=True),
         momentum=(0, 0, 1),
         attitude=(0.8, 0.6, 0, 0),
         gravity=0,
     )
     for upright in (True, False) * 6:
         yield kr.Scene(
-            kr.Body(1.0, (1, 1, random.uniform(0.2, 1.8)), (0, 0, 1), made_up=True),
+            kr.Body(1.0, (1, 1, random.uniform(0.2, 1.8)), (0, 0, 1), unphysical=True),
             momentum=random.normal(size=3) * ((0, 0, 1) if upright else (1, 1, 1)),
             attitude=unit(random.normal(size=4)),
             gravity=0,
@@ -94,7 +94,7 @@ def needles(lone, turned):
     """Yield random free needles, with axes along those of the frame or turned."""
     random = np.random.default_rng(5)
     for _ in range(8):
-        body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), made_up=True)
+        body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), unphysical=True)
         if turned:
             body = body.turned(unit(random.normal(size=4)))
         push = kr.quaternion.turn(body.axes, tuple(random.normal(size=3) * (1, 1, lone)))

@@ -14,11 +14,11 @@ TOP, THESIS, FREE = kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.dzhanibeko
 BALL = kr.Body(2.0, (0.5, 0.5, 0.5), (0, 0, 0))
 
 CONE = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1.5)
-WATER = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), rounded=0.0021)
+WATER = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), inertia_rtol=0.0021)
 ASYMMETRIC = kr.scenes.asymmetric.body
 TURNED = kr.Body(1.5, [[2, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1]], (0.1, 0.2, 0.6))
 ROUND = kr.Body.symmetric(1.0, 0.782, 0.783, 0.21)
-NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), made_up=True)
+NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), unphysical=True)
 
 
 def amended(body, gravity, vertical, P):

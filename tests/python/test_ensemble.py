@@ -199,10 +199,10 @@ def test_scenes_in_lists_are_an_ensemble():
 
 
 @pytest.mark.filterwarnings("error")
-def test_bodies_in_lists_are_made_up_as_they_were():
-    odd = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 3), made_up=True), momentum=(0, 0, 1))
+def test_bodies_in_lists_stay_unphysical():
+    odd = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 3), unphysical=True), momentum=(0, 0, 1))
     tops = kr.Ensemble.of([odd, GENERAL])
-    assert [tops[0].body.made_up, tops[1].body.made_up] == [True, False]
+    assert [tops[0].body.unphysical, tops[1].body.unphysical] == [True, False]
 
 
 def test_what_they_share_is_held_once():

@@ -95,7 +95,7 @@ def test_nutation_of_a_lagrange_top_has_its_period(digits):
 
 def released(precession):
     """Return a fast tilted top whose axis is pushed along at its highest point."""
-    body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, made_up=True)
+    body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, unphysical=True)
     tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
     axis = np.array([0, -np.sin(0.8), np.cos(0.8)])
     return kr.Scene(body, velocity=20 * axis + precession * np.array([0, 0, 1]), attitude=tilt)
@@ -374,7 +374,7 @@ def test_an_event_cannot_be_changed():
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
 def test_thin_bodies_pass_as_many_energies_as_thick_ones(least):
     """The noise of a function is that of its own terms, not that of a turn about the thin axis."""
-    body = kr.Body.symmetric(1, 1, least, 1, made_up=True)
+    body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
     looked = events.kinetic(0.1), events.extremum(twice)

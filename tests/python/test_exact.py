@@ -13,18 +13,18 @@ MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 TILT = np.array([0.8, 0.4, -0.2, 0.4])
 TILTED = THESIS.replace(attitude=TILT / np.linalg.norm(TILT), momentum=(1, 2, 30))
-PLATE = kr.Body(mass=1.0, inertia=(1.0, 2.0, 3.0), com=(0.1, 0.2, 0.3), made_up=True)
+PLATE = kr.Body(mass=1.0, inertia=(1.0, 2.0, 3.0), com=(0.1, 0.2, 0.3), unphysical=True)
 SCENES = {
     "thesis": THESIS,
     "tilted": TILTED,
     "hanging": TILTED.replace(gravity=-3.0),
     "turned": kr.Scene(
-        kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), made_up=True),
+        kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), unphysical=True),
         (1, 2, 3),
         TILTED.attitude,
     ),
     "spherical": kr.Scene(
-        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), made_up=True), (1, 2, 3), TILTED.attitude
+        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), unphysical=True), (1, 2, 3), TILTED.attitude
     ),
     "free": kr.Scene(PLATE, (1.0, 2.0, 3.0), TILTED.attitude, gravity=0.0),
     "at its centre of mass": kr.Scene(

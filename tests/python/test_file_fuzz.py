@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from test_api_fuzz import EXAMPLES, LETTERS
 
 pytestmark = pytest.mark.filterwarnings(
-    "ignore:no body has this inertia", "ignore:.*made up", "ignore:.*to rounding only"
+    "ignore:no body has this inertia", "ignore:.*unphysical", "ignore:.*to rounding only"
 )
 SPINNING = """gravity = 2
 [spinning]

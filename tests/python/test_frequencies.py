@@ -36,7 +36,7 @@ def test_frequencies_are_those_of_the_closed_form(name):
 def random_top(rng, gravity):
     i1 = rng.uniform(0.5, 2)
     height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
-    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, made_up=True)
+    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, unphysical=True)
     q = rng.normal(size=4)
     momentum = 2.0 * rng.normal(size=3)
     return kr.Scene(body, momentum, q / np.linalg.norm(q), gravity=gravity)
@@ -54,7 +54,7 @@ def top_near_a_pole(rng, side):
     """A top of a random closest distance to a pole, from 1e-7 to 0.15 rad."""
     i1 = rng.uniform(0.5, 2)
     height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
-    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, made_up=True)
+    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, unphysical=True)
     lean = 10 ** rng.uniform(-7, -0.83)
     tilt = lean if side > 0 else math.pi - lean
     angles = (rng.uniform(0, 6), tilt, rng.uniform(0, 6))
@@ -79,7 +79,7 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
     """The apex passes a pole between states, which all see the same mean rate without it."""
     moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
     scene = kr.Scene(
-        kr.Body(1, moments, (0, 0, 0.5), made_up=True),
+        kr.Body(1, moments, (0, 0, 0.5), unphysical=True),
         momentum=(3.0271208993064915, -1.8130228754576976, -0.4575879183085531),
         attitude=(
             -0.02831861256452627,

@@ -34,7 +34,7 @@ def test_the_error_is_met(scene, target):
     )
 
 
-PENDULUM = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True)
+PENDULUM = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
 
 
 def tilted(angle):
@@ -48,7 +48,7 @@ def lingering(rng):
         body = kr.Body(1, (1, rng.uniform(1.6, 2.0), 2.5), (0, 0, 0))
         return kr.Scene(body, momentum=small + np.array((0, rng.uniform(1, 3), 0)), gravity=0.0)
     moments = (1.0, rng.choice([1.0, 1.3]), rng.uniform(0.4, 1.0))
-    body = kr.Body(1.0, moments, (0.0, 0.0, rng.uniform(0.5, 1.0)), made_up=True)
+    body = kr.Body(1.0, moments, (0.0, 0.0, rng.uniform(0.5, 1.0)), unphysical=True)
     tilt = tilted(10 ** rng.uniform(-8, -3))
     return kr.Scene(body, momentum=small * rng.integers(2), attitude=tilt)
 
@@ -101,7 +101,7 @@ def test_the_error_is_of_the_states_the_choice_of_all_the_way():
     [
         (
             kr.Scene(
-                kr.Body.symmetric(1, 1, 0.06830940206246161, 1, made_up=True),
+                kr.Body.symmetric(1, 1, 0.06830940206246161, 1, unphysical=True),
                 momentum=(-1.3239140397159607e-4, -5.742476549929807e-4, 1.0073475594600608e-5),
                 attitude=unit((0.08130305842650629, 0.613292368992301, 0.785658275965672, 0.0018)),
             ),
@@ -110,7 +110,7 @@ def test_the_error_is_of_the_states_the_choice_of_all_the_way():
         ),
         (
             kr.Scene(
-                kr.Body.symmetric(1, 1.075, 1.129, 0.9546, made_up=True),
+                kr.Body.symmetric(1, 1.075, 1.129, 0.9546, unphysical=True),
                 momentum=(0, 0, 0),
                 attitude=unit((-0.137051384, 0.9447336, -0.08298514438, -0.28602239)),
             ),

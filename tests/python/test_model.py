@@ -108,7 +108,7 @@ def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
     body = next(body for body in bodies if kr.methods[name].applies_to(body))
     axes = matrix(turn)
     tensor = axes @ np.diag(body.inertia) @ axes.T
-    turned = kr.Body(body.mass, tensor, axes @ body.com, made_up=body.made_up)
+    turned = kr.Body(body.mass, tensor, axes @ body.com, unphysical=body.unphysical)
     attitude = unit(quaternion.multiply(TILT, quaternion.conjugate(turn)))
     scenes = [kr.Scene(b, GENERAL.momentum, q) for b, q in ((body, TILT), (turned, attitude))]
     how = {"tol": 1e-13} if name == "extrap" else {"step": 0.01}

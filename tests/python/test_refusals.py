@@ -282,7 +282,7 @@ def test_wrong_words_of_compare_are_refused(words, exception, message):
         lambda: kr.Body(list(range(10**5)), (1, 1, 1), (0, 0, 0)),
         lambda: kr.Body(1, np.full((400, 3), 0.123456789), (0, 0, 0)),
         lambda: kr.Body(1, (1, 1, 1), ["x" * 10**6] * 3),
-        lambda: kr.Body(1, (1, 1, 1), (0, 0, 0), made_up=list(range(10**5))),
+        lambda: kr.Body(1, (1, 1, 1), (0, 0, 0), unphysical=list(range(10**5))),
         lambda: kr.Body.disk(10**5000, (0, 0, 0), mass=1),
         lambda: kr.Body.sphere("x" * 10**6, (0, 0, 0), mass=1),
         lambda: kr.Scene("x" * 10**6, (1, 2, 3)),

@@ -107,7 +107,7 @@ def test_a_shape_has_the_inertia_of_the_integral(name, pivot):
     given = np.array(body.inertia)
     np.testing.assert_allclose(np.diag(given) if given.ndim == 1 else given, inertia, atol=4e-14)
     np.testing.assert_allclose(body.com, com, atol=2e-15)
-    assert body.mass == 2.5 and not body.made_up
+    assert body.mass == 2.5 and not body.unphysical
 
 
 @pytest.mark.parametrize("name", [name for name in SHAPES if SHAPES[name][2]])
@@ -154,7 +154,7 @@ def test_a_gyroscope_is_one_line():
     top = kr.Body.disk(0.05, at, mass=0.5) + kr.Body.rod(0.12, at, mass=0.02)
     across = 0.5 * (0.05**2 / 4 + 0.06**2) + 0.02 * 0.12**2 / 3
     np.testing.assert_allclose(top.moments, (across, across, 0.5 * 0.05**2 / 2), rtol=1e-15)
-    assert top.mass == 0.52 and top.kind == "lagrange" and not top.made_up
+    assert top.mass == 0.52 and top.kind == "lagrange" and not top.unphysical
     np.testing.assert_allclose(top.com, (0, 0, 0.06), rtol=1e-15)
 
 
@@ -197,12 +197,12 @@ def test_a_turn_may_be_a_rotation_of_scipy():
 
 
 def test_sums_keep_what_was_said_of_the_parts():
-    water = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), rounded=0.0021)
-    lever = kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True)
+    water = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), inertia_rtol=0.0021)
+    lever = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     for body in (water + lever, lever + water):
-        assert body.rounded == 0.0021 and body.made_up
-    assert lever.turned(TILT).made_up and lever.shifted((0, 0, 1)).made_up
-    assert water.turned(TILT).rounded == 0.0021
+        assert body.inertia_rtol == 0.0021 and body.unphysical
+    assert lever.turned(TILT).unphysical and lever.shifted((0, 0, 1)).unphysical
+    assert water.turned(TILT).inertia_rtol == 0.0021
     with pytest.raises(TypeError, match="unsupported operand"):
         water + 1
 

@@ -14,14 +14,14 @@ LEAN = (1.0, 2.0**-40, 3.0 * 2.0**-42, 0.0)  # a product with a cycle is exact
 def named_otherwise(axis, moments, lever=1.0):
     """Return the scene of one leaning top whose third axis is described as number `axis`."""
     shift = (axis + 1) % 3
-    body = kr.Body(1, np.roll(moments, shift), com=np.roll((0, 0, lever), shift), made_up=True)
+    body = kr.Body(1, np.roll(moments, shift), com=np.roll((0, 0, lever), shift), unphysical=True)
     attitude = multiply(LEAN, conjugate(CYCLES[axis]))
     return kr.Scene(body, momentum=(0, 0, 0.25), attitude=attitude)
 
 
 @pytest.mark.parametrize("moments", [(0.8, 1.0, 1.2), (1.0, 1.2, 0.8), (1.0, 0.8, 1.2)])
 def test_general_bodies_keep_a_lean(moments):
-    body = kr.Body(1, moments, com=(0, 0, 1), made_up=True)
+    body = kr.Body(1, moments, com=(0, 0, 1), unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-13, 3e-13, 0))
     path = kr.solve(scene, [31.0])
     q, _ = Series(scene).to(31.0)
@@ -30,7 +30,7 @@ def test_general_bodies_keep_a_lean(moments):
 
 
 def test_general_bodies_keep_a_lean_beyond_the_digits_of_a_double():
-    body = kr.Body(1, (1.0, 0.8, 1.2), com=(0, 0, 1), made_up=True)
+    body = kr.Body(1, (1.0, 0.8, 1.2), com=(0, 0, 1), unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-21, 3e-21, 0))
     q, _ = Series(scene).to(51.0)
     ensemble = kr.solve(kr.Ensemble.of([scene]), [51.0], "taylor")

@@ -10,7 +10,7 @@ FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
 SCENE = kr.scenes.thesis.replace(attitude=TILT)
 BODIES = {
     "lagrange": SCENE,
-    "general": SCENE.replace(body=kr.Body(1, (7.9, 6.5, 2.2), (0.5, -1, 3), made_up=True)),
+    "general": SCENE.replace(body=kr.Body(1, (7.9, 6.5, 2.2), (0.5, -1, 3), unphysical=True)),
     "free": kr.scenes.dzhanibekov,
 }
 NUDGE = 2e-5

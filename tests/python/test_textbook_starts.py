@@ -15,7 +15,7 @@ I1, _, I3 = CONE.moments
 TORQUE = 1.5 * 9.81 * 1.5
 ANGLES, RATES = (0.7, 1.1, -0.4), (0.3, -0.8, 5.0)
 NAMES = ("precession_angle", "nutation", "spin_angle")
-WATER = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), rounded=0.0021)
+WATER = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), inertia_rtol=0.0021)
 
 
 def angles_of(scene, t=0.0):
@@ -206,7 +206,7 @@ def test_spinning_lets_go_or_pushes_along():
     [
         CONE.turned(TILT),
         CONE.turned((0, 1, 0, 0)),
-        kr.Body(1, (2, 2, 2), (0.3, -0.4, 1.2), made_up=True),
+        kr.Body(1, (2, 2, 2), (0.3, -0.4, 1.2), unphysical=True),
         kr.Body(1, (2, 1, 2), (0, -0.5, 0)),
         kr.Body(1, (2, 2, 1), (0, 0, 0)),
     ],

@@ -120,7 +120,7 @@ def test_a_truth_computed_on_the_way_does_not_depend_on_units_or_frame():
             2.0**-60,
             [x * 2.0**-100 for x in scene.body.inertia],
             [z * 2.0**-20 for z in scene.body.com],
-            made_up=True,
+            unphysical=True,
         ),
         [m * 2.0**-90 for m in scene.momentum],
         gravity=1.0,

@@ -28,7 +28,7 @@ def draw(rng):
     tau = float(np.sqrt(unit / (abs(gravity) * np.abs(com).max())))
     attitude = rng.normal(size=4)
     momentum = rng.normal(size=3) * 2 * unit / tau * 10.0 ** rng.uniform(-1, 1)
-    body = kr.Body(1.0, tuple(inertia), tuple(com), made_up=True)
+    body = kr.Body(1.0, tuple(inertia), tuple(com), unphysical=True)
     attitude /= np.linalg.norm(attitude)
     return kr.Scene(body, momentum=tuple(momentum), attitude=tuple(attitude), gravity=gravity), tau
 

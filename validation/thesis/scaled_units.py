@@ -73,8 +73,8 @@ def _scaled(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
         mass * body.mass,
         inertia * np.array(body.inertia),
         length * np.array(body.com),
-        rounded=body.rounded,
-        made_up=body.made_up,
+        inertia_rtol=body.inertia_rtol,
+        unphysical=body.unphysical,
     )
     return scene.replace(
         body=new,

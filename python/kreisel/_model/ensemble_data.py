@@ -156,7 +156,7 @@ class EnsembleData(Batch[S]):
         shape, held = self.shape, self._columns
         body, nothing = self._bodies, broadcast_view(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
-            parts = [body.mass, body.moments, body.principal_com, body.axes, body.rounded]
+            parts = [body.mass, body.moments, body.principal_com, body.axes, body.inertia_rtol]
         else:
             row = np.frombuffer(body._block)
             parts = [

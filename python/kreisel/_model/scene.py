@@ -306,8 +306,8 @@ class Scene:
             start["damping"] = self.damping
         text = dump(start) + "\n[body]\n"
         words: dict[str, object] = {"mass": body.mass, "inertia": body.inertia, "com": body.com}
-        words |= {"rounded": body.rounded} if body.rounded else {}
-        text += dump(words | ({"made_up": True} if body.made_up else {}))
+        words |= {"inertia_rtol": body.inertia_rtol} if body.inertia_rtol else {}
+        text += dump(words | ({"unphysical": True} if body.unphysical else {}))
         if path is not None:
             atomic_write(path, text.encode())
         return text

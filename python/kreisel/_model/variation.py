@@ -100,7 +100,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
     if not changed:
         return own
     kept = {"mass": own.mass, "inertia": own.inertia, "com": own.com}
-    return Bodies(**{**kept, **changed}, rounded=own.rounded, made_up=own.made_up)
+    return Bodies(**{**kept, **changed}, inertia_rtol=own.inertia_rtol, unphysical=own.unphysical)
 
 
 def _euler_state(scene: Any) -> _EulerState:

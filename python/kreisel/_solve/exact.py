@@ -183,7 +183,7 @@ class ExactKowalewski(Exact):
     period, precession and spin are NaN: the axis alone has none.
 
         >>> import kreisel as kr
-        >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), made_up=True)
+        >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
         >>> top = kr.exact(kr.Scene(body, momentum=(0.3, 1.1, 0.8), attitude=(0.8, 0.6, 0, 0)))
         >>> top.certificate < 1e-13, top.mismatch
         (True, 0.0)

@@ -29,7 +29,7 @@ from .parameter_values import FLAGS, ParameterValues, Shape, given
 from .start_table import read_columns
 
 _DRAWS = 4  # random numbers of a top for a word, of which none that is drawn has more components
-_BODY = "mass", "inertia", "com", "rounded", "made_up"
+_BODY = "mass", "inertia", "com", "inertia_rtol", "unphysical"
 _FIRST = re.compile(r"(\w+)\[0\](: | = )")  # the word of the first top in a refusal
 _SAMPLED = 1 << 10  # tops by which a source is looked at
 _SCATTERED = "momentum", "attitude", "gravity"
@@ -270,10 +270,10 @@ class Source:
                 name: _even(drawn.seed, name, one, first, at.size)
                 for name, one in drawn.ranges.items()
             }
-        if "made_up" in values:
-            mass, inertia, com, rounded, made_up = (values.pop(name) for name in _BODY)
+        if "unphysical" in values:
+            mass, inertia, com, inertia_rtol, unphysical = (values.pop(name) for name in _BODY)
             values["body"] = Bodies(
-                mass, inertia, com, rounded=rounded, made_up=made_up.astype(bool)
+                mass, inertia, com, inertia_rtol=inertia_rtol, unphysical=unphysical.astype(bool)
             )
         values |= self._flags
         return self.scene.vary(**values)
