@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
-from .._utils.errors import frozen_message, warn
+from .._utils.errors import refuse_assignment, warn
 from .._utils.validation import Array, as_array, read_only, short_repr
 from .batch import Batch
 from .bodies_constructors import BodiesConstructors
@@ -35,7 +35,7 @@ from .inertia import check_tolerance, parse_tensor, unphysical_message
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@frozen_message("make other bodies with another {}")
+@refuse_assignment("make other bodies with another {}")
 class Bodies(BodiesConstructors, Batch[Body]):
     """Many bodies: the parameters of kr.Body, as values or arrays that broadcast to one shape.
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
-from .._utils.errors import frozen_message, status_to_exception, warn
+from .._utils.errors import refuse_assignment, status_to_exception, warn
 from .._utils.validation import (
     Array,
     Quaternion,
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-@frozen_message("dataclasses.replace(body, {}=...) makes another body")
+@refuse_assignment("dataclasses.replace(body, {}=...) makes another body")
 @dataclass(frozen=True, init=False)
 class Body(BodyConstructors):
     """A rigid body that turns about the origin of the frame in which it is described.

@@ -6,7 +6,7 @@ from typing import Self
 
 from numpy.typing import ArrayLike
 
-from .._utils.validation import as_bool, as_float, as_positive, as_vector, at_least_zero
+from .._utils.validation import as_bool, as_float, as_non_negative, as_positive, as_vector
 from . import shapes
 
 
@@ -68,7 +68,7 @@ class BodyConstructors:
         if not 0.0 <= hole <= r:
             raise ValueError(shapes.tube_error_message(hole, r))
         return cls._from_shape(
-            shapes.tube(hole, r, at_least_zero("height", height)), pivot, mass, density
+            shapes.tube(hole, r, as_non_negative("height", height)), pivot, mass, density
         )
 
     @classmethod

@@ -18,8 +18,8 @@ from .._utils.validation import (
     as_array,
     as_float,
     as_floats,
+    as_non_negative,
     as_positive,
-    at_least_zero,
     read_only,
     short_repr,
 )
@@ -110,7 +110,7 @@ def parse_positive(name: str, given: object) -> Parameter:
 def not_below_zero(name: str, given: object) -> Parameter:
     """A word of numbers that are not negative."""
     made = parse_parameter(name, given)
-    made.raise_at_first(~(made.values >= 0.0), at_least_zero)
+    made.raise_at_first(~(made.values >= 0.0), as_non_negative)
     return made
 
 

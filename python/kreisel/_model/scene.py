@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._utils.atomic_io import atomic_write
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _COUNTABLE = 2.0**53  # radians up to which doubles resolve whole radians
 
 
-@frozen_message("scene.replace({}=...) makes another scene")
+@refuse_assignment("scene.replace({}=...) makes another scene")
 @dataclass(frozen=True, init=False)
 class Scene:
     """A body, gravity, damping, and the state at t = 0.
@@ -313,7 +313,7 @@ class Scene:
         return text
 
 
-@frozen_message("kreisel.Ensemble(..., {}=...) makes another ensemble")
+@refuse_assignment("kreisel.Ensemble(..., {}=...) makes another ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
     """Many tops: a body or bodies, gravity, damping, and the states at t = 0.
 

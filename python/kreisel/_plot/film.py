@@ -16,7 +16,7 @@ import numpy as np
 from .._model.body import Body
 from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write, check_writable
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_int, as_positive
 from .charts import ball
@@ -50,7 +50,7 @@ class Animatable(Protocol):
     def __call__(self, t: Array, /) -> Animatable: ...
 
 
-@frozen_message("path.animate({}=...) makes another film")
+@refuse_assignment("path.animate({}=...) makes another film")
 class Film:
     """A film of a path: save it, or let a notebook show it.
 

@@ -14,7 +14,7 @@ from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions, format_index, member, unravel_index
 from .._options.methods import methods
 from .._options.solve_options import SolveOptions
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.literals import QuantityName
 from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
@@ -25,7 +25,7 @@ from .state_quantities import NO_STATES
 _T = TypeVar("_T", bound=np.generic)
 
 
-@frozen_message("solve again, for another result")
+@refuse_assignment("solve again, for another result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
     """The results of each top of an ensemble. Arrays are read-only, and begin with the shape of the

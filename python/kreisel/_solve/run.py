@@ -42,7 +42,7 @@ from .._results.path import (
 )
 from .._results.recorder import add_events, record_chunks, report_end
 from .._utils.atomic_io import atomic_write
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.literals import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, as_int, short_repr
 from ..events import Event, from_record, parse_events, to_core_events, to_record
@@ -55,7 +55,7 @@ _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
 EventSpec = Event | Sequence[Event]
 
 
-@frozen_message(
+@refuse_assignment(
     "a run goes on as it began; kreisel.start(path.end.replace(momentum=...)) begins another one "
     "at the last state of its path"
 )

@@ -23,7 +23,7 @@ from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
 from .._model.variation import scatter
 from .._options.ensemble_options import format_index, unravel_index
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.validation import Array, as_bool, as_int, check_type, short_repr
 from .parameter_values import FLAGS, ParameterValues, Shape, given
 from .start_table import read_columns
@@ -46,7 +46,7 @@ class RandomSpec(NamedTuple):
     widths: Mapping[str, Any]
 
 
-@frozen_message("make another kreisel.Source")
+@refuse_assignment("make another kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """Many tops that are not there yet: what kreisel.sweep makes its parts of. It takes no more

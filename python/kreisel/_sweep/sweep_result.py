@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .._results.ensemble_buffers import RawEvents
 from .._results.ensemble_events import EnsembleEvents, ensemble_events
 from .._results.tables import TABLES
-from .._utils.errors import frozen_message, unknown_name_message
+from .._utils.errors import refuse_assignment, unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import as_bool, as_int
 from .part_table import COUNT, MET, PartTable
@@ -30,7 +30,7 @@ Column = npt.NDArray[Any]
 _HOW = "status", "reached"
 
 
-@frozen_message("kreisel.sweep computes, this reads what is there")
+@refuse_assignment("kreisel.sweep computes, this reads what is there")
 class SweepResult:
     """The parts of a sweep. `swept[name]` is a column as an array of numpy: of the shape of all
     tops, and behind it k where a top has as many values, one for each time. Nothing is read before
