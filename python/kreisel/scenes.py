@@ -80,7 +80,7 @@ dzhanibekov = Scene(
 )
 
 
-def named(name: str) -> Scene:
+def get_scene(name: str) -> Scene:
     """Return the scene called `name`; raise KeyError if unknown, TypeError if not a text."""
     if not isinstance(name, str):
         raise TypeError(f"name must be a text, not {short_repr(name)}")
@@ -92,9 +92,9 @@ def named(name: str) -> Scene:
 
 def name_of(scene: Scene) -> str:
     """Return the name of a scene of this module; '' for any other scene."""
-    return next((name for name in about if named(name) == scene), "")
+    return next((name for name in about if get_scene(name) == scene), "")
 
 
 def __dir__() -> list[str]:
     """List the scenes and the functions of this module."""
-    return sorted([*about, "about", "name_of", "named"])
+    return sorted([*about, "about", "get_scene", "name_of"])

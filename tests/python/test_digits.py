@@ -96,7 +96,7 @@ def needles(lone, turned):
     for _ in range(8):
         body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), unphysical=True)
         if turned:
-            body = body.turned(unit(random.normal(size=4)))
+            body = body.turn(unit(random.normal(size=4)))
         push = kr.quaternion.turn(body.axes, tuple(random.normal(size=3) * (1, 1, lone)))
         yield kr.Scene(body, body_momentum=push, attitude=unit(random.normal(size=4)), gravity=0)
 

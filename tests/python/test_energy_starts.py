@@ -160,7 +160,7 @@ def test_a_grid_of_two_begins_where_the_apex_turns_back(energy, vertical):
         ({"n": 3, "vertical": "1"}, TypeError, "vertical must be a number"),
         ({"n": 3, "body": kr.scenes.thesis}, TypeError, "body must be a kreisel.Body"),
         ({"n": 3, "gravity": (0, 0, 1)}, TypeError, "gravity must be a number"),
-        ({"grid": (1, 1, 1), "energy": -3.9}, ValueError, "make it finer"),
+        ({"grid": (1, 1, 1), "energy": -3.9}, ValueError, "make the grid finer"),
         ({"n": 3, "vertical": 1e200}, ValueError, r"vertical = 1e\+200 is too large"),
         ({"n": 3, "vertical": -1e90}, ValueError, r"vertical = -1e\+90 is too large"),
         ({"n": 3, "energy": 1e308}, ValueError, r"energy = 1e\+308 is too large"),

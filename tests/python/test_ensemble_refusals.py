@@ -107,9 +107,7 @@ def test_words_of_many_are_refused_for_one():
 
 def test_verbs_for_one_top_say_so():
     for verb in (kr.start, lambda tops: kr.compare(tops, 1), kr.events.separatrix):
-        with pytest.raises(
-            TypeError, match=r"must be a kreisel.Scene, .* take one member by its index"
-        ):
+        with pytest.raises(TypeError, match=r"kreisel.Scene, .* take one member by its index"):
             verb(MIXED)
     with pytest.raises(TypeError, match="no iterator"):
         kr.stream(MIXED, iter([1.0]))
@@ -251,5 +249,5 @@ def test_closed_forms_of_an_ensemble_are_those_of_each():
         forms(1e300)
     with pytest.raises(ValueError, match=r"of shape \(4, 3, 'k'\)"):
         forms(np.ones((3, 4, 2)))
-    with pytest.raises(ValueError, match=r"top\[1\]: turning points are those"):
+    with pytest.raises(ValueError, match=r"top\[1\]: turning points exist for"):
         _ = kr.exact(kr.Ensemble.of([SCENES[1], kr.scenes.dzhanibekov])).motion_type

@@ -216,10 +216,10 @@ def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
     free = GENERAL.replace(gravity=0.0)
     top = kr.exact(free)
     assert top.period > 0.0
-    with pytest.raises(ValueError, match="kind 'general', has none that come again"):
+    with pytest.raises(ValueError, match="kind 'general', is not periodic"):
         top.least_nutation  # noqa: B018
     tops = kr.exact([LAGRANGE, free])
-    with pytest.raises(ValueError, match=r"^scene\[1\]: turning points are those of a Lagrange"):
+    with pytest.raises(ValueError, match=r"^scene\[1\]: turning points exist for a Lagrange"):
         tops.greatest_nutation  # noqa: B018
     with pytest.raises(ValueError, match="with damping"):
         kr.exact(kr.scenes.cusps.replace(damping=(0, 0, 0.1)))

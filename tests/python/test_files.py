@@ -75,7 +75,7 @@ def test_a_place_that_is_not_there_is_refused_before_anything_runs(tmp_path, wor
 def test_tables_nested_without_end_are_refused(tmp_path):
     file = tmp_path / "deep.toml"
     file.write_text("a = " + "[" * 5000 + "]" * 5000)
-    with pytest.raises(ValueError, match="nested too deep"):
+    with pytest.raises(ValueError, match="nested too deeply"):
         kr.Scene.from_toml(file)
 
 

@@ -28,7 +28,7 @@ def off(found, exact):
     "name", ["cusps", "thesis", "fast", "strong_gravity", "sleeping"]
 )  # loops, rosettes through the pole, a pendulum
 def test_frequencies_are_those_of_the_closed_form(name):
-    exact, path = sampled(kr.scenes.named(name))
+    exact, path = sampled(kr.scenes.get_scene(name))
     found = kr.frequencies(path)
     assert not found.exact and off(found, exact) < 1e-12
 

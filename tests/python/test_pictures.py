@@ -338,7 +338,7 @@ def test_a_cuboid_is_drawn_as_it_is():
     assert corners.mean(axis=0) == pytest.approx(CORNER.principal_com, abs=1e-8)
 
 
-BODIES = {name: kr.scenes.named(name).body for name in kr.scenes.about}
+BODIES = {name: kr.scenes.get_scene(name).body for name in kr.scenes.about}
 BODIES["hanging"] = kr.Body.symmetric(1.0, 1.1, 0.5, -0.9)
 
 

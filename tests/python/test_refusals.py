@@ -318,4 +318,4 @@ def test_what_tries_whole_runs_is_refused_by_what_has_none(call):
 
 def test_a_scene_that_there_is_not_gets_a_hint():
     with pytest.raises(KeyError, match="unknown scene 'tesis'; did you mean 'thesis'"):
-        kr.scenes.named("tesis")
+        kr.scenes.get_scene("tesis")

@@ -170,7 +170,7 @@ def test_halves_add_up_to_the_whole():
 @pytest.mark.parametrize("name", SHAPES)
 def test_a_shift_is_another_pivot(name):
     by = np.array((-0.4, 0.9, 0.25))
-    shifted = make(name, pivot=PIVOT, mass=2).shifted(by)
+    shifted = make(name, pivot=PIVOT, mass=2).shift(by)
     there = make(name, pivot=PIVOT - by, mass=2)
     np.testing.assert_allclose(shifted.inertia, there.inertia, atol=1e-14)
     np.testing.assert_allclose(shifted.com, there.com, atol=1e-15)
@@ -179,11 +179,11 @@ def test_a_shift_is_another_pivot(name):
 def test_a_turn_takes_everything_along():
     body = kr.Body.cuboid((0.6, 0.8, 1), PIVOT)
     axes = matrix(TILT)
-    turned = body.turned(TILT)
+    turned = body.turn(TILT)
     np.testing.assert_allclose(turned.inertia, axes @ np.array(body.inertia) @ axes.T, atol=4e-14)
     np.testing.assert_allclose(turned.com, axes @ body.com, atol=1e-15)
     np.testing.assert_allclose(sorted(turned.moments), sorted(body.moments), rtol=1e-14)
-    back = turned.turned((TILT[0], *(-x for x in TILT[1:])))
+    back = turned.turn((TILT[0], *(-x for x in TILT[1:])))
     np.testing.assert_allclose(back.inertia, body.inertia, atol=4e-14)
 
 
@@ -191,9 +191,9 @@ def test_a_turn_may_be_a_rotation_of_scipy():
     Rotation = pytest.importorskip("scipy.spatial.transform").Rotation
     rotation = Rotation.from_rotvec((0.1, -0.7, 0.4))
     body = kr.Body.cone(1, 2, (0, 0, 0), mass=1)
-    np.testing.assert_allclose(body.turned(rotation).com, rotation.apply(body.com), atol=1e-15)
+    np.testing.assert_allclose(body.turn(rotation).com, rotation.apply(body.com), atol=1e-15)
     with pytest.raises(ValueError, match="a single one"):
-        body.turned(Rotation.concatenate([rotation, rotation]))
+        body.turn(Rotation.concatenate([rotation, rotation]))
 
 
 def test_sums_keep_what_was_said_of_the_parts():
@@ -201,8 +201,8 @@ def test_sums_keep_what_was_said_of_the_parts():
     lever = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     for body in (water + lever, lever + water):
         assert body.inertia_rtol == 0.0021 and body.unphysical
-    assert lever.turned(TILT).unphysical and lever.shifted((0, 0, 1)).unphysical
-    assert water.turned(TILT).inertia_rtol == 0.0021
+    assert lever.turn(TILT).unphysical and lever.shift((0, 0, 1)).unphysical
+    assert water.turn(TILT).inertia_rtol == 0.0021
     with pytest.raises(TypeError, match="unsupported operand"):
         water + 1
 
@@ -236,12 +236,12 @@ def test_a_rod_on_its_own_line_is_a_value():
 
 
 def test_rods_stay_parts_until_they_are_none():
-    turned, longer = line().turned(TILT), line() + line().shifted((0, 0, 0.12))
-    for part in (turned, longer, line().shifted((0, 0, 5))):
+    turned, longer = line().turn(TILT), line() + line().shift((0, 0, 0.12))
+    for part in (turned, longer, line().shift((0, 0, 5))):
         with pytest.raises(ValueError, match="thin rod"):
             _ = part.moments
     assert longer.mass == 0.04 and longer.com == pytest.approx((0, 0, 0.12), rel=1e-15)
-    assert min(line().shifted((0.1, 0, 0)).moments) > 1e-5
+    assert min(line().shift((0.1, 0, 0)).moments) > 1e-5
     assert min((line() + turned).moments) > 1e-6
     assert (turned + kr.Body.disk(0.05, (0, 0, 0), mass=0.5)).mass == 0.52
 
@@ -284,12 +284,12 @@ def test_a_shape_that_is_none_is_refused(name, words, exception, message):
         (lambda: kr.Body.tube(1, 1, -1, PIVOT, mass=1), "height must not be negative, not -1"),
         (lambda: kr.Bodies.tube(1, 1, [0, -1], PIVOT, mass=1), r"height\[1\] = -1.0: height must"),
         (lambda: kr.Body.rod(1, (1e200, 0, 0), mass=1), "inertia must be finite"),
-        (lambda: line().shifted((1e200, 0, 0)), "inertia must be finite"),
+        (lambda: line().shift((1e200, 0, 0)), "inertia must be finite"),
         (lambda: kr.Body.disk(np.nan, PIVOT, mass=1), "radius must be finite"),
         (lambda: kr.Body.ellipsoid((1, 1, 0), PIVOT, mass=1), "half must be positive"),
-        (lambda: kr.Body.sphere(1, (0, 0, 0), mass=1).shifted((0, 1)), "by must be 3 numbers"),
+        (lambda: kr.Body.sphere(1, (0, 0, 0), mass=1).shift((0, 1)), "by must be 3 numbers"),
         (
-            lambda: kr.Body.sphere(1, PIVOT, mass=1).turned((1, 1, 0, 0)),
+            lambda: kr.Body.sphere(1, PIVOT, mass=1).turn((1, 1, 0, 0)),
             "must be a unit quaternion",
         ),
     ],

@@ -143,7 +143,10 @@ PAIRS = {
     "geometric": (lambda: kr.solve(kr.scenes.thesis, 1.0, "geometric", **START), "geometric"),
     "events": (lambda: kr.solve(kr.scenes.thesis, 1.0, events=[], **START), "events"),
     "threads": (lambda: kr.solve(kr.scenes.thesis, 1.0, threads=2, **START), "threads"),
-    "ensemble": (lambda: kr.solve(kr.scenes.thesis.vary(gravity=[1.0, 2.0]), 1.0, **START), "many"),
+    "ensemble": (
+        lambda: kr.solve(kr.scenes.thesis.vary(gravity=[1.0, 2.0]), 1.0, **START),
+        "one member",
+    ),
     "stream": (lambda: kr.stream(kr.scenes.thesis, 1.0, **START), "tangents"),
     "start": (lambda: kr.start(kr.scenes.thesis, **START), "tangents"),
     "plan": (lambda: kr.plan(kr.scenes.thesis, **START), "tangents"),

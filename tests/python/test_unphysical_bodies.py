@@ -162,7 +162,7 @@ def test_the_flag_is_kept_by_physical_bodies():
 def test_the_named_scenes_say_it():
     ran = python("import warnings; warnings.simplefilter('error'); import kreisel")
     assert ran.returncode == 0, ran.stderr
-    unphysical = [name for name in kr.scenes.about if kr.scenes.named(name).body.unphysical]
+    unphysical = [name for name in kr.scenes.about if kr.scenes.get_scene(name).body.unphysical]
     assert len(unphysical) == 10 and "dzhanibekov" not in unphysical
 
 

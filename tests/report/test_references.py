@@ -65,7 +65,7 @@ def test_a_truth_of_60_digits_is_that_of_all_others():
         apart = reference.rotation_angle(numbers(map(str, told)), numbers(kept["attitude"]))
         assert apart < 1e-31, name
     described_anyhow = kr.scenes.kowalewski.replace(
-        body=kr.scenes.kowalewski.body.turned((0.1, 0.7, -0.5, 0.5)), gravity=9.81
+        body=kr.scenes.kowalewski.body.turn((0.1, 0.7, -0.5, 0.5)), gravity=9.81
     )
     path = kr.solve(described_anyhow, [-1.0, -2.0], digits=30)
     truth = exactly(described_anyhow, path.t)

@@ -217,7 +217,7 @@ def _about_one_period(scene: kr.Scene, body: _Body, start: _Point, period: float
     """Return the period up to rounding errors. Raises ValueError on a separatrix."""
     turning = _rate_of_axis(start, body)
     if turning is not None:
-        about = _period_about(start, body, turning, scene._fastest)
+        about = _period_about(start, body, turning, scene._rate_bound)
     else:
         about = period * (1.0 if body.axis is not None else 2.0)
     if not math.isfinite(about):

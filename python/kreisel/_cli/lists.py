@@ -14,7 +14,7 @@ from .._options.methods import Method, unknown_method
 from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
 from .._utils.errors import suggest
-from ..scenes import about, named
+from ..scenes import about, get_scene
 from .parsers import UsageError, one_of
 
 
@@ -77,7 +77,7 @@ def scenes(name: str | None) -> None:
     elif name not in about:
         raise UsageError(f"unknown scene {name!r}; {suggest(name, about)}")
     else:
-        click.echo(f"# {about[name]}\n{named(name).to_toml()}", nl=False)
+        click.echo(f"# {about[name]}\n{get_scene(name).to_toml()}", nl=False)
 
 
 @click.command()

@@ -16,7 +16,7 @@ from .._model.toml import prefix_errors, read_limited
 from .._options.methods import methods, unknown_method
 from .._options.quantities import RECORDABLE
 from .._utils.errors import suggest
-from ..scenes import about, named
+from ..scenes import about, get_scene
 
 Completion = list[CompletionItem[str]]
 Completer = Callable[[click.Context, click.Parameter, str], Completion]
@@ -49,7 +49,7 @@ def names(words: str) -> list[str]:
 def scene(word: str) -> Scene:
     """The scene of a name, of a file, or of - for standard input."""
     if word in about:
-        return named(word)
+        return get_scene(word)
     with warnings.catch_warnings(record=True) as said:
         read = _read(word)
     for warning in said:

@@ -35,7 +35,7 @@ from .inertia import (
     triangle_violation,
     unphysical_message,
 )
-from .shapes import inertia_of, mass_of, rod
+from .shapes import central_inertia, parse_mass, rod
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
@@ -154,8 +154,8 @@ class Body(BodyConstructors):
         (3.0, 4.0, 1.0)
         """
         shape = rod(as_positive("length", length))
-        heavy, at = mass_of(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
-        return _join_parts(heavy, add_point_mass(inertia_of(shape, heavy), heavy, at), at)
+        heavy, at = parse_mass(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
+        return _join_parts(heavy, add_point_mass(central_inertia(shape, heavy), heavy, at), at)
 
     @classmethod
     def symmetric(
@@ -208,25 +208,25 @@ class Body(BodyConstructors):
         tensor = parse_tensor("inertia", self.inertia) + parse_tensor("inertia", other.inertia)
         return _join_parts(mass, tensor, com / mass, self, other)
 
-    def shifted(self, by: ArrayLike) -> Body:
+    def shift(self, by: ArrayLike) -> Body:
         """Return the body moved along the axes of its frame [L], while the fixed point stays.
 
         >>> import kreisel as kr
-        >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shifted((0, 0, 3)).moments
+        >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shift((0, 0, 3)).moments
         (19.0, 19.0, 10.0)
         """
         way, com = np.array(as_vector("by", by)), np.array(self.com)
         tensor = parse_tensor("inertia", self.inertia) + parallel_axis_term(self.mass, com, way)
         return _join_parts(self.mass, tensor, com + way, self)
 
-    def turned(self, by: ArrayLike | Rotation) -> Body:
+    def turn(self, by: ArrayLike | Rotation) -> Body:
         """Return the body turned about the fixed point in its frame of description.
 
         by  a unit quaternion (w, x, y, z) or a single scipy Rotation
 
         >>> import kreisel as kr
         >>> upright = kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, -3), mass=1)
-        >>> [round(x, 9) + 0.0 for x in upright.turned((0.5**0.5, 0.5**0.5, 0, 0)).com]
+        >>> [round(x, 9) + 0.0 for x in upright.turn((0.5**0.5, 0.5**0.5, 0, 0)).com]
         [0.0, -3.0, 0.0]
         """
         q = unit("turn", by)

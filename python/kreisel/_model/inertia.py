@@ -18,20 +18,20 @@ from .._utils.validation import (
     short_repr,
 )
 
-_WHAT = "3 moments or a symmetric 3x3 matrix"
+_TENSOR_FORM = "3 moments or a symmetric 3x3 matrix"
 
 
 def parse_tensor(name: str, value: object) -> Array:
     """Return the 3x3 tensor of three moments or of a matrix."""
-    given = as_finite_array(name, value, _WHAT)
+    given = as_finite_array(name, value, _TENSOR_FORM)
     if given.shape not in ((3,), (3, 3)):
-        raise ValueError(f"{name} must be {_WHAT}, not {short_repr(value)}")
+        raise ValueError(f"{name} must be {_TENSOR_FORM}, not {short_repr(value)}")
     if given.ndim == 1:
         return np.diag(given)
     with np.errstate(over="ignore"):
         skew = np.abs(given - given.T).max()
     if skew > INPUT_RTOL * np.abs(given).max():
-        raise ValueError(f"{name} must be {_WHAT}, not {short_repr(value)}")
+        raise ValueError(f"{name} must be {_TENSOR_FORM}, not {short_repr(value)}")
     return given
 
 

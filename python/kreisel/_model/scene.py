@@ -105,7 +105,7 @@ class Scene:
         return any(self.damping)
 
     @cached_property
-    def _fastest(self) -> float:
+    def _rate_bound(self) -> float:
         """A bound of the rate of turning: by the momentum, or as a pendulum [T^-1]."""
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
@@ -114,7 +114,7 @@ class Scene:
     @cached_property
     def _within(self) -> float:
         """A time before which doubles certainly resolve the top's turns [T]."""
-        return 0.5 * _COUNTABLE / self._fastest if self._fastest > 0.0 else math.inf
+        return 0.5 * _COUNTABLE / self._rate_bound if self._rate_bound > 0.0 else math.inf
 
     @cached_property
     def _start(self) -> Array:
@@ -295,7 +295,8 @@ class Scene:
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML, and write it to a file if one is named.
 
-        Reading it gives equal doubles."""
+        Scene.from_toml reads equal doubles from it.
+        """
         body = self.body
         start: dict[str, object] = {
             "momentum": self.momentum,

@@ -58,12 +58,12 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     """Build the ensemble of `scene` in which the parameters `words` vary."""
     for name in words:
         if name not in _KNOWN:
-            raise TypeError(unknown_name_message("word", name, _KNOWN))
+            raise TypeError(unknown_name_message("parameter", name, _KNOWN))
     given = {name: value for name, value in words.items() if value is not None}
     kinds = [[name for name in names if name in given] for names in (_PLAIN, _SPINNING, _EULER)]
     told = [names[0] for names in kinds if names]
     if len(told) > 1:
-        raise ValueError(f"{told[0]} and {told[1]} both tell the start: give words of one kind")
+        raise ValueError(f"{told[0]} and {told[1]} both describe the start: give only one kind")
     body, gravity = _vary_body(scene, given), given.get("gravity", scene.gravity)
     damping = given.get("damping", scene.damping)
     in_degrees = as_bool("degrees", given.get("degrees", False))

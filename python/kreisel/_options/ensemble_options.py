@@ -35,8 +35,10 @@ _MAX_THREADS = 1024
 
 
 class Reduction(NamedTuple):
-    """A component reduced over the times of a top. `kind` is its number in the core, `name` the
-    quantity or component that the user named."""
+    """A component reduced over the times of a top.
+
+    `kind` is its number in the core, `name` the quantity or component that the user named.
+    """
 
     quantity: str
     component: int
@@ -119,8 +121,10 @@ def member(tops: Ensemble, i: int) -> Scene:
 
 
 def method_for_all(name: object, tops: Ensemble) -> Method:
-    """Return the method called `name`. Raises ValueError for the first member that it does not
-    suit."""
+    """Return the method called `name`.
+
+    Raises ValueError for the first member that it does not suit.
+    """
     method = get_method(name)
     if method.name == FALLBACK:  # it suits every top
         return method
@@ -223,8 +227,10 @@ def _parse_kinds(name: str, given: object) -> list[str]:
 
 
 def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
-    """Return (k,) times of all tops, or (n, k) where each has its own. Raises ValueError if the
-    times are not monotonic or the steps up to them are not countable."""
+    """Return (k,) times of all tops, or (n, k) where each has its own.
+
+    Raises ValueError if the times are not monotonic or the steps up to them are not countable.
+    """
     step, every = options.solve.step, options.solve.every
     times = as_finite_array("t", t, _WHAT)
     if times.ndim > 1:

@@ -108,8 +108,10 @@ class Method:
         return method_applies(self.name, check_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
-        """Return True if it applies to this scene. Without gravity more bodies have a closed form;
-        few methods move damped tops."""
+        """Return True if it applies to this scene.
+
+        Without gravity more bodies have a closed form; few methods move damped tops.
+        """
         damped = check_type("scene", scene, Scene)._is_damped
         any_body = not self.flags & _SOME and not damped
         return any_body or method_suits(self.name, scene._block)
@@ -193,8 +195,10 @@ def get_method(name: object) -> Method:
 
 
 def resolve_method(name: object, scene: Scene) -> Method:
-    """Return the method called `name`, or that of 'auto'. Raises ValueError if there is none, or if
-    it does not apply to the scene."""
+    """Return the method called `name`, or that of 'auto'.
+
+    Raises ValueError if there is none, or if it does not apply to the scene.
+    """
     if isinstance(name, str) and name == "auto":
         closed = not is_kowalewski(scene) and methods[EXACT].suits(scene)
         return methods[EXACT if closed else FALLBACK]

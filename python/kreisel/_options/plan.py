@@ -138,7 +138,7 @@ def _turn(scene: Scene, options: SolveOptions) -> float | None:
     if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
-    return options.step * max(velocity, scene._fastest)
+    return options.step * max(velocity, scene._rate_bound)
 
 
 def _why(scene: Scene, options: SolveOptions, choice: StepChoice | None) -> str:

@@ -69,7 +69,9 @@ def time_chunks(
     after: float | None,
 ) -> Iterator[Array]:
     """Return the times that `t` stands for in chunks of `size`; of a grid those later than `after`.
-    `t` may be any iterable, also an endless one."""
+
+    `t` may be any iterable, also an endless one.
+    """
     if isinstance(t, Iterator):
         if every is not None:
             raise ValueError(
@@ -176,7 +178,7 @@ def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     exceeds the resolution of a double."""
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps(end, abs(step)))
-    angle = scene._fastest * abs(end)
+    angle = scene._rate_bound * abs(end)
     if angle >= COUNTABLE:
         raise ValueError(
             f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot tell "

@@ -122,7 +122,7 @@ def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degre
     limits = _limits(path.scene)
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
     globe(sphere, path.apex, limits=heights)
-    told = path.scene.body.kind if limits is None else str(limits.course[0])
+    told = path.scene.body.kind if limits is None else str(limits.motion_type[0])
     method = "closed form" if path.method == "exact" else path.method
     sphere.set_title(f"{told} ({method})", fontsize=10)
     above.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)

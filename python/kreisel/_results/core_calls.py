@@ -26,8 +26,10 @@ def record_states(
 
 
 def record_unordered(scene: Scene, options: SolveOptions, times: Array) -> CoreResult:
-    """Record the states at times in any order and on either side of 0. Where a run fails the result
-    has the states that it reached."""
+    """Record the states at times in any order and on either side of 0.
+
+    Where a run fails the result has the states that it reached.
+    """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.extended_precision else None
     counts, end = np.zeros(4, dtype=np.int64), 0.0

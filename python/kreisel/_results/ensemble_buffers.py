@@ -161,8 +161,10 @@ class EnsembleBuffers:
 
 
 class SliceRunner(NamedTuple):
-    """A function that runs the tops begin..end of an ensemble into its buffers. `is_native` is
-    True if the core has threads of its own for it."""
+    """A function that runs the tops begin..end of an ensemble into its buffers.
+
+    `is_native` is True if the core has threads of its own for it.
+    """
 
     run: Callable[[EnsembleBuffers, EnsembleOptions, Ensemble, int, int, Array, Work | None], Any]
     is_native: bool = False

@@ -25,10 +25,11 @@ if TYPE_CHECKING:
 
 
 class Paths(EnsembleResult, QuantityAttributes):
-    """The motions of an ensemble of tops, at k times each. Arrays are read-only. t, q and m are
-    views of `states`; other quantities are computed on first access. An array has the shape of the
-    ensemble, then k, then the shape of the quantity. A top that failed keeps its good states,
-    followed by NaN.
+    """The motions of an ensemble of tops, at k times each.
+
+    Arrays are read-only. t, q and m are views of `states`; other quantities are computed on first
+    access. An array has the shape of the ensemble, then k, then the shape of the quantity. A top
+    that failed keeps its good states, followed by NaN.
 
     tops    the ensemble
     paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; at other times the top

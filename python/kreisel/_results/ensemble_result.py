@@ -28,8 +28,9 @@ _T = TypeVar("_T", bound=np.generic)
 @refuse_assignment("solve again, for another result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
-    """The results of each top of an ensemble. Arrays are read-only, and begin with the shape of the
-    ensemble.
+    """The results of each top of an ensemble.
+
+    Arrays are read-only, and begin with the shape of the ensemble.
 
     tops  the ensemble
     """
@@ -147,9 +148,11 @@ class EnsembleResult(ReadOnlyArrays):
         return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure(i))
 
     def check(self) -> Self:
-        """Return the result if all tops reached their last times. Raises kreisel.Error for the
-        first that did not: its message has the index and the number of failures, its `.path` is the
-        path of that top, its `.paths` this result."""
+        """Return the result if all tops reached their last times.
+
+        Raises kreisel.Error for the first that did not: its message has the index and the number of
+        failures, its `.path` is the path of that top, its `.paths` this result.
+        """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
             raise self._stop_error(int(failed[0]), failed.size)

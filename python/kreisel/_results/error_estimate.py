@@ -89,7 +89,7 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
     """
     if digits <= 16:
-        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._fastest] * 3)
+        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_bound] * 3)
     to_space, principal = _matrix(scene.attitude), _matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
     turns = _rounding_turns(scene)

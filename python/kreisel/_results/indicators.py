@@ -25,8 +25,9 @@ LOG, MEGNO, MOST, ENERGY, MOMENTUM, REST = range(6)
 
 @dataclass(frozen=True, eq=False)
 class Indicator(ReadOnlyArrays):
-    """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli. Arrays are read-only; those of
-    one scene have the shape () in place of an ensemble's.
+    """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli.
+
+    Arrays are read-only; those of one scene have the shape () in place of an ensemble's.
 
     t            (k,) the times of the curve [T]
     curve        (*shape, k) the indicator over the way from the start to these times

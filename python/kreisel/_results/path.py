@@ -39,9 +39,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Path(ReadOnlyArrays, Tables):
-    """n states of a scene in motion. Arrays are read-only; a copy is writeable. t, q and m are
-    views of `states`; other quantities are computed on first access. Vectors are seen from space
-    unless said otherwise.
+    """n states of a scene in motion.
+
+    Arrays are read-only; a copy is writeable. t, q and m are views of `states`; other quantities
+    are computed on first access. Vectors are seen from space unless said otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none
@@ -172,8 +173,9 @@ class Path(ReadOnlyArrays, Tables):
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
     def __getitem__(self, which: StateIndex) -> Path:
-        """Return a path of some states, without events. A number selects one state; a slice, a list
-        of numbers or a mask several, as of an array.
+        """Return a path of some states, without events.
+
+        A number selects one state; a slice, a list of numbers or a mask several, as of an array.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
@@ -197,15 +199,19 @@ class Path(ReadOnlyArrays, Tables):
         raise TypeError("a path is no array: use one of its arrays, as path.q or path.states")
 
     def scene_at(self, i: int) -> Scene:
-        """Return the scene that begins, at t = 0, with state i. Raises IndexError if there is no
-        such state."""
+        """Return the scene that begins, at t = 0, with state i.
+
+        Raises IndexError if there is no such state.
+        """
         (state,) = self.states[resolve_index(len(self), index(i))]
         return self.scene.replace(attitude=state[1:5], momentum=state[5:])
 
     @property
     def end(self) -> Scene:
-        """The scene that begins, at t = 0, with the last state. Raises IndexError if there is no
-        state."""
+        """The scene that begins, at t = 0, with the last state.
+
+        Raises IndexError if there is no state.
+        """
         return self.scene_at(-1)
 
     def only(self, want: Iterable[QuantityName]) -> Path:
@@ -224,8 +230,9 @@ class Path(ReadOnlyArrays, Tables):
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the path to a file for kreisel.load. The file is replaced atomically. Raises
-        OSError if it cannot be written.
+        """Write the path to a file for kreisel.load.
+
+        The file is replaced atomically. Raises OSError if it cannot be written.
 
         The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
         `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
@@ -254,10 +261,11 @@ class Path(ReadOnlyArrays, Tables):
         fps: int = 25,
         size: int = 480,
     ) -> Film:
-        """Return a film of the body in motion with the trace of its apex, drawn with matplotlib. A
-        notebook shows it, and it can be written to a file. A body symmetric about its apex is drawn
-        as a body of revolution, any other as a cuboid, in the proportions of its moments, at the
-        end of its lever. The view is from the side of the initial tilt.
+        """Return a film of the body in motion with the trace of its apex, drawn with matplotlib.
+
+        A notebook shows it, and it can be written to a file. A body symmetric about its apex is
+        drawn as a body of revolution, any other as a cuboid, in the proportions of its moments, at
+        the end of its lever. The view is from the side of the initial tilt.
 
         file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; it is written atomically
         speed  the path's time that passes in a second [T]; default: the whole path in 8 seconds
@@ -359,8 +367,10 @@ def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
 
 
 def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
-    """Return the path of a result of the core, with no more than what is wanted. Raises the
-    exception for its status."""
+    """Return the path of a result of the core, with no more than what is wanted.
+
+    Raises the exception for its status.
+    """
     path = keep_wanted(make_path(scene, options, result), options.want, result[-1])
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, result[-1]))

@@ -167,15 +167,15 @@ class States(QuantityAttributes):
 
     @property
     def tangents(self) -> Array:
-        """(n, 6, c) derivatives of the states, if solve was given tangents. The first three rows
-        are the rotation vector by which the attitude turns, seen from the body [rad]; the others
-        are the momentum, in space [M L^2 T^-1].
+        """(n, 6, c) derivatives of the states, if solve was given tangents.
+
+        The first three rows are the rotation vector by which the attitude turns, seen from the body
+        [rad]; the others are the momentum, in space [M L^2 T^-1].
 
         With "start" the first six columns are the derivatives by the start, so that the first
         matrix is the unit matrix. Columns of the moments (3), the centre of mass (3) along the
         principal axes, gravity and mass follow as requested, each in its own unit. The momentum at
         the start does not change with the other parameters.
-
         """
         return self._tangents().high
 
@@ -203,8 +203,10 @@ class States(QuantityAttributes):
 
     @property
     def rotation(self) -> Rotation:
-        """The attitudes as one scipy.spatial.transform.Rotation. Raises ImportError without
-        SciPy."""
+        """The attitudes as one scipy.spatial.transform.Rotation.
+
+        Raises ImportError without SciPy.
+        """
         from .scipy_rotation import Attitudes
 
         return Attitudes(self.q_xyzw)
@@ -226,8 +228,9 @@ class States(QuantityAttributes):
 
     @cached_property
     def energy_error(self) -> float:
-        """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0. It is zero for a path
-        without states, and nan for a damped top, which loses energy.
+        """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0.
+
+        It is zero for a path without states, and nan for a damped top, which loses energy.
         """
         if self.scene._is_damped:
             return np.nan

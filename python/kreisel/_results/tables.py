@@ -132,8 +132,9 @@ class Tables(States):
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
-        """Return a pandas.DataFrame with a row for each state and t as its index. The columns are
-        the components of the quantities in `names`, or of what the path keeps.
+        """Return a pandas.DataFrame with a row for each state and t as its index.
+
+        The columns are the components of the quantities in `names`, or of what the path keeps.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])

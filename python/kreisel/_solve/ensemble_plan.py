@@ -111,6 +111,7 @@ def plan(
     reduce: ReductionSpec | None = None,
 ) -> Plan | EnsemblePlan:
     """Return what kreisel.solve would use with these arguments, and what it would leave out.
+
     Nothing runs except a few tops of an ensemble for some milliseconds, to estimate the run time.
 
     t       optional; with it the plan includes the number of states

@@ -61,8 +61,9 @@ class _Rates:
 
 @dataclass(frozen=True)
 class Exact(_Rates):
-    """The motion of a scene in closed form. Call it with a time or an array of times for a
-    kreisel.Path.
+    """The motion of a scene in closed form.
+
+    Call it with a time or an array of times for a kreisel.Path.
 
     period      of the nutation: from one lowest height of the axis to the next; inf if it keeps
                 its height [T]. The axis of a free body without symmetry nods twice while the
@@ -127,7 +128,7 @@ class Exact(_Rates):
         the upright in infinite time). Without torque it is 'circle' or 'resting'. Values equal to
         1e-12 count as equal.
         """
-        return str(self._turning.course[0])
+        return str(self._turning.motion_type[0])
 
     @property
     def critical_spin(self) -> float:
@@ -205,12 +206,12 @@ class ExactKowalewski(Exact):
 
 @dataclass(frozen=True)
 class ExactMap(_Rates):
-    """The states of bobenko_suris with this step in closed form. Call it with a whole number or an
-    array of whole numbers.
+    """The states of bobenko_suris with this step in closed form.
+
+    Call it with a whole number or an array of whole numbers.
 
     Its period, precession and spin, as in Exact, are those of the map: their differences from those
     of the motion are errors of the method.
-
     """
 
     step: float

@@ -20,7 +20,11 @@ from .._core import (
     unsuited,
 )
 from .._model.scene import Ensemble, Scene
-from .._model.turning_points import TurningPoints, turning_points_from_rows, why_no_turning_points
+from .._model.turning_points import (
+    TurningPoints,
+    explain_no_turning_points,
+    turning_points_from_rows,
+)
 from .._options.ensemble_options import (
     format_index,
     member,
@@ -39,10 +43,11 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 
 @dataclass(frozen=True, eq=False)
 class ExactEnsemble:
-    """The motions of an ensemble in closed form. Call it with a time for an array (*shape, 8) of
-    states t, q (w, x, y, z), m as in kreisel.Path. Call it with k times, or with an array
-    (*shape, k) of times of each top, for an array (*shape, k, 8). `shape` is that of the ensemble,
-    (n,) for a list.
+    """The motions of an ensemble in closed form.
+
+    Call it with a time for an array (*shape, 8) of states t, q (w, x, y, z), m as in kreisel.Path.
+    Call it with k times, or with an array (*shape, k) of times of each top, for an array (*shape,
+    k, 8). `shape` is that of the ensemble, (n,) for a list.
 
     period, precession, spin and turning points are arrays of that shape, computed on first access.
     Each value, and each state bit for bit, is that of the scene alone. Turning points raise
@@ -94,8 +99,11 @@ class ExactEnsemble:
         return self._states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _states(self, t: Array) -> Array:
-        """Return (n, k, 8) states at times (k,) or (n, k). The core's worker computes the same
-        states faster if times lead away from 0, but at 0 it returns the start itself."""
+        """Return (n, k, 8) states at times (k,) or (n, k).
+
+        The core's worker computes the same states faster if times lead away from 0, but at 0 it
+        returns the start itself.
+        """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
             pool = WorkerPool(parse_threads(None, None))
@@ -127,8 +135,10 @@ class ExactEnsemble:
         return f"{self._word}{format_index(unravel_index(i, self.tops.shape))}: "
 
     def _each(self, function: Callable[..., tuple[str, int]], *rows: Array | Codes) -> None:
-        """Call a function of the core for slices of the tops, with the rows of each. Raises
-        ValueError for the first top that it rejects."""
+        """Call a function of the core for slices of the tops, with the rows of each.
+
+        Raises ValueError for the first top that it rejects.
+        """
         found: list[tuple[int, str]] = []
 
         def job(begin: int, end: int) -> Job[tuple[str, int]]:
@@ -203,7 +213,7 @@ class ExactEnsemble:
     @property
     def motion_type(self) -> npt.NDArray[np.str_]:
         """(*shape) as in Exact."""
-        course = self._turning.course.reshape(self.tops.shape)
+        course = self._turning.motion_type.reshape(self.tops.shape)
         course.flags.writeable = False
         return course
 
@@ -214,12 +224,14 @@ class ExactEnsemble:
 
 
 def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:
-    return ValueError(where + why_no_turning_points(status, scene))
+    return ValueError(where + explain_no_turning_points(status, scene))
 
 
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """Return the closed forms of an ensemble. Raises ValueError, with its index, for the first
-    scene without one."""
+    """Return the closed forms of an ensemble.
+
+    Raises ValueError, with its index, for the first scene without one.
+    """
     first, count = unsuited(tops._core_scenes, "auto")
     if count:
         more = f", the first of {count} such" if count > 1 else ""

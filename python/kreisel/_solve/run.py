@@ -60,8 +60,9 @@ EventSpec = Event | Sequence[Event]
     "at the last state of its path"
 )
 class Run:
-    """A top in motion, from kreisel.start or kreisel.resume. Times are counted from its start and
-    lead away from it.
+    """A top in motion, from kreisel.start or kreisel.resume.
+
+    Times are counted from its start and lead away from it.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve, step positive
     t      the time of the last state returned, or of the last good state after a failure [T]
@@ -136,8 +137,10 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """Return the states of kreisel.stream from the current time on. The run may be saved
-        between two paths."""
+        """Return the states of kreisel.stream from the current time on.
+
+        The run may be saved between two paths.
+        """
         number = parse_every(self._options.method, every)
         reached = None if self._fresh else self.t
         chunks = time_chunks(t, self.step, number, as_int("chunk", chunk, 1), reached)
@@ -196,8 +199,7 @@ class Run:
 
     @property
     def checkpoint(self) -> bytes:
-        """The complete state of the run for kreisel.resume: it then continues with the same
-        bits."""
+        """The complete state of the run for kreisel.resume: it then continues with the same bits."""
         head = {
             "scene": self.scene.to_toml(),
             "method": self.method,
@@ -229,6 +231,7 @@ class Run:
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
     """Return the run of a checkpoint, or of the file in which it was saved, with its events.
+
     `max_steps` sets another limit. help(kreisel.start) explains how to store each state exactly
     once even if a run is killed.
 

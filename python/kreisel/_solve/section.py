@@ -87,8 +87,10 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """Return (tops, n) the longest wait of each top, and the options with the event. Raises
-    TypeError or ValueError for an invalid argument."""
+    """Return (tops, n) the longest wait of each top, and the options with the event.
+
+    Raises TypeError or ValueError for an invalid argument.
+    """
     options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
     events = to_core_events([parse_event(event)])
     waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1)))

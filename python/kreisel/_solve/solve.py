@@ -154,8 +154,10 @@ def _parse_special(
     tangents: TangentSpec | None,
     others: dict[str, object],
 ) -> SolveOptions:
-    """Return the options of a solve with tangents, with events or by method='geometric'. Raises
-    TypeError or ValueError for an invalid argument, and for those of an ensemble."""
+    """Return the options of a solve with tangents, with events or by method='geometric'.
+
+    Raises TypeError or ValueError for an invalid argument, and for those of an ensemble.
+    """
     if tangents is not None:
         excluded = {"error": error, "want": want, "events": events} | others
         controls = step, tol, digits, max_steps

@@ -210,8 +210,10 @@ def error_not_allowed(method: object) -> ValueError:
 def geometric_options(
     error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
 ) -> SolveOptions:
-    """Return the options of method='geometric'. Raises ValueError if one of the arguments in
-    `excluded` is given."""
+    """Return the options of method='geometric'.
+
+    Raises ValueError if one of the arguments in `excluded` is given.
+    """
     target = parse_error(error, excluded)
     most, names = as_int("max_steps", max_steps, 0), parse_want(want)
     placeholder = methods["strang"]
@@ -242,7 +244,9 @@ def search_path(
     progress: Listener = None,
 ) -> Path:
     """Return the path at these times, with an attitude error below `target` on all of [0, t].
-    `progress` is called during each run in turn."""
+
+    `progress` is called during each run in turn.
+    """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
         raise search.refusal("the data do not hold so much")

@@ -1,5 +1,4 @@
-"""Tangents: a path with the derivatives of its states by its start and by parameters of its
-body."""
+"""Tangents: a path with the derivatives of its states by its start and by parameters of its body."""
 
 from __future__ import annotations
 
@@ -49,7 +48,9 @@ def parse_tangent_options(
     excluded: Mapping[str, object],
 ) -> SolveOptions:
     """Return the options of a path with tangents; `controls` is step, tol, digits and max_steps.
-    Raises ValueError if one of the arguments in `excluded` is given."""
+
+    Raises ValueError if one of the arguments in `excluded` is given.
+    """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     for name, value in excluded.items():
         if value is not None:

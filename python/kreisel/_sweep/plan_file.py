@@ -27,7 +27,7 @@ from .._model.toml import check_table, parse_tables, read
 from .._utils.errors import unknown_name_message
 from .._utils.validation import as_float, as_int, short_repr
 from ..events import MAKERS, Event
-from ..scenes import about, named
+from ..scenes import about, get_scene
 from .source import Source
 from .sweep_plan import SweepPlan, make_plan
 from .task import WORDS, parse_task
@@ -95,7 +95,7 @@ def _refuse_unknown(name: str, words: Mapping[str, Any], known: list[str]) -> No
 
 def _scene(told: object, beside: Path) -> Scene:
     if isinstance(told, str):
-        return named(told) if told in about else Scene.from_toml(beside / told)
+        return get_scene(told) if told in about else Scene.from_toml(beside / told)
     return build_from_table(dict(check_table("scene", told)))
 
 
