@@ -25,8 +25,8 @@ def test_a_request_that_is_asked_again_is_the_same():
     assert one is other
     assert solve_options.parse_options(TOP, "strang", step=1).step == 1.0
     assert type(solve_options.parse_options(TOP, "strang", step=1).step) is float
-    assert one.signed_step(True) == -0.1 and one.signed_step(False) == 0.1
-    assert solve_options.parse_options(TOP, "taylor").signed_step(True) is None
+    assert one.step_with_sign(True) == -0.1 and one.step_with_sign(False) == 0.1
+    assert solve_options.parse_options(TOP, "taylor").step_with_sign(True) is None
     assert (
         one.safe_horizon == 2.0**52 * 0.1
         and solve_options.parse_options(TOP, "taylor").safe_horizon == math.inf

@@ -94,10 +94,10 @@ def test_of_a_part_that_is_hardly_begun_one_made_anew_is_told(tmp_path, monkeypa
 def test_a_part_may_need_all_of_the_memory_and_not_more(tmp_path, monkeypatch):
     source = kr.Source.grid(TOP, gravity=np.linspace(0.0, 1.0, 40))
     words = {"to": tmp_path, "part": 25, "reduce": {"nutation": ("min", "max")}, "t": [1.0, 2.0]}
-    monkeypatch.setattr(planned_of, "memory", lambda: 25 * (64 + 16))
+    monkeypatch.setattr(planned_of, "total_memory", lambda: 25 * (64 + 16))
     kr.sweep(source, **words, parts=range(0))
     for room, part, need in ((25 * 80 - 1, 25, "2e-06"), (3199, 10**9, "3.2e-06")):
-        monkeypatch.setattr(planned_of, "memory", lambda room=room: room)
+        monkeypatch.setattr(planned_of, "total_memory", lambda room=room: room)
         said = f"^a part of {part} tops with 2 states each needs {need} GB, more"
         with pytest.raises(MemoryError, match=said):
             kr.sweep(source, **words | {"part": part})

@@ -97,8 +97,7 @@ class _Body(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """Where the motion is: P and M seen along the principal axes, and the turn from there to
-    space."""
+    """Where the motion is: P and M seen along the principal axes, and the turn from there to space."""
 
     vertical: Decimals
     momentum: Decimals

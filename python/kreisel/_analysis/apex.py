@@ -59,8 +59,10 @@ class Apex:
 
     @cached_property
     def azimuth(self) -> Array:
-        """(n,) angle about the vertical from e1 on, without jumps of whole turns [rad]. A trace
-        through the vertical has none there, and is known beyond it up to whole turns only."""
+        """(n,) angle about the vertical from e1 on, without jumps of whole turns [rad].
+
+        A trace through the vertical has none there, and is known beyond it up to whole turns only.
+        """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:

@@ -135,9 +135,11 @@ def _rates(path: Path) -> tuple[float, float, float]:
 
 
 def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from `turned`, the angles between states. The strongest
-    line of `signal`, less a multiple of `part`, is more exact, where it is so near to the mean that
-    the multiple is certain. NaN where it is not, and the angle does not grow evenly."""
+    """Compute the mean rate of an angle from `turned`, the angles between states.
+
+    The strongest line of `signal`, less a multiple of `part`, is more exact, where it is so near to
+    the mean that the multiple is certain. NaN where it is not, and the angle does not grow evenly.
+    """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_window(len(turned)) @ turned) / step
     is_smooth = span * _aliased(turned / step) < _SMOOTH

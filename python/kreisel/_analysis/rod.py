@@ -88,8 +88,9 @@ class Rod:
         elevation: float = 20.0,
         azimuth: float = 0.0,
     ) -> Axes:
-        """Draw the rod as a solid with matplotlib, and return the axes. An isotropic rod has a
-        round section, any other a rectangle with the sides of `section`.
+        """Draw the rod as a solid with matplotlib, and return the axes.
+
+        An isotropic rod has a round section, any other a rectangle with the sides of `section`.
 
         thickness           of its larger side [T]; left out: a thirtieth of the rod's extent
         elevation, azimuth  from where it is seen [degrees]

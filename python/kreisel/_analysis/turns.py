@@ -154,8 +154,11 @@ def _aside(z: Waves, rate: Waves) -> Array:
 
 
 def _spin(motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices) -> Array:
-    """Compute the angles of spin. At the pole nearer to the axis the sum of the two angles, or
-    their difference, has a rate without a peak."""
+    """Compute the angles of spin.
+
+    At the pole nearer to the axis the sum of the two angles, or their difference, has a rate
+    without a peak.
+    """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
     rates = [

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table as Grid
 
 from .._analysis.method_table import page
-from .._options.methods import Method, unknown_method
+from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
 from .._utils.errors import suggest
@@ -40,7 +40,7 @@ def methods(name: str | None, markdown: bool) -> None:
         rows = [(m.name, _order(m), _kind(m), m.text) for m in known.values()]
         _listed(("method", "order", "kind", "what it is"), rows)
     elif name not in known:
-        raise UsageError(unknown_method(name))
+        raise UsageError(unknown_method_message(name))
     else:
         _describe(known[name])
 

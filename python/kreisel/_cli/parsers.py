@@ -13,7 +13,7 @@ from click.shell_completion import CompletionItem
 
 from .._model.scene import Scene, parse_toml
 from .._model.toml import prefix_errors, read_limited
-from .._options.methods import methods, unknown_method
+from .._options.methods import methods, unknown_method_message
 from .._options.quantities import RECORDABLE
 from .._utils.errors import suggest
 from ..scenes import about, get_scene
@@ -77,7 +77,7 @@ def method(name: str) -> str:
     """The name of a method that there is."""
     if name in methods or name in _AUTO:
         return name
-    raise click.BadParameter(unknown_method(name))
+    raise click.BadParameter(unknown_method_message(name))
 
 
 def several_methods(words: str) -> list[str]:

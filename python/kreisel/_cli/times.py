@@ -20,8 +20,10 @@ _COUNTABLE = 2.0**53
 
 @dataclass(frozen=True)
 class Grid:
-    """The times first + k step for k below count, each by one multiplication: no rounding adds
-    up."""
+    """The times first + k step for k below count.
+
+    Each is a single multiplication, so that roundings do not add up.
+    """
 
     first: float
     step: float

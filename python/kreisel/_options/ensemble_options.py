@@ -1,5 +1,4 @@
-"""Options of an ensemble: a solve's options for all tops, their times, what is recorded or reduced,
-and the threads; validated before anything runs."""
+"""Validated options of an ensemble: those of a solve, times, reductions and threads."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ from .._utils.validation import Array, as_finite_array, as_int, short_repr
 from .methods import FALLBACK, Method, get_method, resolve_method
 from .quantities import QUANTITIES
 from .solve_options import SolveOptions, make_options
-from .times import COUNTABLE, check_times, memory, time_grid, too_many_steps
+from .times import COUNTABLE, check_times, time_grid, too_many_steps_message, total_memory
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
 ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # quantities with the kinds of reduction
@@ -29,7 +28,7 @@ CoreEvents = list[
 ]
 Index = tuple[int, ...]
 Shape = tuple[int, ...]
-_WHAT = "a number, a list of times, or an array of times of each top"
+_TIMES_FORM = "a number, a list of times, or an array of times of each top"
 _MAX_ROWS = 1 << 20  # times that are validated at once
 _MAX_THREADS = 1024
 
@@ -69,7 +68,7 @@ class EnsembleOptions:
     @property
     def is_scalar(self) -> bool:
         """True if the tops run one by one: with events, and with more than 16 digits."""
-        return self.core_events is not None or self.solve.extended_precision
+        return self.core_events is not None or self.solve.has_low_words
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
@@ -87,7 +86,7 @@ class EnsembleOptions:
         """The bytes of a state."""
         if self.reductions:
             return 0
-        return self.solve.size * (2 if self.solve.extended_precision else 1)
+        return self.solve.size * (2 if self.solve.has_low_words else 1)
 
     def options_for(self, scene: Scene) -> SolveOptions:
         """Return the options of one top."""
@@ -159,7 +158,7 @@ def parse_ensemble_options(
         raise ValueError("give either want, for the path of each top, or reduce, not both")
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
     solve = make_options(chosen, step, tol, digits, max_steps, method, names, every)
-    if reductions and solve.extended_precision:
+    if reductions and solve.has_low_words:
         raise ValueError("reduce is for up to 16 digits: what it keeps is a double")
     if has_events:
         solve = replace(solve, events=())
@@ -232,7 +231,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
     Raises ValueError if the times are not monotonic or the steps up to them are not countable.
     """
     step, every = options.solve.step, options.solve.every
-    times = as_finite_array("t", t, _WHAT)
+    times = as_finite_array("t", t, _TIMES_FORM)
     if times.ndim > 1:
         times = _parse_own_times(tops, times)
         if every is not None:
@@ -243,14 +242,14 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
         times = time_grid(float(times), step, every, options.size)
     end = float(np.abs(times).max(initial=0.0))
     if step is not None and not end / step < COUNTABLE:
-        raise ValueError(too_many_steps(end, step))
+        raise ValueError(too_many_steps_message(end, step))
     return times
 
 
 def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
     """Raise MemoryError if the states do not fit into memory."""
     needed = tops.size * times.shape[-1] * options.size
-    if needed > memory():
+    if needed > total_memory():
         raise MemoryError(
             f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
             "more than this machine has: take fewer times, keep less by want or reduce, or stream"

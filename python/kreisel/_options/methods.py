@@ -76,8 +76,10 @@ class Method:
 
     @property
     def exact(self) -> bool:
-        """True for the closed form: it has neither step nor tolerance, and needs an integrable
-        scene."""
+        """True for the closed form, which has no step and no tolerance.
+
+        It needs an integrable scene.
+        """
         return bool(self.flags & FLAGS["integrable"])
 
     @property
@@ -104,13 +106,16 @@ class Method:
         return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Return True if it applies to this body under any gravity. `tops` describes its bodies."""
+        """Return True if the method applies to this body under any gravity.
+
+        `tops` describes its bodies.
+        """
         return method_applies(self.name, check_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
-        """Return True if it applies to this scene.
+        """Return True if the method applies to this scene.
 
-        Without gravity more bodies have a closed form; few methods move damped tops.
+        Without gravity more bodies have a closed form. Few methods move damped tops.
         """
         damped = check_type("scene", scene, Scene)._is_damped
         any_body = not self.flags & _SOME and not damped
@@ -131,10 +136,10 @@ class Methods(dict[MethodName, Method]):
         def __getitem__(self, name: str, /) -> Method: ...
 
     def __missing__(self, name: str) -> Method:
-        raise KeyError(unknown_method(name))
+        raise KeyError(unknown_method_message(name))
 
 
-def unknown_method(name: str) -> str:
+def unknown_method_message(name: str) -> str:
     """Return the message for a method that does not exist."""
     if name == "geometric":
         return "method='geometric' makes whole runs to choose by: it is for kreisel.solve alone"
@@ -167,7 +172,7 @@ def is_kowalewski(scene: Scene) -> bool:
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) == "kowalewski"
 
 
-def why_no_closed_form(scene: Scene) -> str:
+def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why a scene has no closed form."""
     if scene._is_damped:
         return f"no closed form is known for {describe_kind(scene)} with damping"
@@ -190,7 +195,7 @@ def get_method(name: object) -> Method:
         raise TypeError(f"method must be a name in kreisel.methods, not {short_repr(name)}")
     method = methods.get(cast(MethodName, name))
     if method is None:
-        raise ValueError(unknown_method(name))
+        raise ValueError(unknown_method_message(name))
     return method
 
 
@@ -205,7 +210,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
     method = get_method(name)
     if not method.suits(scene):
         if method.applies_to(scene.body) and not scene._is_damped:
-            raise ValueError(f"the method {name!r} does not apply: {why_no_closed_form(scene)}")
+            raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         tops = method.tops if method.damped or not scene._is_damped else "tops without damping"
         raise ValueError(

@@ -14,7 +14,7 @@ from .._utils.errors import unknown_name_message
 from .._utils.literals import QuantityName
 from .._utils.validation import as_int, as_positive, check_type, short_repr
 from .methods import FALLBACK, Method, resolve_method
-from .quantities import HEADING_DEPENDENT, RECORDABLE, doubles
+from .quantities import HEADING_DEPENDENT, RECORDABLE, count_components
 from .times import CHUNK_SIZE, COUNTABLE
 
 Progress = Callable[[float], object]
@@ -57,13 +57,13 @@ class SolveOptions:
     def core(self) -> tuple[str, float, float, int, int, bool]:
         """Name, step, tol, digits, max_steps and leave_heading, as arguments of the core."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
-        precise = self.extended_precision or self.has_events
+        precise = self.has_low_words or self.has_events
         leave_heading = level and self.method.skips_heading and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
         return self.method.name, *own, self.max_steps, leave_heading
 
     @cached_property
-    def of_path(self) -> SolveOptions:
+    def path_options(self) -> SolveOptions:
         """The options of a path with all its states: without those that control a single run."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
@@ -87,14 +87,14 @@ class SolveOptions:
     @property
     def size(self) -> int:
         """The bytes of a state, without its time."""
-        return 64 if self.want is None else 8 * sum(map(doubles, self.want))
+        return 64 if self.want is None else 8 * sum(map(count_components, self.want))
 
     @property
-    def extended_precision(self) -> bool:
+    def has_low_words(self) -> bool:
         """True if the low words of the states are recorded too."""
         return (self.digits or 0) > 16
 
-    def signed_step(self, is_back: bool) -> float | None:
+    def step_with_sign(self, is_back: bool) -> float | None:
         """Return the step, negative if `is_back`."""
         return -self.step if is_back and self.step is not None else self.step
 

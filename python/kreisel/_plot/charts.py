@@ -40,8 +40,10 @@ class Plottable(Protocol):
 
 
 class Picture(tuple[Axes, ...]):
-    """The axes of a picture, three a path: trace, nutation, precession; a notebook shows it. To a
-    file goes `picture.figure.savefig("top.png")`."""
+    """The axes of a picture, three a path: trace, nutation, precession; a notebook shows it.
+
+    To a file goes `picture.figure.savefig("top.png")`.
+    """
 
     __slots__ = ()
 

@@ -1,5 +1,7 @@
-"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML. A film is made in memory,
-so that a file is there whole or not at all."""
+"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML.
+
+A film is made in memory, so that a file is there whole or not at all.
+"""
 
 from __future__ import annotations
 

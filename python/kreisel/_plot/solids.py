@@ -103,8 +103,10 @@ def tube(
     elevation: float = 20.0,
     azimuth: float = 0.0,
 ) -> None:
-    """Draw a tube of round section along a curve (n, 3) with these unit tangents (n, 3). Its
-    diameter is `thickness`, or else a thirtieth of the extent of the curve."""
+    """Draw a tube of round section along a curve (n, 3) with these unit tangents (n, 3).
+
+    Its diameter is `thickness`, or else a thirtieth of the extent of the curve.
+    """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _untwisted(tangent))

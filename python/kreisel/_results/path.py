@@ -15,7 +15,7 @@ import numpy.typing as npt
 from .._core import statuses
 from .._model.scene import Scene
 from .._options.methods import EXACT
-from .._options.plan import Plan, StepChoice, plan_of
+from .._options.plan import Plan, StepChoice, make_plan
 from .._options.solve_options import SolveOptions, parse_want
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
@@ -135,7 +135,7 @@ class Path(ReadOnlyArrays, Tables):
     @cached_property
     def plan(self) -> Plan:
         """The kreisel.Plan of this path: what was used, what was left out, and why."""
-        return plan_of(self.scene, self._options, len(self), self._choice)
+        return make_plan(self.scene, self._options, len(self), self._choice)
 
     @cached_property
     def events(self) -> Events:
@@ -146,8 +146,9 @@ class Path(ReadOnlyArrays, Tables):
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """Return a path of the states of the same run at other times: bit for bit those that solve
-        returns with the same arguments.
+        """Return a path of the states of the same run at other times.
+
+        The states have the bits that solve returns with the same arguments.
 
         t  a number, for the path of one state, or a list in any order, between 0 and where the
            path ends [T]
@@ -316,7 +317,7 @@ class Events(ReadOnlyArrays):
         return self.path.states
 
 
-class Stopped(BaseException):
+class RunStop(BaseException):
     """A run that ended before its last time.
 
     status  its name, as in kreisel.h without the prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE', ...
@@ -331,17 +332,17 @@ class Stopped(BaseException):
         self.path = path
         self.paths = paths
 
-    def __reduce__(self) -> tuple[type[Stopped], tuple[str, str, Path, object]]:
+    def __reduce__(self) -> tuple[type[RunStop], tuple[str, str, Path, object]]:
         return type(self), (str(self), self.status, self.path, self.paths)
 
 
-class Error(Stopped, RuntimeError):
+class Error(RunStop, RuntimeError):
     """A run failed. `.path` holds what was reached, `.status` the reason's name."""
 
     __module__ = "kreisel"  # a traceback names what users catch
 
 
-class Interrupted(Stopped, KeyboardInterrupt):
+class Interrupted(RunStop, KeyboardInterrupt):
     """Ctrl-C during a run. `.path` holds what was reached."""
 
     __module__ = "kreisel"
@@ -349,7 +350,7 @@ class Interrupted(Stopped, KeyboardInterrupt):
 
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status of a run: a failure with its path, or bad input."""
-    kinds: dict[str, type[Stopped]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
+    kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
         below = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""
@@ -363,7 +364,7 @@ def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
     """Return the path of a result of the core, with all its states."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
-    return Path(scene, states, Stats(*counts), options.of_path, is_back, low)
+    return Path(scene, states, Stats(*counts), options.path_options, is_back, low)
 
 
 def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:

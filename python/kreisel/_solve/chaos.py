@@ -121,9 +121,10 @@ def oli(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """Compute the orthogonal Lyapunov indicator: the largest logarithm up to t of the size of a
-    tangent, across the flow and the turn about the vertical. It grows as ln(t) for a regular
-    motion, and as t for a chaotic one. Arguments are as in kreisel.lyapunov.
+    """Compute the orthogonal Lyapunov indicator: the largest logarithm of a tangent's size up to t.
+
+    The tangent is taken across the flow and the turn about the vertical. The indicator grows as
+    ln(t) for a regular motion, and as t for a chaotic one. Arguments are as in kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.oli(kr.scenes.asymmetric, 1000).value > 100
@@ -131,8 +132,8 @@ def oli(
         >>> round(kr.oli(kr.scenes.thesis, 1000).value, 1)
         8.4
 
-    Raises what kreisel.lyapunov raises.
-    Source: Fouchard, Lega, Froeschle and Froeschle, Celest. Mech. 83 (2002).
+    Raises what kreisel.lyapunov raises. Source: Fouchard, Lega, Froeschle and Froeschle, Celest.
+    Mech. 83 (2002).
     """
     return _indicator(
         scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MOST]

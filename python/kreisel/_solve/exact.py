@@ -25,10 +25,10 @@ from .._model.scene import Ensemble, Scene
 from .._model.turning_points import TurningPoints, compute_turning_points
 from .._options.methods import (
     EXACT,
+    explain_no_closed_form,
     is_kowalewski,
     methods,
     resolve_method,
-    why_no_closed_form,
 )
 from .._options.solve_options import SolveOptions
 from .._options.times import check_horizon
@@ -108,8 +108,10 @@ class Exact(_Rates):
 
     @property
     def t_least(self) -> float:
-        """The first time from the start on at which the nutation is least; the start if it never
-        changes, inf if it is never reached [T]."""
+        """The first time from the start on at which the nutation is least [T].
+
+        It is the start if the nutation never changes, and inf if the least one is never reached.
+        """
         return float(self._turning.t_least[0])
 
     @property
@@ -132,12 +134,14 @@ class Exact(_Rates):
 
     @property
     def critical_spin(self) -> float:
-        """The spin beyond which the body sleeps upright, 2 sqrt(I1 mass |gravity| |com|) / I3
-        [T^-1]."""
+        """The spin beyond which the body sleeps upright [T^-1].
+
+        It is 2 sqrt(I1 mass |gravity| |com|) / I3.
+        """
         return float(self._turning.critical_spin[0])
 
     def potential(self, nutation: Numbers) -> Array:
-        """Return the effective potential at each nutation [rad], in the same shape [M L^2 T^-2]:
+        """Return the effective potential at each nutation [rad], in the same shape [M L^2 T^-2].
 
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
@@ -241,8 +245,13 @@ def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactM
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact | ExactEnsemble | ExactMap:
-    """Return the closed form of a scene: of a Lagrange top, a spherical body, any body without
-    torque, or, as a kreisel.ExactKowalewski, of a Kowalewski top.
+    """Return the closed form of a scene.
+
+    One exists for a Lagrange top, a spherical body, any body without torque, and, as a
+    kreisel.ExactKowalewski, for a Kowalewski top.
+
+    One exists for a Lagrange top, a spherical body, any body without torque, and, as a
+    kreisel.ExactKowalewski, for most Kowalewski tops.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": the closed form of the integrable map instead, for Lagrange tops
@@ -289,7 +298,7 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
 def _exact_kowalewski(scene: Scene) -> ExactKowalewski:
     status, _, frequencies, certificate, mismatch, plan = kowalewski_plan(scene._block, 0.0)
     if status == "ERR_METHOD":
-        raise ValueError(f"{why_no_closed_form(scene)}: {scene!r}")
+        raise ValueError(f"{explain_no_closed_form(scene)}: {scene!r}")
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: {scene!r}")
     rates = math.nan, math.nan, math.nan

@@ -17,8 +17,10 @@ _MAX_SCENE_BYTES = 1 << 20
 
 
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
-    """Load a file by its content: a path that path.save wrote, bit for bit; a scene in TOML; or the
-    run of a checkpoint, as kreisel.resume does.
+    """Load a file by its content: a path, a scene or a run.
+
+    A path is one that path.save wrote, and is equal to the bit. A scene is in TOML. A run is that
+    of a checkpoint, as kreisel.resume reads it.
 
         >>> import os, tempfile
         >>> import kreisel as kr

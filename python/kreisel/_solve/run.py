@@ -17,7 +17,7 @@ from .._core import start as start_top
 from .._core import statuses
 from .._model.scene import Scene, parse_toml
 from .._options.methods import FALLBACK
-from .._options.plan import Plan, plan_of
+from .._options.plan import Plan, make_plan
 from .._options.solve_options import (
     Progress,
     SolveOptions,
@@ -103,9 +103,12 @@ class Run:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
 
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
-        """Advance to t and return the path: for a number the current state and that at t, or with
-        `every` the states of each so many steps since; for a list exactly these states. Raises what
-        kreisel.solve raises; the run then stays at its last good state."""
+        """Advance to t and return the path.
+
+        For a number it has the current state and the state at t, or with `every` the states of each
+        so many steps since; for a list exactly these states. Raises what kreisel.solve raises; the
+        run then stays at its last good state.
+        """
         times = self._times(t, every)
         if times.size:
             self._check(times)
@@ -174,7 +177,7 @@ class Run:
         met = None
         try:
             if self.events is None:
-                low = self._options.extended_precision
+                low = self._options.has_low_words
                 result = self._top.record(times, low, progress)
             else:
                 result, met = self._top.record_events(times, progress)
@@ -195,11 +198,11 @@ class Run:
     @property
     def plan(self) -> Plan:
         """The kreisel.Plan of the run."""
-        return plan_of(self.scene, self._options)
+        return make_plan(self.scene, self._options)
 
     @property
     def checkpoint(self) -> bytes:
-        """The complete state of the run for kreisel.resume: it then continues with the same bits."""
+        """The complete state of the run, from which kreisel.resume continues with the same bits."""
         head = {
             "scene": self.scene.to_toml(),
             "method": self.method,
@@ -296,8 +299,9 @@ def start(
     events: EventSpec | None = None,
     back: bool = False,
 ) -> Run:
-    """Start a run of a scene that advances in pieces: run.to(t) is kreisel.solve up to t;
-    run.save(file) and kreisel.resume continue it later.
+    """Start a run of a scene that advances in pieces.
+
+    run.to(t) is kreisel.solve up to t; run.save(file) and kreisel.resume continue the run later.
 
         file = pathlib.Path("run.kreisel")
         run = kr.resume(file) if file.exists() else kr.start(scene, "strang", step=0.01)

@@ -176,8 +176,7 @@ def _parse_special(
 def _solve_checked(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Return the path of options that take more than a single call of the core, or of times that
-    need validation."""
+    """Return the path of options or times that a single call of the core cannot serve."""
     if options.tangents:
         return record_tangents(scene, options, t, progress)
     times = time_array(t, options.step, options.every, options.size)

@@ -1,12 +1,10 @@
-"""The choice of method='geometric': the cheapest geometric method and step that keep the attitude
-error below a target.
+"""The search of method='geometric' for the cheapest geometric method and step below an error.
 
 A method of order p errs by about g w t (c h r)^p. The rate r and the weight w come from the
 integrals of motion, and the constants c were measured. The factor g is how much more than a regular
 motion this one magnifies small changes, as near an unstable equilibrium. With this estimate the
 cheapest method and its step h are guessed. The step is refined until the run is near enough to a
 reference.
-
 """
 
 from __future__ import annotations
@@ -33,7 +31,7 @@ from .._results.error_estimate import (
     ROUNDING,
     ROUNDINGS,
     SERIES,
-    closed_form_holds,
+    has_closed_form,
     rounding_growth,
 )
 from .._results.path import (
@@ -118,9 +116,11 @@ class StepSearch:
         return method, max(1.0, prices[method][1])
 
     def check_times(self, steps: int) -> Array:
-        """Return the times at which the error of a run with `steps` steps is computed: ends of
-        steps, which cost nothing, times inside the steps where these are few, and requested
-        times."""
+        """Return the times at which the error of a run with `steps` steps is computed.
+
+        They are ends of steps, which cost nothing, times inside the steps if there are few steps,
+        and requested times.
+        """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
         ends = np.append(np.arange(each, steps, each), steps)
@@ -133,14 +133,19 @@ class StepSearch:
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
     def reference(self) -> SolveOptions:
-        """Return the options of the reference: the closed form if the target is far above its
-        roundings."""
+        """Return the options of the reference.
+
+        It is the closed form if the target is far above the roundings of that.
+        """
         near = ROUNDINGS * self.conditioning <= self.target
-        return CLOSED_FORM if near and closed_form_holds(self.scene) else LONGER_SERIES
+        return CLOSED_FORM if near and has_closed_form(self.scene) else LONGER_SERIES
 
     def run(self, steps: int) -> tuple[Array, float] | None:
-        """Return the states of a run with so many steps at the requested times, and the largest
-        attitude error on the way; None if the steps are too large for the method."""
+        """Return the states of a run with `steps` steps at the requested times, and its error.
+
+        The error is the largest attitude error on the way. Returns None if the steps are too large
+        for the method.
+        """
         check_times = self.check_times(steps)
         all_times = self.merge_times(check_times, self.times)
         before = self.spent.evaluations
@@ -380,8 +385,10 @@ def _write_row(
 
 
 def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return which states of a path are at the first of these times, and how many; the path of a
-    trial that failed has others between them."""
+    """Return the indices of a path's states at the first of these times, and their number.
+
+    The path of a failed trial has other states between them.
+    """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0
     at = np.minimum(np.searchsorted(np.abs(path.t), np.abs(times)), len(path) - 1)

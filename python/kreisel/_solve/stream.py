@@ -57,8 +57,9 @@ def stream(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Iterator[Path] | Iterator[Paths]:
-    """Yield the states of kreisel.solve, with the same bits, as paths of at most `chunk` states
-    (default 2**14), in constant memory.
+    """Yield the states of kreisel.solve as paths of at most `chunk` states, in constant memory.
+
+    The states have the same bits. The default of `chunk` is 2**14.
 
     t      a list; an iterator of times, which may be endless; or with `every` a number, which may
            be math.inf [T]

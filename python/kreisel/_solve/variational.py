@@ -1,4 +1,4 @@
-"""Tangents: a path with the derivatives of its states by its start and by parameters of its body."""
+"""Paths with tangents: the derivatives of the states by the start and by the body's parameters."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def record_tangents(
     if top is None:
         path = make_path(scene, options, (status, scene._start.copy(), None, (0, 0, 0, 0), end))
         raise stop_exception(status, path, progress_text(path, end))
-    result, high, low, rest = top.record_tangents(times, options.extended_precision, progress)
+    result, high, low, rest = top.record_tangents(times, options.has_low_words, progress)
     path = make_path(scene, options, result)
     path = replace(path, _tangent_data=TangentData.from_flat(high, low, rest, names))
     if result[0] != "OK":

@@ -16,7 +16,7 @@ from .._core import Worker
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
-from .._options.times import memory
+from .._options.times import total_memory
 from .._utils.validation import Array, as_int
 from .parameter_values import ParameterValues
 from .source import Places, RandomSpec, Source
@@ -161,7 +161,7 @@ def make_plan(source: Source, asked: SweepTask, part: int | None = None) -> Swee
     states = times.shape[-1]
     size = _default(order, states) if part is None else as_int("part", part, 1)
     kept = min(size, source.size) * _row(order, states)
-    if kept > memory():
+    if kept > total_memory():
         raise MemoryError(
             f"a part of {size} tops with {states} states each needs {1e-9 * kept:.3g} GB, more "
             "than this machine has: take smaller parts, fewer times, or keep less"
