@@ -1,5 +1,4 @@
-"""The trace of a top's axis on the unit sphere, and the nutation and precession that are read from
-it."""
+"""The trace of a top's axis on the unit sphere, and its nutation and precession."""
 
 from __future__ import annotations
 
@@ -20,8 +19,11 @@ _FEWEST = 4  # states in a nutation: of three the period can be a hundredth off,
 
 
 class Nutation(NamedTuple):
-    """Between which nutations the apex moves, 0 .. pi [rad], in what time it falls and rises again
-    [T], and how fast it goes round the vertical meanwhile [T^-1]."""
+    """The nutation and precession of a Lagrange top.
+
+    `least` and `greatest` nutation are angles 0 .. pi [rad], `period` is that of the nutation [T],
+    and `precession` is the mean rate about the vertical [T^-1].
+    """
 
     least: float
     greatest: float
@@ -61,7 +63,8 @@ class Apex:
     def azimuth(self) -> Array:
         """(n,) angle about the vertical from e1 on, without jumps of whole turns [rad].
 
-        A trace through the vertical has none there, and is known beyond it up to whole turns only.
+        It is undefined where the trace goes through the vertical, and known beyond that point up to
+        whole turns only.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
@@ -106,7 +109,7 @@ class Apex:
         return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
 
     def _refuse_sparse(self) -> None:
-        """Turning points between states too far apart are other ones, or none."""
+        """Raise ValueError if the states are too far apart to resolve the turning points."""
         top = exact(self.scene.replace(damping=(0, 0, 0)))
         period, apart = (
             2.0 * abs(top.t_least - top.t_greatest),
@@ -119,18 +122,21 @@ class Apex:
             )
 
     def _turns(self, sign: float) -> list[float]:
-        """When the height is lowest (1) or highest (-1)."""
+        """Return the times at which the height is lowest (1) or highest (-1)."""
         rise = sign * self.rate[:, 2]
         after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
         return [_zero(*self._near(i, rise)) for i in after.tolist()]
 
     def _near(self, i: int, values: Array) -> tuple[Array, Array]:
-        """The four states about t[i - 1] .. t[i]; fewer in a path of fewer."""
+        """Return the four states about t[i - 1] .. t[i], or all if the path has fewer."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
     def _angle(self, t: float) -> float:
-        """The nutation between states, from two smooth functions that lose no digit at a pole."""
+        """Return the nutation between states.
+
+        It follows from two smooth functions that lose no digit at a pole.
+        """
         square = self._at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(math.sqrt(max(square, 0.0)), self._at(self.height, t))
 
@@ -139,14 +145,16 @@ class Apex:
 
 
 def apex(path: Path) -> Apex:
-    """The trace of the centre of mass, of T where it is the fixed point, with what can be read from
-    it."""
+    """Return the trace of the centre of mass on the unit sphere.
+
+    If the centre of mass is the fixed point, it is the trace of T.
+    """
     check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 
 def _lagrange(t: Array, values: Array, at: float) -> float:
-    """The polynomial through these points."""
+    """Evaluate the polynomial through these points at `at`."""
     total = 0.0
     for i, value in enumerate(values.tolist()):
         others = np.delete(t, i)

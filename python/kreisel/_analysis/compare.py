@@ -71,8 +71,10 @@ class Table:
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
-        """The table as CSV with all digits, written to a file if one is named; what is not there is
-        empty."""
+        """Return the table as CSV with all digits, and write it to a file if one is named.
+
+        Missing values are empty.
+        """
         text = io.StringIO(newline="")
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(_COLUMNS)
@@ -156,8 +158,10 @@ def compare(
     repeats: int = 5,
     progress: Progress | None = None,
 ) -> Table:
-    """Error and run time of methods on one scene; the repeats are interleaved, so that what
-    disturbs, disturbs all alike.
+    """Measure error and run time of methods on one scene.
+
+    The repeats of the methods are interleaved, so that a disturbance of the machine affects all
+    methods alike.
 
     t        as in kreisel.solve; errors are the largest over the states at these times, and no
              others: of a number that is the end alone, of numpy.linspace(0, 10, 101) all of the way
@@ -197,7 +201,7 @@ def compare(
 
 
 def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """The rows of all that was run; none without a truth to tell their errors."""
+    """Return the rows of all finished runs; none without a truth to compute errors."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]
@@ -245,7 +249,7 @@ def _runs(
 
 
 def _apart(path: Path, truth: Path) -> float:
-    """The largest angle between the attitudes [rad]."""
+    """Return the largest angle between the attitudes [rad]."""
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 
 

@@ -66,14 +66,15 @@ class Frequencies(ReadOnlyArrays):
 
 
 def frequencies(path: Path, n: int = 12) -> Frequencies:
-    """The frequencies of a path whose states are equally far apart in time, in n lines.
+    """Compute the frequencies of a path with evenly spaced times, and its `n` strongest lines.
 
-    Of a path in closed form, method='exact', the rates are those of kreisel.exact. Otherwise lines
-    are told apart that are more than 23 / T turns apart, T the length of the path: that should be
-    many nutations, with more than two states in each turn of whatever is fastest. A rate is as
-    exact as the path where the motion is regular. Near a pole, states between those of the path are
-    computed until the turns can be counted. Where no torque acts it is that about the angular
-    momentum, of the axis that circulates, as in kreisel.exact; elsewhere of the apex.
+    For a path in closed form, method='exact', the rates are those of kreisel.exact. For other
+    methods, lines are separated if they are more than 23 / T turns apart, where T is the length of
+    the path. The path should have many nutations, and more than two states in each turn of the
+    fastest angle. A rate is as exact as the path if the motion is regular. Near a pole, states
+    between those of the path are computed until the turns can be counted. Without torque the rates
+    are about the angular momentum, of the axis that circulates, as in kreisel.exact; otherwise of
+    the apex.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -83,8 +84,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         >>> abs(found.precession / truth.precession - 1.0) < 1e-12
         True
 
-    Raises TypeError for what is no path; ValueError for fewer than 64 states, for times that are
-    not even, and for a damped top.
+    Raises TypeError if `path` is not a path; ValueError for fewer than 64 states, for times that
+    are not even, and for a damped top.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -137,8 +138,9 @@ def _rates(path: Path) -> tuple[float, float, float]:
 def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from `turned`, the angles between states.
 
-    The strongest line of `signal`, less a multiple of `part`, is more exact, where it is so near to
-    the mean that the multiple is certain. NaN where it is not, and the angle does not grow evenly.
+    The strongest line of `signal`, less a multiple of `part`, is more exact if it lies so near the
+    mean that the multiple is certain. The rate is NaN if the multiple is uncertain and the angle
+    does not grow evenly.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_window(len(turned)) @ turned) / step
@@ -151,8 +153,10 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 
 
 def _aliased(rate: Array) -> float:
-    """Return the strongest line of `rate` in the upper half of the frequencies that its values can
-    tell apart: a bound of what faster ones, which they cannot, add to its mean."""
+    """Return a bound of the contribution of unresolved frequencies to the mean of `rate`.
+
+    It is the strongest line in the upper half of the frequencies that the values resolve.
+    """
     strengths = np.abs(np.fft.rfft(_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())
 
@@ -179,7 +183,7 @@ def _axes(path: Path) -> tuple[Array, Array]:
 
 
 def _aside(v: Array) -> Array:
-    """A unit vector at right angles to a unit vector."""
+    """Return a unit vector at right angles to the unit vector `v`."""
     made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
     return made / float(np.linalg.norm(made))
 
@@ -191,7 +195,7 @@ def _window(n: int) -> Array:
 
 
 def _lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
-    """The n strongest lines of a signal: frequencies, amplitudes, and the rest."""
+    """Return the n strongest lines of a signal: frequencies, amplitudes, and the remainder."""
     window, left = _window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):

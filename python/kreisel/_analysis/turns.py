@@ -59,8 +59,10 @@ class Turns(NamedTuple):
 
 
 class _Arcs(NamedTuple):
-    """Parts of the way between states: `parent` is the number of the state before, `begin` and
-    `end` are times since that state."""
+    """Arcs between states.
+
+    `parent` is the number of the state before; `begin` and `end` are times since that state.
+    """
 
     parent: Indices
     begin: Array
@@ -84,8 +86,11 @@ class _Arcs(NamedTuple):
 
 
 class _Verdicts(NamedTuple):
-    """Angles of arcs, and whether each is known; whether it goes through a pole, at its end or
-    between its ends; and its least distance from a pole."""
+    """Angles of arcs.
+
+    `is_known` is True if the angle is certain. `through` is 1 if the arc goes through a pole, at
+    its end or between its ends. `distance` is the least distance from a pole.
+    """
 
     angle: Array
     is_known: Flags
@@ -94,8 +99,10 @@ class _Verdicts(NamedTuple):
 
 
 def motion_of(path: Path, up: Array, along: Array, east: Array) -> Motion:
-    """Compute the motion of the axis `along`, in the body's principal axes, about `up`; `east` is
-    at right angles to `up`, and z is real there."""
+    """Compute the motion of the axis `along`, in the body's principal axes, about `up`.
+
+    `east` is at right angles to `up`, and z is real there.
+    """
     axis, velocity = along @ path.frame, path.velocity
     return Motion(*_seen(axis, velocity, up, east), axis @ up, velocity @ up, _dot(velocity, axis))
 
@@ -132,9 +139,12 @@ def count_turns(
 
 
 def _is_closed(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
-    """Compute the angle from where each state leads to the state that follows, whether a pole is
-    between both, and how far they are apart: more than roundings if steps of the path were coarse.
-    The gap is inf if it may turn about a pole either way."""
+    """Compute the gaps between the ends of arcs and the states that follow.
+
+    Returns the angle of each gap, 1 if a pole is between both points, and the size of the gap. It
+    exceeds roundings if the steps of the path were coarse, and is inf if the gap may turn about a
+    pole either way.
+    """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
     is_on_line = np.maximum(_aside(arcs.z1, arcs.rate1), _aside(*whole)) < THROUGH
@@ -156,8 +166,8 @@ def _aside(z: Waves, rate: Waves) -> Array:
 def _spin(motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices) -> Array:
     """Compute the angles of spin.
 
-    At the pole nearer to the axis the sum of the two angles, or their difference, has a rate
-    without a peak.
+    The sum of spin and precession, or their difference, has a rate without a peak at the pole
+    nearer to the axis.
     """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
@@ -209,8 +219,10 @@ def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
 
 
 def _chord(arcs: _Arcs) -> tuple[Array, Array, Array]:
-    """Compute the angle of each chord about 0, its distance from 0, and a bound of how far the arc
-    is from it."""
+    """Compute the angle of each chord about 0, its distance from 0, and its distance from the arc.
+
+    The distance from the arc is an upper bound.
+    """
     chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
     size = np.abs(chord) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -231,8 +243,10 @@ def _pace(z: Waves, rate: Waves) -> Array:
 def _ahead(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute z and its rate at times after some states, for each column of `times`; NaN where
-    that fails."""
+    """Compute z and its rate at times after some states, for each column of `times`.
+
+    They are NaN if the run fails.
+    """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
     axis = along @ came.frame

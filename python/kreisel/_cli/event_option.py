@@ -15,7 +15,7 @@ _TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
 
 
 def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
-    """The events of these words; none where there are no words."""
+    """Return the events that the words of --event describe, or None if there are no words."""
     return [_event(scene, word) for word in words] or None
 
 
@@ -44,13 +44,13 @@ def _event(scene: Scene, word: str) -> Event:
 
 
 def _arguments(maker: Callable[..., Event]) -> list[str]:
-    """The names of the arguments that need no name."""
+    """Return the names of the positional arguments of `maker`."""
     parameters = inspect.signature(maker).parameters.values()
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
 def _read(key: str, value: str) -> object:
-    """An argument in Python."""
+    """Parse the value of an argument."""
     if key == "terminal":
         if value:
             raise ValueError("terminal stands alone, without a value")
@@ -65,7 +65,7 @@ def _read(key: str, value: str) -> object:
 
 
 def _function(text: str) -> dict[str, float]:
-    """The terms of a sum such as 2*m_x+apex_z*apex_z-0.5."""
+    """Parse the terms of a sum such as 2*m_x+apex_z*apex_z-0.5."""
     terms: dict[str, float] = {}
     for term in _TERM.findall(text.replace(" ", "")):
         factor, names = -1.0 if term[0] == "-" else 1.0, []

@@ -1,4 +1,4 @@
-"""Lists of what can be named: methods, scenes, quantities."""
+"""Lists of names: methods, scenes and quantities."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _listed(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
     "--markdown", is_flag=True, help="METHODS.md: a table with the cost of a step, measured now."
 )
 def methods(name: str | None, markdown: bool) -> None:
-    """The methods of this build, or all that is known of one."""
+    """List the methods of this build, or describe one."""
     if markdown:
         click.echo(page(known), nl=False)
     elif name is None:
@@ -71,7 +71,7 @@ def _kind(method: Method) -> str:
 @click.command()
 @click.argument("name", required=False, shell_complete=one_of(about))
 def scenes(name: str | None) -> None:
-    """The scenes of kreisel's own, or one as TOML, to begin a file with."""
+    """List the named scenes, or print one as TOML to start a file from."""
     if name is None:
         _listed(("scene", "what to look at"), list(about.items()))
     elif name not in about:
@@ -82,6 +82,6 @@ def scenes(name: str | None) -> None:
 
 @click.command()
 def quantities() -> None:
-    """The quantities that --want can name."""
+    """List the quantities that --want can name."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
     _listed(("quantity", "[M L T]", "what it is"), rows)

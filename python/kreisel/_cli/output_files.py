@@ -1,4 +1,4 @@
-"""The files that a command writes: looked at before anything runs."""
+"""Validation of the files that a command writes, before anything runs."""
 
 from __future__ import annotations
 
@@ -45,8 +45,11 @@ class OutputFile(NamedTuple):
 def check_outputs(
     places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
 ) -> list[OutputFile]:
-    """The places that are asked for; refused where one could not be written, where two are the
-    same, or one is the file of these that is read."""
+    """Return the requested output files.
+
+    Raises UsageError if a file cannot be written, if two are the same, or if one is among the files
+    in `read`.
+    """
     asked = [_named(OutputFile(option, file)) for option, file in places if file is not None]
     taken = {_real(file): file for file in read if file != "-"}
     for place in asked:
@@ -60,7 +63,7 @@ def check_outputs(
 
 
 def _named(place: OutputFile) -> OutputFile:
-    """The place with the ending that numpy's archives have; refused with one of another form."""
+    """Return `place` with the ending of NumPy's archives; raise UsageError for a wrong ending."""
     _refuse_ending(place)
     whole = place.option != "--npz" or place.shown or place.file.endswith(".npz")
     return place if whole else OutputFile(place.option, f"{place.file}.npz")
@@ -71,7 +74,7 @@ def _real(file: str) -> str:
 
 
 def _is_endless(file: str) -> bool:
-    """A device such as /dev/null takes more than one."""
+    """Return True for a device such as /dev/null, which several outputs may share."""
     return file != "-" and File(file).is_char_device()
 
 

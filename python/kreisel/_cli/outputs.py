@@ -39,11 +39,11 @@ class Output(Protocol):
     """An output that takes a path in pieces."""
 
     def add(self, piece: Path) -> None:
-        """The next states."""
+        """Take the next states."""
 
 
 def put(file: str, data: bytes) -> None:
-    """The bytes in a file, or on standard output."""
+    """Write bytes to a file, or to standard output."""
     if file != "-":
         atomic_write(file, data)
         return
@@ -54,17 +54,17 @@ def put(file: str, data: bytes) -> None:
 
 
 def selected_names(path: Path) -> tuple[str, ...]:
-    """The names of what a path has been asked for, beside t."""
+    """Return the names of the quantities to write, besides t."""
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
 def to_list(table: Mapping[str, Array]) -> dict[str, list[float]]:
-    """The columns as lists."""
+    """Return the columns as lists."""
     return {name: column.tolist() for name, column in table.items()}
 
 
 def as_csv(table: Columns, head: bool = True) -> bytes:
-    """Rows of all digits, below the names of the columns."""
+    """Return rows with all digits as CSV, below the names of the columns if `head` is True."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     if head:
@@ -81,7 +81,7 @@ class Csv:
         self._grow: Callable[[bytes], None] | None = None
 
     def add(self, piece: Path) -> None:
-        """The next rows."""
+        """Write the next rows."""
         table = to_list(self._angles.columns(piece, selected_names(piece)))
         rows = as_csv(table, head=self._grow is None)
         if self._grow is None:
@@ -101,7 +101,7 @@ class PathCollector:
     pieces: list[Path] = field(default_factory=list)
 
     def add(self, piece: Path) -> None:
-        """The next states."""
+        """Append the next states."""
         self.pieces.append(piece)
 
     @property
@@ -136,11 +136,11 @@ class EventCollector:
     parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
 
     def add(self, piece: Path) -> None:
-        """The events of the next states."""
+        """Append the events of the next states."""
         self.parts.append((piece.events, selected_names(piece)))
 
     def table(self) -> dict[str, list[object]]:
-        """A row for each event: which, the time, the direction, and what the path has."""
+        """Return columns with a row for each event: its name, time, direction and quantities."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
             table = to_list(columns(events.path, names, self.degrees))
@@ -154,7 +154,7 @@ class EventCollector:
         return whole
 
     def show(self) -> None:
-        """The first events, on standard output."""
+        """Print the first events on standard output."""
         table = self.table()
         names = ("event", "t", "direction")
         rows = list(zip(*(table[name] for name in names), strict=True))
@@ -175,7 +175,7 @@ class Summary:
         self._last: Path | None = None
 
     def add(self, piece: Path) -> None:
-        """The next states."""
+        """Take the next states."""
         if not len(piece):
             self._last = self._last or piece
             return
@@ -213,7 +213,7 @@ def _energy(path: Path) -> float:
 def as_json(
     path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
 ) -> bytes:
-    """The path as one object: what made it, then its quantities, each a list of numbers or rows."""
+    """Return the path as one JSON object: its origin, then its quantities as lists."""
     head = {
         "kreisel": version,
         "scene": tomllib.loads(path.scene.to_toml()),
@@ -234,7 +234,7 @@ def as_json(
 
 
 def _finite(value: object) -> object:
-    """The value, with null for what JSON has no number for."""
+    """Return `value` with null in place of numbers that JSON cannot represent."""
     if isinstance(value, dict):
         return {name: _finite(part) for name, part in value.items()}
     if isinstance(value, list):

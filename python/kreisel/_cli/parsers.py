@@ -47,7 +47,7 @@ def names(words: str) -> list[str]:
 
 
 def scene(word: str) -> Scene:
-    """The scene of a name, of a file, or of - for standard input."""
+    """Return the scene of a name, of a file, or of - for standard input."""
     if word in about:
         return get_scene(word)
     with warnings.catch_warnings(record=True) as said:
@@ -74,7 +74,7 @@ def _read(word: str) -> Scene:
 
 
 def method(name: str) -> str:
-    """The name of a method that there is."""
+    """Return `name` if a method has this name."""
     if name in methods or name in _AUTO:
         return name
     raise click.BadParameter(unknown_method_message(name))
@@ -125,7 +125,7 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
 
 
 def in_a_shell(message: str, options: Collection[str]) -> str:
-    """A message of the package with its arguments as a shell has them: step=0.01 is --step 0.01."""
+    """Return a message of the package with options for arguments: --step 0.01 for step=0.01."""
     if not options:
         return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))

@@ -1,4 +1,4 @@
-"""A run that a shell watches: its progress, what ends it early, and the outputs that it feeds."""
+"""Runs under a shell: progress, signals, and the outputs that receive the states."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ from .outputs import Output
 
 
 class Stops:
-    """Ctrl-C and SIGTERM: a run ends at its last good state when it next tells how far it has come,
-    and what is being written is written to its end. A second one ends all at once."""
+    """A handler of Ctrl-C and SIGTERM during a run.
+
+    The first signal ends the run at its last good state, and outputs are written to their ends. A
+    second signal ends the process.
+    """
 
     def __init__(self, end: float) -> None:
         self._end, self.asked = end, False
@@ -26,7 +29,7 @@ class Stops:
 
     @contextmanager
     def heeded(self) -> Iterator[None]:
-        """While this lasts a signal is no exception."""
+        """Return a context in which a signal is noted instead of raised."""
         before = {
             number: signal.getsignal(number)
             for number in (signal.SIGINT, signal.SIGTERM)
@@ -49,7 +52,7 @@ class Stops:
 
     @contextmanager
     def watched(self) -> Iterator[None]:
-        """While this lasts a bar shows how far the run has come, where somebody watches."""
+        """Return a context with a progress bar if standard error is a terminal."""
         console = Console(stderr=True)
         with (
             Progress(console=console, transient=True)
@@ -61,7 +64,7 @@ class Stops:
             yield
 
     def progress(self, t: float) -> None:
-        """To be told how far the run has come."""
+        """Report the time that the run has reached; raise KeyboardInterrupt after a signal."""
         if self._bar is not None:
             self._bar.update(self._task, completed=abs(t))
         if self.asked and t != self._end:

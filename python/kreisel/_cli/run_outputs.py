@@ -70,7 +70,7 @@ _OPTIONS = (
 
 
 def to(command: _Command) -> _Command:
-    """A command with the options that say where to."""
+    """Add the options of output files to a command."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
@@ -110,7 +110,7 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def outputs(self) -> list[Output]:
-        """The outputs, those that cannot fail first."""
+        """Return the outputs, those that cannot fail first."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)

@@ -99,10 +99,10 @@ _EVERY = click.option("--every", type=int, help="Record each so many steps, up t
 )
 @to
 def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
-    """The motion of a scene.
+    """Compute the motion of a scene.
 
-    Files are written whole, or as far as a failed or interrupted run has come. Only --json and
-    --npz need memory for all states.
+    Files are written completely, or up to the last state of a failed or interrupted run. Only
+    --json and --npz need memory for all states.
     """
     top, stops = a_scene(scene), Stops(t.end)
     left = RunOutputs(words, (scene,), words["events"])
@@ -151,7 +151,7 @@ def resume(run: str, t: times.Times, **words: Unpack[_More]) -> None:
 
 
 def _go(pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: Stops) -> None:
-    """The run, from its first piece to all that it leaves."""
+    """Run all pieces and write the outputs."""
     with stops.heeded():
         try:
             with stops.watched():
@@ -166,7 +166,7 @@ def _go(pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: Stops)
 
 
 def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Iterator[Path]:
-    """The path of what is no run that goes on in pieces, as the only piece."""
+    """Yield the whole path as the only piece, for a solve that is not a run."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,
@@ -186,7 +186,7 @@ def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Itera
 def _pieces(
     run: Run, t: times.Times, every: int | None, left: RunOutputs, stops: Stops
 ) -> Iterator[Path]:
-    """The path of a run in pieces, without the times that it has passed."""
+    """Yield the path of a run in pieces, without the times that it has passed."""
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.beyond(run.t)
     if not rest.grids:
@@ -212,7 +212,7 @@ def _on_the_grid(run: Run, end: float, every: int, size: int) -> Array:
 
 
 def _read(file: str, max_steps: int | None) -> Run:
-    """The run in a file, or in standard input."""
+    """Read the run in a file, or in standard input."""
     try:
         if file == "-":
             data = sys.stdin.buffer.read(_LONGEST)

@@ -46,7 +46,7 @@ def sweep() -> None:
 
 
 def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
-    """The parts A:B, from A on and without B."""
+    """Parse A:B, the parts from A on and without B."""
     if word is None:
         return None
     first, colon, last = word.partition(":")
@@ -69,7 +69,7 @@ def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | N
 )
 @click.option("--dask", metavar="ADDRESS", help="The workers of Dask's scheduler there.")
 def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str | None) -> None:
-    """The parts of a PLAN, which is a TOML file, that are not in the folder yet."""
+    """Compute the parts of a PLAN (a TOML file) that are not in the folder yet."""
     if workers is not None and dask is not None:
         raise UsageError("give either --workers or --dask")
     with (
@@ -84,7 +84,7 @@ def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str 
 
 @contextmanager
 def _describe() -> Iterator[None]:
-    """A folder of something else is refused, and an executor that fails is told in a line."""
+    """Return a context that turns errors of the folder and the executor into messages."""
     try:
         yield
     except (FileExistsError, FileNotFoundError) as error:
@@ -127,14 +127,16 @@ def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
 
 
 def _unheeding() -> None:
-    """A worker leaves Ctrl-C to the one that called it."""
+    """Ignore Ctrl-C in a worker; the calling process handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
 def _progress() -> Iterator[Watch | None]:
-    """A bar with the time left, as all parts that this call has made tell it, where somebody
-    watches."""
+    """Return a context with a bar of the time left, if standard error is a terminal.
+
+    It counts all parts that this call has made.
+    """
     console = Console(stderr=True)
     columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
     shown = Progress(*columns, console=console, transient=True, speed_estimate_period=1e9)

@@ -1,5 +1,4 @@
-"""Times as a shell gives them: numbers and grids with commas between them, however many times these
-are."""
+"""Times on the command line: numbers and grids, separated by commas."""
 
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ _COUNTABLE = 2.0**53
 class Grid:
     """The times first + k step for k below count.
 
-    Each is a single multiplication, so that roundings do not add up.
+    Each is computed by one multiplication, so that roundings do not add up.
     """
 
     first: float
@@ -40,8 +39,10 @@ class Grid:
 
 @dataclass(frozen=True)
 class Times:
-    """Grids one after the other, which lead away from 0 in one direction; a number is a grid of one
-    time."""
+    """Grids one after the other, which lead away from 0 in one direction.
+
+    A number is a grid of one time.
+    """
 
     grids: tuple[Grid, ...]
     one: bool  # whether a single number was given, the time to reach
@@ -62,7 +63,7 @@ class Times:
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def argument(self) -> float | Array:
-        """The times as an argument of kreisel.solve."""
+        """Return the times as an argument of kreisel.solve."""
         return self.end if self.one else self.array()
 
     def beyond(self, t: float) -> Times:
@@ -72,7 +73,7 @@ class Times:
 
 
 def times(words: str) -> Times:
-    """The times that numbers and grids start:end:step stand for."""
+    """Parse numbers and grids start:end:step."""
     grids = tuple(map(_grid, words.split(",")))
     _refuse_disorder([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
     return Times(grids, len(grids) == 1 and ":" not in words)
@@ -95,7 +96,7 @@ def _grid(word: str) -> Grid:
 
 
 def _parse_step(word: str, start: float, end: float, step: float) -> Grid:
-    """The grid from start to end, which it includes where a whole number of steps leads there."""
+    """Return the grid from start to end, with the end if a whole number of steps leads there."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
         raise click.BadParameter(f"the step of {word!r} does not lead from {start:g} to {end:g}")

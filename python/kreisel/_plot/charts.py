@@ -40,9 +40,9 @@ class Plottable(Protocol):
 
 
 class Picture(tuple[Axes, ...]):
-    """The axes of a picture, three a path: trace, nutation, precession; a notebook shows it.
+    """The axes of a picture, three for each path: trace, nutation, precession.
 
-    To a file goes `picture.figure.savefig("top.png")`.
+    A notebook shows it; `picture.figure.savefig("top.png")` writes a file.
     """
 
     __slots__ = ()
@@ -143,8 +143,11 @@ def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degre
 
 
 def _jumps(around: Array) -> npt.NDArray[np.intp]:
-    """Return the intervals in which a precession angle jumps, since the apex passes close to the
-    vertical there: it changes by more than half a radian and far more than elsewhere."""
+    """Return the intervals in which a precession angle jumps.
+
+    The apex passes close to the vertical there: the angle changes by more than half a radian and
+    far more than elsewhere.
+    """
     change = np.abs(np.diff(around))
     usual = float(np.median(change)) if len(change) else 0.0
     return np.flatnonzero(change > max(0.5, 8.0 * usual))
@@ -156,7 +159,7 @@ def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tu
 
 
 def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit: float) -> None:
-    """A point at each event, on the trace and in both charts."""
+    """Draw a point at each event, on the trace and in both charts."""
     sphere, above, below = axes
 
     def dots(chart: Axes, x: Array, y: Array) -> None:
@@ -177,7 +180,7 @@ def _limits(scene: Scene) -> TurningPoints | None:
 
 
 def _least_range(chart: Axes, unit: float) -> None:
-    """A nutation that is steady to rounding is drawn as a level line, not as its rounding."""
+    """Widen the range of a nutation that is steady to rounding, so that it is a level line."""
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:
         middle, half = 0.5 * (low + high), 0.05 * unit
@@ -196,7 +199,7 @@ def _apply_style(chart: Axes) -> None:
 
 
 def ball(axes: Axes, elevation: float = 20.0) -> None:
-    """The outline of the unit sphere, its equator, and an arrow upwards."""
+    """Draw the outline of the unit sphere, its equator, and an arrow upwards."""
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
     _parallel(axes, 0.0, elevation, FAINT, "-")
@@ -214,8 +217,10 @@ def _parallel(axes: Axes, height: float, elevation: float, colour: str, style: s
 
 
 def globe(axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[float] = ()) -> None:
-    """A trace (n, 3) on the unit sphere: faint where it is behind; the dot is the start, the arrow
-    points up, broken lines are the heights between which it stays."""
+    """Draw a trace (n, 3) on the unit sphere, faint where it is behind.
+
+    The dot is the start, and the arrow points up. Broken lines are the heights in `limits`.
+    """
     ball(axes, elevation)
     for height in limits:
         _parallel(axes, float(height), elevation, ORANGE, "--")

@@ -1,6 +1,6 @@
-"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML.
+"""Films of a body in motion, as a GIF, an MP4 or a page of HTML.
 
-A film is made in memory, so that a file is there whole or not at all.
+A film is made in memory, so that its file is complete or absent.
 """
 
 from __future__ import annotations
@@ -79,8 +79,10 @@ class Film:
         return f"<Film: {len(self)} frames, {self.fps} a second, {span}>"
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
-        all. ValueError for other names, OSError where it cannot be written."""
+        """Write the film to a file that ends in .gif, .mp4 (needs ffmpeg) or .html, atomically.
+
+        Raises ValueError for other names, OSError if the file cannot be written.
+        """
         make = writer_for(file)
         atomic_write(file, make(self))
 
@@ -134,8 +136,10 @@ def film_of(
     fps: int,
     size: int,
 ) -> Film:
-    """A film of a path, saved where a file is named; what cannot be is refused before anything
-    runs."""
+    """Return a film of a path, and save it if a file is named.
+
+    All arguments are validated before anything runs.
+    """
     make = None if file is None else writer_for(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     begin, end = _ends(path.t)
@@ -158,8 +162,10 @@ def film_of(
 
 
 def _from_aside(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Turn states about the vertical so that the eye sees the axis from aside: it leans to the
-    right, and a little towards the eye, at the first state that leans, or else leans most."""
+    """Turn states about the vertical so that the view is from the side.
+
+    The axis leans to the right, and a little towards the eye, at the first state with a clear lean.
+    """
     lean = np.hypot(apex[:, 0], apex[:, 1])
     at = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
     if not lean[at] > 0.0:
@@ -178,7 +184,7 @@ def _from_aside(q: Array, apex: Array) -> tuple[Array, Array]:
 
 
 def _ends(t: Array) -> tuple[float, float]:
-    """The first and the last time of a path, whatever the order of those between."""
+    """Return the first and the last time of a path, whatever the order of the others."""
     low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
     if not low < high:
         raise ValueError("a film needs a path of some time: solve to a later one")
@@ -193,7 +199,7 @@ def _solid(body: Body) -> tuple[Array, Array]:
 
 
 def _matrix(q: Array) -> Array:
-    """The rotation of a unit quaternion (w, x, y, z): columns are the turned axes."""
+    """Return the rotation matrix of a unit quaternion (w, x, y, z); columns are the turned axes."""
     w, x, y, z = q
     return np.array(
         [
