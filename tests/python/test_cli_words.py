@@ -187,7 +187,7 @@ def test_what_is_wrong_is_said_in_one_line(line, message):
 
 
 def test_a_scene_is_no_device_that_never_ends():
-    assert "more than 1048576 bytes" in call("solve /dev/zero --t 1", code=2)
+    assert "at most 1048576 bytes" in call("solve /dev/zero --t 1", code=2)
 
 
 def test_a_scene_from_standard_input_is_refused_by_that_name():
