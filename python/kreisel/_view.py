@@ -87,7 +87,7 @@ class View:
 
         The next page of this name replaces the file. Warns if no browser was found.
         """
-        file, shown = opened(self)
+        file, shown = open_page(self)
         if not shown:
             warnings.warn(f"no browser was found to open the page: {file}", stacklevel=2)
         return file
@@ -98,7 +98,7 @@ class View:
         return f'<iframe {inside} title="kreisel: the top"></iframe>'
 
 
-def opened(page: View) -> tuple[File, bool]:
+def open_page(page: View) -> tuple[File, bool]:
     """Write the page to its file, open it, and return the file and True if a browser was found."""
     import webbrowser  # here, since who shows nothing need not wait for it
 
@@ -154,13 +154,15 @@ def view(
     tracks = [_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]
-    page = View(_shown(scene, _methods(methods, scene), step, as_positive("speed", speed), tracks))
+    page = View(
+        _page_scene(scene, _methods(methods, scene), step, as_positive("speed", speed), tracks)
+    )
     if open and not _in_notebook():
         page.open()
     return page
 
 
-def _shown(
+def _page_scene(
     scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_Track]
 ) -> _Scene:
     name = name_of(scene)
@@ -168,7 +170,7 @@ def _shown(
         "version": 1,
         "name": name or "a scene from Python",
         "about": about.get(name, ""),
-        "body": _body(scene),
+        "body": _body_data(scene),
         "attitude": scene.attitude,
         "momentum": scene.momentum,
         "gravity": scene.gravity,
@@ -179,7 +181,7 @@ def _shown(
     }
 
 
-def _body(scene: Scene) -> _Body:
+def _body_data(scene: Scene) -> _Body:
     if scene.body.inertia_rtol:
         raise ValueError(
             "the page has no tolerance of the inertia: view a body without "

@@ -134,11 +134,11 @@ PRESSED = """
 import os, signal
 from kreisel._cli import main, progress
 
-tell = progress.Stops.progress
+tell = progress.SignalHandler.progress
 def press(stops, t):
     os.kill(os.getpid(), signal.SIGNAL)
     tell(stops, t)
-progress.Stops.progress = press
+progress.SignalHandler.progress = press
 main()
 """
 
@@ -169,14 +169,14 @@ def test_a_signal_keeps_what_was_reached(tmp_path, name, how):
 
 @signals
 def test_a_signal_while_rows_are_written_ends_the_run_behind_them(tmp_path, monkeypatch):
-    add, sent = outputs.Csv.add, [signal.SIGTERM]
+    add, sent = outputs.CsvOutput.add, [signal.SIGTERM]
 
     def pressed(csv, piece):
         if sent:
             os.kill(os.getpid(), sent.pop())
         add(csv, piece)
 
-    monkeypatch.setattr(outputs.Csv, "add", pressed)
+    monkeypatch.setattr(outputs.CsvOutput, "add", pressed)
     told = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
     last = rows((tmp_path / "part.csv").read_text())[-1, 0]
     assert said(told).endswith(f"Error: interrupted at t = {last:g} ")

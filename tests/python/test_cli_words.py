@@ -13,7 +13,7 @@ import pytest
 from cli_helpers import call, said
 from click.testing import CliRunner
 from internals import cli
-from kreisel._cli import times as shell_times
+from kreisel._cli import time_option as shell_times
 
 THESIS = kr.scenes.thesis
 

@@ -14,7 +14,7 @@ from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
 from kreisel._plot import solids
-from kreisel._plot.solids import bar, revolve
+from kreisel._plot.solids import draw_bar, revolve
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
@@ -372,7 +372,7 @@ def test_a_bar_of_a_plane_curve_is_a_thirtieth_of_its_length_thick():
     (axes,) = Figure().subplots(1, squeeze=False)[0]
     along = np.linspace(0.0, 3.0, 5)
     centre = np.stack([np.zeros(5), along, np.zeros(5)], axis=-1)
-    bar(centre, np.tile(np.eye(3)[[2, 0, 1]], (5, 1, 1)), (1.0, 1.0), axes, elevation=0.0)
+    draw_bar(centre, np.tile(np.eye(3)[[2, 0, 1]], (5, 1, 1)), (1.0, 1.0), axes, elevation=0.0)
     drawn = axes.collections[0].get_paths()
     heights = np.concatenate([path.vertices[:, 1] for path in drawn])
     assert len(drawn) and np.ptp(heights) == pytest.approx(0.1)
@@ -473,7 +473,7 @@ def test_a_body_of_any_size_is_drawn_as_what_it_is():
     moments = np.array([2.0, 2.0, 1.0])
     for size in (1e-10, 1.0, 1e10):
         leans, stands = (
-            solids.solid_of(1.0, moments * size**2, size * np.array([x, 0.0, 0.3]))[0]
+            solids.build_solid(1.0, moments * size**2, size * np.array([x, 0.0, 0.3]))[0]
             for x in (0.1, 0.0)
         )
         assert len(leans) == 6 and len(stands) > 100

@@ -142,7 +142,7 @@ class _Run:
             median=float(np.median(self.seconds)) if good else math.nan,
             steps=stats.steps,
             evaluations=stats.evaluations,
-            attitude_error=_apart(path, truth) if path and good else math.nan,
+            attitude_error=_max_attitude_error(path, truth) if path and good else math.nan,
             energy_error=path.energy_error if path and good else math.nan,
             failure=self.failure,
         )
@@ -188,7 +188,7 @@ def compare(
     tell = parse_progress(progress)
     reference: Path | None = None
     try:
-        reference = truth if isinstance(truth, Path) else _truth(scene, t, truth, by_step)
+        reference = truth if isinstance(truth, Path) else _solve_truth(scene, t, truth, by_step)
         for done in range(rounds * len(runs)):
             runs[done % len(runs)].repeat()
             if tell is not None:
@@ -248,12 +248,12 @@ def _runs(
     return runs
 
 
-def _apart(path: Path, truth: Path) -> float:
+def _max_attitude_error(path: Path, truth: Path) -> float:
     """Return the largest angle between the attitudes [rad]."""
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 
 
-def _truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[float]) -> Path:
+def _solve_truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[float]) -> Path:
     chosen = resolve_method(method, scene)
     if chosen.digits:
         return solve(scene, t, method, digits=20)

@@ -22,7 +22,7 @@ from .._options.methods import EXACT, is_kowalewski
 from .._results.path import Path
 from .._solve.exact import exact
 from .._utils.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
-from .turns import Waves, count_turns, motion_of
+from .turns import Waves, compute_motion, count_turns
 
 _SHARPNESS = 11.0  # of the window, whose side lobes are below exp(-pi times this)
 _FEWEST = 64  # states
@@ -114,10 +114,10 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 def _rates(path: Path) -> tuple[float, float, float]:
     """Compute precession, nutation and spin."""
     t, (up, along) = path.t, _axes(path)
-    principal, east = path.frame, _aside(up)
-    axis, first = along @ principal, _aside(along) @ principal
+    principal, east = path.frame, _perpendicular(up)
+    axis, first = along @ principal, _perpendicular(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
-    motion = motion_of(path, up, along, east)
+    motion = compute_motion(path, up, along, east)
     level = motion.height - float(_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:
@@ -144,7 +144,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_window(len(turned)) @ turned) / step
-    is_smooth = span * _aliased(turned / step) < _SMOOTH
+    is_smooth = span * _alias_bound(turned / step) < _SMOOTH
     [line], _, _ = _lines(t, signal, 1)
     found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
     if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
@@ -152,7 +152,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     return mean if is_smooth else math.nan
 
 
-def _aliased(rate: Array) -> float:
+def _alias_bound(rate: Array) -> float:
     """Return a bound of the contribution of unresolved frequencies to the mean of `rate`.
 
     It is the strongest line in the upper half of the frequencies that the values resolve.
@@ -182,7 +182,7 @@ def _axes(path: Path) -> tuple[Array, Array]:
     return path.m[0] / (np.linalg.norm(path.m[0]) or 1.0), axis
 
 
-def _aside(v: Array) -> Array:
+def _perpendicular(v: Array) -> Array:
     """Return a unit vector at right angles to the unit vector `v`."""
     made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
     return made / float(np.linalg.norm(made))

@@ -44,7 +44,7 @@ def plot(
 
     Raises ValueError for a path without states, ImportError without matplotlib.
     """
-    paths, axes = _arguments(path, more, axes)
+    paths, axes = _split_arguments(path, more, axes)
     for i, one in enumerate(paths):
         check_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
@@ -55,7 +55,7 @@ def plot(
     return plot_paths(both, axes, degrees)
 
 
-def _arguments(
+def _split_arguments(
     path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
 ) -> tuple[Sequence[Path], Any]:
     """Return the paths, and the axes. Raises TypeError if the first argument is no path."""

@@ -108,15 +108,15 @@ class Rod:
         without matplotlib.
         """
         from .._plot.charts import new_axes
-        from .._plot.solids import ORANGE, bar, drawable, tube
+        from .._plot.solids import ORANGE, draw_bar, draw_tube, drawable
 
         drawn = new_axes() if axes is None else drawable(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
         if self.isotropic:
-            tube(self.centre, self.frame[:, 2], drawn, side, colour or ORANGE, *turned)
+            draw_tube(self.centre, self.frame[:, 2], drawn, side, colour or ORANGE, *turned)
         else:
-            bar(self.centre, self.frame, self.section, drawn, side, colour or ORANGE, *turned)
+            draw_bar(self.centre, self.frame, self.section, drawn, side, colour or ORANGE, *turned)
         return drawn
 
 

@@ -11,7 +11,7 @@ from .._analysis.compare import CompareInterrupted, Table
 from .._analysis.compare import compare as compared
 from .._model.scene import Scene
 from .._utils.literals import MethodName
-from . import times
+from . import time_option
 from .output_files import FILE, check_outputs
 from .parsers import (
     A_METHOD,
@@ -30,7 +30,9 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 
 @click.command()
 @click.argument("scene", type=a_scene, shell_complete=A_SCENE)
-@click.option("--t", type=times.times, required=True, metavar=times.METAVAR, help=times.HELP)
+@click.option(
+    "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
+)
 @click.option(
     "--methods",
     type=several_methods,
@@ -53,7 +55,7 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 @click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
 def compare(
     scene: Scene,
-    t: times.Times,
+    t: time_option.Times,
     methods: list[MethodName] | None,
     steps: list[float] | None,
     tols: list[float] | None,

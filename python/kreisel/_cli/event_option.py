@@ -36,7 +36,7 @@ def _event(scene: Scene, word: str) -> Event:
                 if not free:
                     raise ValueError(f"{field!r} is one argument too many")
                 key, value = free.pop(0), field
-            given[key] = _read(key, value)
+            given[key] = _parse_value(key, value)
         return maker(**given)
     except (TypeError, ValueError) as error:
         said = str(error).replace(f"{name}()", "it")
@@ -49,7 +49,7 @@ def _arguments(maker: Callable[..., Event]) -> list[str]:
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
-def _read(key: str, value: str) -> object:
+def _parse_value(key: str, value: str) -> object:
     """Parse the value of an argument."""
     if key == "terminal":
         if value:
@@ -61,10 +61,10 @@ def _read(key: str, value: str) -> object:
         return float(value)
     if key == "normal":
         return numbers(value)
-    return _function(value) if key in ("function", "where") else value
+    return _parse_function(value) if key in ("function", "where") else value
 
 
-def _function(text: str) -> dict[str, float]:
+def _parse_function(text: str) -> dict[str, float]:
     """Parse the terms of a sum such as 2*m_x+apex_z*apex_z-0.5."""
     terms: dict[str, float] = {}
     for term in _TERM.findall(text.replace(" ", "")):

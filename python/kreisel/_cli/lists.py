@@ -15,10 +15,10 @@ from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
 from .._utils.errors import suggest
 from ..scenes import about, get_scene
-from .parsers import UsageError, one_of
+from .parsers import UsageError, complete_one
 
 
-def _listed(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
+def _print_grid(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
     grid = Grid(box=box.SIMPLE_HEAD)
     for i, column in enumerate(columns):
         grid.add_column(column, no_wrap=i == 0)
@@ -28,7 +28,7 @@ def _listed(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
 
 
 @click.command()
-@click.argument("name", required=False, shell_complete=one_of(known))
+@click.argument("name", required=False, shell_complete=complete_one(known))
 @click.option(
     "--markdown", is_flag=True, help="METHODS.md: a table with the cost of a step, measured now."
 )
@@ -38,7 +38,7 @@ def methods(name: str | None, markdown: bool) -> None:
         click.echo(page(known), nl=False)
     elif name is None:
         rows = [(m.name, _order(m), _kind(m), m.text) for m in known.values()]
-        _listed(("method", "order", "kind", "what it is"), rows)
+        _print_grid(("method", "order", "kind", "what it is"), rows)
     elif name not in known:
         raise UsageError(unknown_method_message(name))
     else:
@@ -69,11 +69,11 @@ def _kind(method: Method) -> str:
 
 
 @click.command()
-@click.argument("name", required=False, shell_complete=one_of(about))
+@click.argument("name", required=False, shell_complete=complete_one(about))
 def scenes(name: str | None) -> None:
     """List the named scenes, or print one as TOML to start a file from."""
     if name is None:
-        _listed(("scene", "what to look at"), list(about.items()))
+        _print_grid(("scene", "what to look at"), list(about.items()))
     elif name not in about:
         raise UsageError(f"unknown scene {name!r}; {suggest(name, about)}")
     else:
@@ -84,4 +84,4 @@ def scenes(name: str | None) -> None:
 def quantities() -> None:
     """List the quantities that --want can name."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
-    _listed(("quantity", "[M L T]", "what it is"), rows)
+    _print_grid(("quantity", "[M L T]", "what it is"), rows)

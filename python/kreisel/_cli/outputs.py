@@ -42,7 +42,7 @@ class Output(Protocol):
         """Take the next states."""
 
 
-def put(file: str, data: bytes) -> None:
+def write_bytes(file: str, data: bytes) -> None:
     """Write bytes to a file, or to standard output."""
     if file != "-":
         atomic_write(file, data)
@@ -53,7 +53,7 @@ def put(file: str, data: bytes) -> None:
     sys.stdout.buffer.flush()
 
 
-def selected_names(path: Path) -> tuple[str, ...]:
+def output_names(path: Path) -> tuple[str, ...]:
     """Return the names of the quantities to write, besides t."""
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
@@ -73,7 +73,7 @@ def as_csv(table: Columns, head: bool = True) -> bytes:
     return text.getvalue().encode()
 
 
-class Csv:
+class CsvOutput:
     """A table that grows by the rows of each piece, in constant memory."""
 
     def __init__(self, file: str, angles: AngleOptions, files: ExitStack) -> None:
@@ -82,15 +82,15 @@ class Csv:
 
     def add(self, piece: Path) -> None:
         """Write the next rows."""
-        table = to_list(self._angles.columns(piece, selected_names(piece)))
+        table = to_list(self._angles.columns(piece, output_names(piece)))
         rows = as_csv(table, head=self._grow is None)
         if self._grow is None:
-            self._grow = self._opened()
+            self._grow = self._open_file()
         self._grow(rows)
 
-    def _opened(self) -> Callable[[bytes], None]:
+    def _open_file(self) -> Callable[[bytes], None]:
         if self._file == "-":
-            return lambda rows: put("-", rows)
+            return lambda rows: write_bytes("-", rows)
         return self._files.enter_context(atomic_open(self._file)).add
 
 
@@ -137,7 +137,7 @@ class EventCollector:
 
     def add(self, piece: Path) -> None:
         """Append the events of the next states."""
-        self.parts.append((piece.events, selected_names(piece)))
+        self.parts.append((piece.events, output_names(piece)))
 
     def table(self) -> dict[str, list[object]]:
         """Return columns with a row for each event: its name, time, direction and quantities."""
@@ -180,7 +180,7 @@ class Summary:
             self._last = self._last or piece
             return
         self._last = piece
-        self._table.add(piece, selected_names(piece))
+        self._table.add(piece, output_names(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy(piece)
             self._change = max(self._change, piece.energy_error * size)
@@ -225,9 +225,7 @@ def as_json(
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in quantity_rows(
-        path, selected_names(path), angles.degrees, angles.unwrap
-    ):
+    for quantity, values in quantity_rows(path, output_names(path), angles.degrees, angles.unwrap):
         found[quantity.name] = _finite(values.tolist())
     events = {} if met is None else {"events": _finite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()

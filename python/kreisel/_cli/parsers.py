@@ -85,7 +85,7 @@ def several_methods(words: str) -> list[str]:
     return [method(name) for name in names(words)]
 
 
-def one_of(known: Iterable[str], files: bool = False) -> Completer:
+def complete_one(known: Iterable[str], files: bool = False) -> Completer:
     """Completes a word by names, or by those of files too."""
     words = list(known)
 
@@ -96,7 +96,7 @@ def one_of(known: Iterable[str], files: bool = False) -> Completer:
     return complete
 
 
-def some_of(known: Iterable[str]) -> Completer:
+def complete_list(known: Iterable[str]) -> Completer:
     """Completes the last of several words with commas between them."""
     words = list(known)
 
@@ -107,10 +107,10 @@ def some_of(known: Iterable[str]) -> Completer:
     return complete
 
 
-A_METHOD = one_of([*_AUTO, *methods])
-METHODS = some_of(methods)
-QUANTITIES = some_of(RECORDABLE)
-A_SCENE = one_of(about, files=True)
+A_METHOD = complete_one([*_AUTO, *methods])
+METHODS = complete_list(methods)
+QUANTITIES = complete_list(RECORDABLE)
+A_SCENE = complete_one(about, files=True)
 
 
 @contextmanager
@@ -119,23 +119,23 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError) as error:
-        raise UsageError(in_a_shell(str(error), options)) from None
+        raise UsageError(to_cli_terms(str(error), options)) from None
     except MemoryError as error:
-        raise UsageError(in_a_shell(str(error), options) or "it needs more memory") from None
+        raise UsageError(to_cli_terms(str(error), options) or "it needs more memory") from None
 
 
-def in_a_shell(message: str, options: Collection[str]) -> str:
+def to_cli_terms(message: str, options: Collection[str]) -> str:
     """Return a message of the package with options for arguments: --step 0.01 for step=0.01."""
     if not options:
         return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))
     value = r"\[[^]]*\]|\([^)]*\)|'[^']*'|[^\s,;:)]+"
 
-    def written(found: re.Match[str]) -> str:
+    def format_option(found: re.Match[str]) -> str:
         plain = re.sub(r"[\[\]()' ]", "", found[2]).rstrip(",")
         return f"--{found[1].replace('_', '-')} {plain}"
 
-    said = re.sub(rf"(?<![\w.])({alternatives})=({value})", written, message)
+    said = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_option, message)
     said = said.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
     said = re.sub(rf"\b(give|leave) ({alternatives})\b", r"\1 --\2", said)
     return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", said)

@@ -16,7 +16,7 @@ from .._solve.run import Run
 from .outputs import Output
 
 
-class Stops:
+class SignalHandler:
     """A handler of Ctrl-C and SIGTERM during a run.
 
     The first signal ends the run at its last good state, and outputs are written to their ends. A
@@ -28,7 +28,7 @@ class Stops:
         self._bar: Progress | None = None
 
     @contextmanager
-    def heeded(self) -> Iterator[None]:
+    def defer_signals(self) -> Iterator[None]:
         """Return a context in which a signal is noted instead of raised."""
         before = {
             number: signal.getsignal(number)
@@ -37,7 +37,7 @@ class Stops:
         }
         try:
             for number in before:
-                signal.signal(number, self._told)
+                signal.signal(number, self._note_signal)
         except ValueError:  # in another thread than the main one, which alone may ask
             before = {}
         try:
@@ -46,12 +46,12 @@ class Stops:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
-    def _told(self, number: int, frame: FrameType | None) -> None:
+    def _note_signal(self, number: int, frame: FrameType | None) -> None:
         self.asked = True
         signal.signal(number, signal.SIG_DFL)
 
     @contextmanager
-    def watched(self) -> Iterator[None]:
+    def show_progress(self) -> Iterator[None]:
         """Return a context with a progress bar if standard error is a terminal."""
         console = Console(stderr=True)
         with (
@@ -82,7 +82,9 @@ class Outcome:
     checkpoint: bytes | None = None
 
 
-def feed(outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: Stops) -> Outcome:
+def feed(
+    outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
+) -> Outcome:
     """Feed all pieces of a path to the outputs; checkpoints are those of `run`."""
     while True:
         checkpoint = run.checkpoint if run else None

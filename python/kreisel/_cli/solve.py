@@ -18,7 +18,7 @@ from .._solve.run import resume as resumed
 from .._solve.solve import solve as solved
 from .._utils.validation import Array
 from ..events import MAKERS
-from . import times
+from . import time_option
 from .event_option import parse_event_option
 from .output_files import FILE
 from .parsers import (
@@ -26,19 +26,19 @@ from .parsers import (
     A_SCENE,
     QUANTITIES,
     UsageError,
+    complete_one,
     method,
     names,
-    one_of,
     translate_errors,
 )
 from .parsers import scene as a_scene
-from .progress import Stops, feed
-from .run_outputs import RunOutputs, To, to
+from .progress import SignalHandler, feed
+from .run_outputs import OutputOptions, RunOutputs, output_options
 
 _LONGEST = 1 << 24  # bytes: no checkpoint comes near
 
 
-class _Words(To):
+class _Words(OutputOptions):
     """The words of kreisel.solve that the command line has, and where to."""
 
     method: str
@@ -52,15 +52,20 @@ class _Words(To):
     events: tuple[str, ...]
 
 
-class _More(To):
+class _More(OutputOptions):
     """The words of a run that goes on, and where to."""
 
     every: int | None
     max_steps: int | None
 
 
-_OPTIONS = ("t", *(word for word in _Words.__annotations__ if word not in To.__annotations__))
-_T = click.option("--t", type=times.times, required=True, metavar=times.METAVAR, help=times.HELP)
+_OPTIONS = (
+    "t",
+    *(word for word in _Words.__annotations__ if word not in OutputOptions.__annotations__),
+)
+_T = click.option(
+    "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
+)
 _EVERY = click.option("--every", type=int, help="Record each so many steps, up to the time --t.")
 
 
@@ -93,18 +98,18 @@ _EVERY = click.option("--every", type=int, help="Record each so many steps, up t
     "--events",
     multiple=True,
     metavar="NAME[:ARGUMENT...][:WORD=VALUE...]",
-    shell_complete=one_of(MAKERS),
+    shell_complete=complete_one(MAKERS),
     help="What to look for, once or more often, in the words of kreisel.events: nutation, "
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
-@to
-def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
+@output_options
+def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
     """Compute the motion of a scene.
 
     Files are written completely, or up to the last state of a failed or interrupted run. Only
     --json and --npz need memory for all states.
     """
-    top, stops = a_scene(scene), Stops(t.end)
+    top, stops = a_scene(scene), SignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])
     with translate_errors(_OPTIONS):
         events = parse_event_option(top, words["events"])
@@ -113,7 +118,7 @@ def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
                 raise UsageError("--save is for runs of one method of your choice")
             if events:
                 raise UsageError("--events are for taylor: geometric and --error have none")
-            _go(_at_once(top, t, words, stops), None, left, stops)
+            _run_pieces(_solve_whole(top, t, words, stops), None, left, stops)
             return
         begin: Callable[..., Run] = start  # which checks what the words are
         run = begin(
@@ -127,7 +132,7 @@ def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
             events=events,
             back=t.end < 0.0,
         )
-        _go(_pieces(run, t, words["every"], left, stops), run, left, stops)
+        _run_pieces(_run_in_pieces(run, t, words["every"], left, stops), run, left, stops)
 
 
 @click.command()
@@ -135,26 +140,28 @@ def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
 @_T
 @_EVERY
 @click.option("--max-steps", type=int, help="Another limit of steps.")
-@to
-def resume(run: str, t: times.Times, **words: Unpack[_More]) -> None:
+@output_options
+def resume(run: str, t: time_option.Times, **words: Unpack[_More]) -> None:
     """Continue a saved RUN, with the same bits.
 
     RUN is a file written by --save. Times that it has passed are left out, so --t may be that of
     the whole run. With --save the run may be written to its own file again.
     """
-    stops = Stops(t.end)
+    stops = SignalHandler(t.end)
     with translate_errors(_OPTIONS):
-        top = _read(run, words["max_steps"])
+        top = _read_run(run, words["max_steps"])
         sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
         left = RunOutputs(words, (), sought)
-        _go(_pieces(top, t, words["every"], left, stops), top, left, stops)
+        _run_pieces(_run_in_pieces(top, t, words["every"], left, stops), top, left, stops)
 
 
-def _go(pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: Stops) -> None:
+def _run_pieces(
+    pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: SignalHandler
+) -> None:
     """Run all pieces and write the outputs."""
-    with stops.heeded():
+    with stops.defer_signals():
         try:
-            with stops.watched():
+            with stops.show_progress():
                 end = feed(left.outputs(), pieces, run if "--save" in left.files else None, stops)
         except MemoryError:
             left.discard()
@@ -165,7 +172,9 @@ def _go(pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: Stops)
         left.finish(end)
 
 
-def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Iterator[Path]:
+def _solve_whole(
+    scene: Scene, t: time_option.Times, words: _Words, stops: SignalHandler
+) -> Iterator[Path]:
     """Yield the whole path as the only piece, for a solve that is not a run."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
@@ -183,8 +192,8 @@ def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Itera
     )
 
 
-def _pieces(
-    run: Run, t: times.Times, every: int | None, left: RunOutputs, stops: Stops
+def _run_in_pieces(
+    run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
     """Yield the path of a run in pieces, without the times that it has passed."""
     check_horizon(run.scene, t.end, run.step)
@@ -211,7 +220,7 @@ def _on_the_grid(run: Run, end: float, every: int, size: int) -> Array:
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 
-def _read(file: str, max_steps: int | None) -> Run:
+def _read_run(file: str, max_steps: int | None) -> Run:
     """Read the run in a file, or in standard input."""
     try:
         if file == "-":

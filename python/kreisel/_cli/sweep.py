@@ -74,16 +74,16 @@ def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str 
         raise UsageError("give either --workers or --dask")
     with (
         translate_errors(_OPTIONS),
-        _describe(),
+        _translate_folder_errors(),
         _progress() as progress,
         _executor(workers, dask) as executor,
     ):
         found = swept(Path(plan), to=to, parts=parts, executor=executor, progress=progress)
-    click.echo(_told(found, found.done))
+    click.echo(_summary_text(found, found.done))
 
 
 @contextmanager
-def _describe() -> Iterator[None]:
+def _translate_folder_errors() -> Iterator[None]:
     """Return a context that turns errors of the folder and the executor into messages."""
     try:
         yield
@@ -104,7 +104,7 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
             yield client.get_executor()
     elif workers is not None:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, context, initializer=_unheeding) as pool:
+        with ProcessPoolExecutor(workers, context, initializer=ignore_sigint) as pool:
             try:
                 yield pool
             except BaseException:
@@ -126,7 +126,7 @@ def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
         threading.__excepthook__(failure)
 
 
-def _unheeding() -> None:
+def ignore_sigint() -> None:
     """Ignore Ctrl-C in a worker; the calling process handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
@@ -152,15 +152,15 @@ def _progress() -> Iterator[Watch | None]:
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
     """Report the state of the parts in a FOLDER after verifying each of them."""
-    with translate_errors(_OPTIONS), _describe():
+    with translate_errors(_OPTIONS), _translate_folder_errors():
         found = read_sweep(folder, partial=True)
         stand, there = found._verify()
-    click.echo(_told(found, stand[DONE]))
+    click.echo(_summary_text(found, stand[DONE]))
     if left := found.parts - len(there):
-        click.echo(f"{MISSING}: {left} parts, {_ranges(gaps(there, found.parts))}")
+        click.echo(f"{MISSING}: {left} parts, {_ranges_text(gaps(there, found.parts))}")
     for how, parts in stand.items():
         if how != DONE:
-            click.echo(f"{how}: {len(parts)} parts, {_ranges(_runs(parts))}")
+            click.echo(f"{how}: {len(parts)} parts, {_ranges_text(_split_ranges(parts))}")
     failed = sum(int(np.count_nonzero(found.part(i)["status"])) for i in stand[DONE])
     if failed:
         click.echo(f"failed: {failed} tops, whose status is not 0")
@@ -169,7 +169,7 @@ def status(folder: str) -> None:
         click.echo(f"beside them {left} files .*.new, of writers that are at work or were killed")
 
 
-def _told(found: SweepResult, done: list[int]) -> str:
+def _summary_text(found: SweepResult, done: list[int]) -> str:
     size = sum(file.stat().st_size for file in Path(found.folder).glob("part-*"))
     return (
         f"{found.folder}: {len(done)} of {found.parts} parts, {found.size} tops in all, "
@@ -177,14 +177,14 @@ def _told(found: SweepResult, done: list[int]) -> str:
     )
 
 
-def _runs(numbers: list[int]) -> Iterator[range]:
+def _split_ranges(numbers: list[int]) -> Iterator[range]:
     """Yield ascending `numbers` as ranges."""
     breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
     for a, b in pairwise([0, *breaks, len(numbers)]):
         yield range(numbers[a], numbers[b - 1] + 1)
 
 
-def _ranges(runs: Iterator[range]) -> str:
+def _ranges_text(runs: Iterator[range]) -> str:
     """Return the first ranges as text: 3:7 is without 7."""
     first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
     return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

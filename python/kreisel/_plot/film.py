@@ -21,8 +21,8 @@ from .._utils.atomic_io import atomic_write, check_writable
 from .._utils.errors import refuse_assignment
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_int, as_positive
-from .charts import ball
-from .solids import BLUE, FAINT, ORANGE, bare, faces, solid_of, view
+from .charts import draw_sphere
+from .solids import BLUE, FAINT, ORANGE, build_solid, draw_faces, hide_axes, project
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -97,8 +97,8 @@ class Film:
         """One figure, drawn anew for each frame."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        ball(axes)
-        bare(axes)
+        draw_sphere(axes)
+        hide_axes(axes)
         (behind,) = axes.plot([], [], color=BLUE, linewidth=0.6, alpha=0.4)
         (trace,) = axes.plot([], [], color=BLUE, linewidth=1.1, alpha=0.8, zorder=3)
         (needle,) = axes.plot([], [], color=ORANGE, linewidth=1.4)
@@ -106,7 +106,7 @@ class Film:
         (lever,) = axes.plot([], [], color=FAINT, linewidth=2.2)
         axes.plot([0.0], [0.0], "o", color=FAINT, markersize=5, zorder=1.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
-        x, y, depth = view(self._apex)
+        x, y, depth = project(self._apex)
         quads, colours = _solid(self._body)
         heights = quads @ _matrix(self._q[0]).T @ self._apex[0]  # along the apex
         begin, out = max(float(heights.min()), 0.0), float(heights.max())
@@ -122,14 +122,14 @@ class Film:
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
             lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # than the body's
-            solid = faces(axes, quads @ _matrix(q).T, colours)
+            solid = draw_faces(axes, quads @ _matrix(q).T, colours)
             solid.set_zorder(2.0)
             clock.set_text(f"t = {t:.4g}")
             yield figure
             solid.remove()
 
 
-def film_of(
+def make_film(
     path: Animatable,
     file: str | os.PathLike[str] | None,
     speed: float | None,
@@ -154,14 +154,14 @@ def film_of(
     steps = max(round(frames) - 1, 1)
     t = np.linspace(begin, end, steps * BETWEEN + 1)
     states = path(t)
-    q, apex = _from_aside(states.q, states.apex)
+    q, apex = _turn_to_side(states.q, states.apex)
     film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide)
     if file is not None and make is not None:
         atomic_write(file, make(film))
     return film
 
 
-def _from_aside(q: Array, apex: Array) -> tuple[Array, Array]:
+def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
     """Turn states about the vertical so that the view is from the side.
 
     The axis leans to the right, and a little towards the eye, at the first state with a clear lean.
@@ -193,7 +193,7 @@ def _ends(t: Array) -> tuple[float, float]:
 
 def _solid(body: Body) -> tuple[Array, Array]:
     """Faces along the frame of description, scaled into the sphere, and their colours."""
-    quads, colours = solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))
+    quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
     quads = quads @ _matrix(np.array(body.axes)).T
     return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
 

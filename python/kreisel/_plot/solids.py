@@ -18,7 +18,7 @@ _SLICES = 96
 _ROUND = 16  # sides of a tube
 
 
-def view(
+def project(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
     """Return the coordinates across, up, and towards the eye of points (..., 3).
@@ -40,7 +40,7 @@ def drawable(axes: object) -> Axes:
     return axes
 
 
-def faces(
+def draw_faces(
     axes: Axes,
     corners: Array,
     colour: str | Array,
@@ -54,7 +54,7 @@ def faces(
     faces the light. `colour` is one of all faces, or (n, 3) one of each; `edge` is the width of
     their outline [pt].
     """
-    x, y, depth = view(corners, elevation, azimuth)
+    x, y, depth = project(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
         y[:, 2] - y[:, 0]
     ) > 0.0
@@ -71,14 +71,14 @@ def faces(
     return solid
 
 
-def bare(axes: Axes) -> None:
-    """Without frame and ticks, as wide as high."""
+def hide_axes(axes: Axes) -> None:
+    """Hide frame and ticks, and scale both directions alike."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
 
 
-def bar(
+def draw_bar(
     centre: Array,
     frame: Array,
     section: tuple[float, float],
@@ -97,11 +97,11 @@ def bar(
     signs = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
     rims = centre[:, None] + np.einsum("cj,njk->nck", signs, frame[:, :2])  # (n, 4, 3)
     ends = np.stack([rims[0, ::-1], rims[-1]])
-    faces(axes, np.concatenate([_sides(rims), ends]), colour, elevation, azimuth)
-    bare(axes)
+    draw_faces(axes, np.concatenate([_sides(rims), ends]), colour, elevation, azimuth)
+    hide_axes(axes)
 
 
-def tube(
+def draw_tube(
     centre: Array,
     tangent: Array,
     axes: Axes,
@@ -116,7 +116,7 @@ def tube(
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _untwisted(tangent))
+    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _parallel_frames(tangent))
     pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # an end is a fan of quadrilaterals
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
     middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
@@ -124,8 +124,8 @@ def tube(
         np.concatenate([middle[0], first[:, ::-1]], axis=1),
         np.concatenate([middle[1], last], axis=1),
     ]
-    faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
-    bare(axes)
+    draw_faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
+    hide_axes(axes)
 
 
 def _thickness(centre: Array, thickness: float | None) -> float:
@@ -138,7 +138,7 @@ def _sides(rims: Array) -> Array:
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _untwisted(tangent: Array) -> Array:
+def _parallel_frames(tangent: Array) -> Array:
     """Return two normals (n, 2, 3) at each point of a curve, which do not turn about it."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
@@ -220,7 +220,7 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
     return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
 
 
-def solid_of(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
+def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     """Return faces and colours of a body, along its principal axes.
 
     It is a turned top if the body is symmetric about the axis of its centre of mass, else a cuboid.

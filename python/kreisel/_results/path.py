@@ -282,9 +282,9 @@ class Path(ReadOnlyArrays, Tables):
         `path(t)`, and so are the exceptions. Raises ValueError for a path without duration and for
         more than 2**28 pixels in all, OSError for a file that cannot be written.
         """
-        from .._plot.film import film_of
+        from .._plot.film import make_film
 
-        return film_of(self, file, speed, fps, size)
+        return make_film(self, file, speed, fps, size)
 
 
 @dataclass(frozen=True, eq=False)
