@@ -147,10 +147,10 @@ def view(
     TypeError and ValueError for invalid arguments.
     """
     if not isinstance(what, (Scene, Path)):
-        raise TypeError(f"a view is of a kreisel.Scene or a kreisel.Path, not {what!r}")
+        raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {what!r}")
     scene = what if isinstance(what, Scene) else what.scene
     if scene._is_damped:
-        raise ValueError("the page moves no damped tops: plot the path, path.plot()")
+        raise ValueError("the page has no damping: use path.plot()")
     tracks = [_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]

@@ -66,19 +66,19 @@ def test_one_time_is_the_state_there(tmp_path):
 @pytest.mark.parametrize(
     "words, message",
     [
-        ("resume {run} --t 5", "has come to t = 5.0 already"),
-        ("resume {run} --t 0:4:1", "has come to t = 5.0 already"),
+        ("resume {run} --t 5", "has already reached t = 5.0"),
+        ("resume {run} --t 0:4:1", "has already reached t = 5.0"),
         ("resume {run} --t -9", "goes back"),
         ("resume {run} --t 9 --every 2", "every needs a method of fixed step"),
         ("resume {run} --t 9 --csv {run}/a", "there is no folder"),
-        ("resume {toml} --t 9", "is not what a run has saved"),
-        ("resume /dev/zero --t 9", "is not what a run has saved"),
+        ("resume {toml} --t 9", "is not a saved run"),
+        ("resume /dev/zero --t 9", "is not a saved run"),
         ("resume nothing --t 9", "No such file"),
         (
             "solve thesis --t 9 --method geometric --error 1e-3 --save a",
-            "one method of your choice",
+            "--save needs one method",
         ),
-        ("solve thesis --t 9 --error 1e-3 --save a", "one method of your choice"),
+        ("solve thesis --t 9 --error 1e-3 --save a", "--save needs one method"),
     ],
 )
 def test_what_cannot_go_on_is_refused(tmp_path, words, message):
@@ -234,7 +234,7 @@ def test_a_run_with_events_is_saved_and_goes_on(tmp_path):
 
 def test_events_are_not_for_geometric():
     line = "solve asymmetric --t 1 --method geometric --error 1e-6 --events nutation"
-    assert "--events are for taylor" in said(call(line, code=2))
+    assert "--events need taylor" in said(call(line, code=2))
 
 
 def test_a_stopped_comparison_shows_what_it_has(monkeypatch):

@@ -29,7 +29,7 @@ def verb_of(words):
         ({"method": "strang", "step": 0.1}, ValueError, r"top\[5\]: the method 'strang' does not"),
         ({"method": "tailor"}, ValueError, "did you mean 'taylor'"),
         ({"method": 3}, TypeError, "method must be a name"),
-        ({"method": "geometric"}, ValueError, "give the error allowed"),
+        ({"method": "geometric"}, ValueError, "give the allowed error"),
         ({"method": "geometric", "error": 1e-3, "tol": 1e-3}, ValueError, "leave tol out"),
         ({"error": 1e-3}, ValueError, "error is for method='geometric'"),
         ({"tol": -1}, ValueError, "tol must be positive"),
@@ -50,12 +50,12 @@ def verb_of(words):
         ({"reductions": {"spin": 3}}, TypeError, "must be one or several"),
         ({"reductions": {}}, ValueError, "name no quantity"),
         ({"reductions": ["spin"]}, TypeError, "reductions must name quantities"),
-        ({"reductions": SPIN, "digits": 20}, ValueError, "up to 16 digits"),
-        ({"out": [1.0]}, TypeError, "out must be an array of numpy"),
+        ({"reductions": SPIN, "digits": 20}, ValueError, "at most 16 digits"),
+        ({"out": [1.0]}, TypeError, "out must be a NumPy array"),
         ({"out": np.empty((1, 4, 8))}, ValueError, r"of shape \(6, 4, 8\)"),
         ({"out": np.empty(SHAPE, np.float32)}, ValueError, "of float64"),
         ({"out": np.empty(SHAPE[::-1]).T}, ValueError, "C order"),
-        ({"out": np.empty(SHAPE), "want": ["spin"]}, ValueError, "out is for states"),
+        ({"out": np.empty(SHAPE), "want": ["spin"]}, ValueError, "out receives states"),
     ],
 )
 def test_words_are_refused(words, kind, says):
@@ -97,7 +97,7 @@ def test_more_than_there_is_memory_for_is_refused():
 
 def test_words_of_many_are_refused_for_one():
     for verb in (kr.solve, kr.stream):
-        with pytest.raises(ValueError, match=r"threads: for a kreisel\.Ensemble of many"):
+        with pytest.raises(ValueError, match=r"threads: only for a kreisel\.Ensemble"):
             verb(SCENES[0], [1.0], threads=2)
     with pytest.raises(ValueError, match="threads and out"):
         kr.solve(SCENES[0], [1.0], threads=2, out=np.empty(3))
@@ -109,7 +109,7 @@ def test_verbs_for_one_top_say_so():
     for verb in (kr.start, lambda tops: kr.compare(tops, 1), kr.events.separatrix):
         with pytest.raises(TypeError, match=r"kreisel.Scene, .* take one member by its index"):
             verb(MIXED)
-    with pytest.raises(TypeError, match="no iterator"):
+    with pytest.raises(TypeError, match="not an iterator"):
         kr.stream(MIXED, iter([1.0]))
     with pytest.raises(ValueError, match=r"see path\.plan"):
         kr.plan(MIXED, method="geometric")

@@ -70,7 +70,7 @@ def test_places_are_those_of_an_array():
         PATHS.message(0)
     with pytest.raises(TypeError, match=r"paths\[0\]"):
         kr.apex(PATHS)
-    with pytest.raises(TypeError, match="no array"):
+    with pytest.raises(TypeError, match="not an array"):
         np.asarray(PATHS)
     with pytest.raises(AttributeError, match="did you mean 'nutation'"):
         _ = PATHS.nutatio

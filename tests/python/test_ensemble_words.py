@@ -205,7 +205,7 @@ OTHERS = {
     "momentum and spin both describe the start": lambda: TOP.vary(momentum=EACH, spin=1),
     "give either body or mass": lambda: TOP.vary(body=BODY, mass=1),
     "body[1]: mass must be positive, not -1.0": lambda: TOP.vary(mass=[1, -1]),
-    "must not be empty; an ensemble of none": lambda: kr.Ensemble.of([]),
+    "must not be empty; an empty ensemble": lambda: kr.Ensemble.of([]),
     "must not be empty": lambda: kr.Ensemble.of([[], []]),
     "must all have the same length": lambda: kr.Ensemble.of([[TOP], [TOP, TOP]]),
     "give the width of at least one": lambda: TOP.scatter(3),

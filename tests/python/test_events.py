@@ -230,7 +230,11 @@ def test_what_the_docstring_shows_runs():
         (lambda: events.plane((0, 0, 0)), ValueError, "the function is constant"),
         (lambda: events.plane((1, 0)), ValueError, "normal must be 3 numbers"),
         (lambda: events.plane((1, 0, 0), of="axis"), ValueError, "unknown vector 'axis'"),
-        (lambda: events.cusp(within=1e-9), ValueError, "within must be at least 1e-7, not 1e-09"),
+        (
+            lambda: events.cusp(within=1e-9),
+            ValueError,
+            "within must be at least 1e-7, .* 1e-09",
+        ),
         (lambda: events.separatrix(CORNER), TypeError, "scene must be a kreisel.Scene"),
         (
             lambda: kr.solve(GENERAL, 1, "rk4", step=0.1, events=[]),

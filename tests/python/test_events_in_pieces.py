@@ -234,5 +234,5 @@ def test_a_forged_checkpoint_is_taken_where_nothing_is_wrong():
 def test_hostile_checkpoints_are_refused(changes):
     run = kr.start(GENERAL, events=[events.nutation()])
     run.to(5.0)
-    with pytest.raises(ValueError, match="the checkpoint is no checkpoint of a run"):
+    with pytest.raises(ValueError, match="the checkpoint is not a checkpoint of a run"):
         kr.resume(forged(run, **changes))

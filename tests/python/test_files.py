@@ -110,14 +110,14 @@ def forged(**changes):
 )
 def test_a_checkpoint_with_a_forged_head_is_refused(changes):
     assert kr.resume(forged()).t == 1.0
-    with pytest.raises(ValueError, match="no checkpoint of a run"):
+    with pytest.raises(ValueError, match="not a checkpoint of a run"):
         kr.resume(forged(**changes))
 
 
 def test_a_head_that_is_no_table_is_refused():
     for line in (b"[]", b"3", b"[" * 100_000, b"\xff"):
         body = line + b"\n"
-        with pytest.raises(ValueError, match="no checkpoint of a run"):
+        with pytest.raises(ValueError, match="not a checkpoint of a run"):
             kr.resume(b"kreisel run\n" + b"%08x\n" % zlib.crc32(body) + body)
 
 

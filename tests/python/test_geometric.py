@@ -200,7 +200,7 @@ def test_what_the_data_do_not_hold_is_refused():
 @pytest.mark.parametrize(
     "words, message",
     [
-        ({}, "give the error"),
+        ({}, "give the allowed error"),
         ({"error": 1e-6, "step": 0.1}, "leave step out"),
         ({"error": 1e-6, "tol": 1e-3, "every": 2}, "leave tol and every out"),
         ({"error": 0.5}, "at most 0.1"),
@@ -319,7 +319,7 @@ def test_a_search_goes_on_by_what_it_found(monkeypatch):
     search, found = searched(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
     assert found() == (enough, 14) and search.asked == [10, 11, 12, 13, 14]
     search, found = searched(monkeypatch, itertools.repeat(1e-8))
-    with pytest.raises(ValueError, match=re.escape("a run come to 1.0e-08 rad, and finer")):
+    with pytest.raises(ValueError, match=re.escape("rounding errors reach 1.0e-08 rad, and finer")):
         found()
     assert search.asked == [10, *(11 * 2**k for k in range(len(search.asked) - 1))]
     assert len(search.asked) == step_search._STALLS + 1
@@ -335,7 +335,7 @@ def test_a_search_ends_with_its_budget(monkeypatch):
     with pytest.raises(ValueError, match="a search may take 20 steps"):
         found()
     _, found = searched(monkeypatch, [enough], conditioning=math.nextafter(1e-9, 1.0))
-    with pytest.raises(ValueError, match="the data do not hold so much"):
+    with pytest.raises(ValueError, match="the rounding of the scene alone exceeds it"):
         found()
 
 

@@ -264,7 +264,7 @@ def test_html(tmp_path):
 def test_mp4(tmp_path):
     file = tmp_path / "top.mp4"
     if not FFMpegWriter.isAvailable():
-        with pytest.raises(OSError, match="needs ffmpeg, which is not here"):
+        with pytest.raises(OSError, match="needs ffmpeg, which was not found"):
             CUSPS.animate(file)
         return
     CUSPS.animate(file, fps=5, size=101)
@@ -325,7 +325,7 @@ def test_the_speed_that_is_advised_will_do():
 
 @pytest.mark.parametrize("t", [[], [1.0], [2.0, 2.0]])
 def test_a_path_of_no_time_is_no_film(t):
-    with pytest.raises(ValueError, match="a film needs a path of some time"):
+    with pytest.raises(ValueError, match="a film needs a path of positive duration"):
         kr.solve(GENERAL, t).animate()
 
 

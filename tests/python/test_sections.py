@@ -79,7 +79,7 @@ def test_what_is_asked_of_it():
     )
     with pytest.raises(AttributeError, match="did you mean 'nutation'"):
         _ = section.nutatoin
-    with pytest.raises(TypeError, match="no array"):
+    with pytest.raises(TypeError, match="not an array"):
         np.asarray(section)
     square = kr.section(TOPS[:2].reshape(1, 2), n=5)
     assert square.top.shape == (10, 2) and np.array_equal(square.states, section[:2].states)

@@ -238,7 +238,7 @@ def test_choices_that_are_wrong_are_refused(file):
 def test_what_may_have_no_end_is_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     for name in (tmp_path / "pipe", "/dev/zero"):
-        with pytest.raises(ValueError, match="no regular file"):
+        with pytest.raises(ValueError, match="not a regular file"):
             kr.load(name)
 
 

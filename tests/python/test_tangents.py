@@ -103,9 +103,9 @@ def test_conditioning_is_how_far_roundings_move_the_attitude():
 
 def test_what_has_no_tangents_says_so():
     scene, every = kr.scenes.thesis, {"tangents": "start"}
-    with pytest.raises(ValueError, match="'strang' carries no tangents"):
+    with pytest.raises(ValueError, match="'strang' computes no tangents"):
         kr.solve(scene, 1.0, "strang", step=0.1, **every)
-    with pytest.raises(ValueError, match="'exact' carries no tangents"):
+    with pytest.raises(ValueError, match="'exact' computes no tangents"):
         kr.solve(scene, 1.0, "exact", **every)
     with pytest.raises(ValueError, match="did you mean 'moments'"):
         kr.solve(scene, 1.0, tangents="moment")

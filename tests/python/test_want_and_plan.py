@@ -179,7 +179,7 @@ def test_plan_refuses_what_solve_refuses():
     with pytest.raises(TypeError, match=r"scene must be a kreisel\.Scene"):
         kr.plan(3)
     for words in ({"threads": 2}, {"reduce": {"energy": "min"}}):
-        with pytest.raises(ValueError, match=rf"^{next(iter(words))}: for a kreisel\.Ensemble"):
+        with pytest.raises(ValueError, match=rf"^{next(iter(words))}: only for a kreisel\.Ensemble"):
             kr.plan(TOP, **words)
 
 

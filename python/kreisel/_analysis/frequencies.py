@@ -92,7 +92,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     if count > len(t) >= _FEWEST:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._is_damped:
-        raise ValueError("a damped top has no frequencies: its motion dies away")
+        raise ValueError("a damped top has no frequencies, because its motion decays")
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
     even = np.linspace(t[0], t[-1], len(t))

@@ -140,7 +140,7 @@ def rod(path: Path) -> Rod:
     """
     check_type("path", path, Path)
     if path.scene._is_damped:
-        raise ValueError("no rod belongs to a damped top: nothing along a rod answers to damping")
+        raise ValueError("no rod belongs to a damped top")
     body = path.scene.body
     axes = _axes(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)

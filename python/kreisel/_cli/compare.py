@@ -38,10 +38,10 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     type=several_methods,
     metavar="NAME[,...]",
     shell_complete=METHODS,
-    help="Which; all that apply to the body if left out.",
+    help="Names of methods; default: all that apply to the body.",
 )
-@click.option("--steps", type=numbers, metavar=SEVERAL, help="For methods of fixed step.")
-@click.option("--tols", type=numbers, metavar=SEVERAL, help="For adaptive methods.")
+@click.option("--steps", type=numbers, metavar=SEVERAL, help="The step, for methods of fixed step.")
+@click.option("--tols", type=numbers, metavar=SEVERAL, help="The tolerance, for adaptive methods.")
 @click.option(
     "--truth",
     type=method,
@@ -49,9 +49,15 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     show_default=True,
     metavar="NAME",
     shell_complete=A_METHOD,
-    help="A method, taken with 20 digits, tol 1e-13 or a fine step.",
+    help="The method of the reference, with 20 digits, tol 1e-13 or a fine step.",
 )
-@click.option("--repeats", type=int, default=5, show_default=True, help="The fastest counts.")
+@click.option(
+    "--repeats",
+    type=int,
+    default=5,
+    show_default=True,
+    help="Runs of each method: the fastest counts.",
+)
 @click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
 def compare(
     scene: Scene,

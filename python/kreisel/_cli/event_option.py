@@ -34,7 +34,7 @@ def _event(scene: Scene, word: str) -> Event:
             key, equals, value = field.partition("=")
             if not equals and field != "terminal":
                 if not free:
-                    raise ValueError(f"{field!r} is one argument too many")
+                    raise ValueError(f"{field!r} is an argument too many")
                 key, value = free.pop(0), field
             given[key] = _parse_value(key, value)
         return maker(**given)
@@ -53,7 +53,7 @@ def _parse_value(key: str, value: str) -> object:
     """Parse the value of an argument."""
     if key == "terminal":
         if value:
-            raise ValueError("terminal stands alone, without a value")
+            raise ValueError("terminal takes no value")
         return True
     if key in ("direction", "max_count"):
         return int(value)

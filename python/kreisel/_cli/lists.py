@@ -30,7 +30,9 @@ def _print_grid(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> No
 @click.command()
 @click.argument("name", required=False, shell_complete=complete_one(known))
 @click.option(
-    "--markdown", is_flag=True, help="METHODS.md: a table with the cost of a step, measured now."
+    "--markdown",
+    is_flag=True,
+    help="Print a Markdown table with measured costs of a step (METHODS.md).",
 )
 def methods(name: str | None, markdown: bool) -> None:
     """List the methods of this build, or describe one."""

@@ -59,7 +59,7 @@ def check_outputs(
             _check_writable(place.file)
         same = _real_path(place.file)
         if same in taken and not _is_endless(place.file):
-            raise UsageError(f"{place.option} {place.file}: {taken[same]} is that file already")
+            raise UsageError(f"{place.option} {place.file}: {taken[same]} is the same file")
         taken[same] = f"{place.option} {place.file}"
     return asked
 

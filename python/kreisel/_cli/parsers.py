@@ -37,7 +37,7 @@ def numbers(words: str) -> list[float]:
         return [float(word) for word in words.split(",")]
     except ValueError:
         raise click.BadParameter(
-            f"{words!r} is not a number, nor numbers with commas between them"
+            f"{words!r} is not a number or a list of numbers separated by commas"
         ) from None
 
 
@@ -137,5 +137,5 @@ def to_cli_terms(message: str, options: Collection[str]) -> str:
 
     said = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_option, message)
     said = said.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
-    said = re.sub(rf"\b(give|leave) ({alternatives})\b", r"\1 --\2", said)
+    said = re.sub(rf"\b(give|leave out|leave) ({alternatives})\b", r"\1 --\2", said)
     return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", said)

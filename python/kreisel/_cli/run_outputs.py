@@ -41,9 +41,11 @@ class OutputOptions(TypedDict):
 
 
 _OPTIONS = (
-    click.option("--csv", "csv_file", type=FILE, help="Write the states, or what is wanted."),
     click.option(
-        "--json", "json_file", type=FILE, help="Write them, and all that made them, as one object."
+        "--csv", "csv_file", type=FILE, help="Write the states, or the quantities of --want."
+    ),
+    click.option(
+        "--json", "json_file", type=FILE, help="Write them, with scene and options, as one object."
     ),
     click.option(
         "--npz",
@@ -58,14 +60,14 @@ _OPTIONS = (
         type=FILE,
         help="Write the run at its end, or where it was stopped, for `kreisel resume`.",
     ),
-    click.option("--degrees", is_flag=True, help="Angles in degrees, but in .npz."),
+    click.option("--degrees", is_flag=True, help="Write angles in degrees, except in .npz."),
     click.option(
         "--unwrap",
         is_flag=True,
-        help="Angles that go on beyond a turn, but in .npz and at events; states must be less than "
-        "half a turn apart.",
+        help="Write angles without jumps of whole turns, except in .npz and at events; states "
+        "must be less than half a turn apart.",
     ),
-    click.option("--all-rows", is_flag=True, help="Print the table of states whole."),
+    click.option("--all-rows", is_flag=True, help="Print all rows of the table of states."),
 )
 
 
@@ -83,7 +85,7 @@ class RunOutputs:
         self, where: OutputOptions, read: tuple[str, ...], events: tuple[str, ...]
     ) -> None:
         if where["events_file"] and not events:
-            raise UsageError("--events-csv writes what --events asks for: give that too")
+            raise UsageError("--events-csv needs --events")
         places = check_outputs(
             [
                 ("--csv", where["csv_file"]),

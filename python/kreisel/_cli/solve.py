@@ -66,7 +66,7 @@ _OPTIONS = (
 _T = click.option(
     "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
 )
-_EVERY = click.option("--every", type=int, help="Record each so many steps, up to the time --t.")
+_EVERY = click.option("--every", type=int, help="Record every so many steps, up to the time --t.")
 
 
 @click.command()
@@ -81,25 +81,27 @@ _EVERY = click.option("--every", type=int, help="Record each so many steps, up t
     shell_complete=A_METHOD,
     help="See `kreisel methods`; geometric chooses one that meets --error.",
 )
-@click.option("--step", type=float, help="For methods of fixed step.")
-@click.option("--tol", type=float, help="For adaptive methods.")
+@click.option("--step", type=float, help="The step, for methods of fixed step.")
+@click.option("--tol", type=float, help="The tolerance, for adaptive methods.")
 @click.option("--digits", type=int, help="For taylor, in place of --tol: 16, 20 or 30.")
 @click.option("--error", type=float, help="For geometric: the attitude error allowed [rad].")
 @_EVERY
-@click.option("--max-steps", type=int, default=0, help="Give up after so many steps.")
+@click.option(
+    "--max-steps", type=int, default=0, help="Stop with an error after so many steps; 0: no limit."
+)
 @click.option(
     "--want",
     type=names,
     metavar="NAME[,...]",
     shell_complete=QUANTITIES,
-    help="Quantities instead of states, as nutation,energy: see `kreisel quantities`.",
+    help="Quantities to record instead of states, as nutation,energy (see `kreisel quantities`).",
 )
 @click.option(
     "--events",
     multiple=True,
     metavar="NAME[:ARGUMENT...][:WORD=VALUE...]",
     shell_complete=complete_one(MAKERS),
-    help="What to look for, once or more often, in the words of kreisel.events: nutation, "
+    help="An event to search for, as in kreisel.events; repeatable: nutation, "
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
 @output_options
@@ -115,9 +117,9 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
         events = parse_event_option(top, words["events"])
         if words["method"] == "geometric" or words["error"] is not None:
             if "--save" in left.files:
-                raise UsageError("--save is for runs of one method of your choice")
+                raise UsageError("--save needs one method, and neither geometric nor --error")
             if events:
-                raise UsageError("--events are for taylor: geometric and --error have none")
+                raise UsageError("--events need taylor: they exclude geometric and --error")
             _run_pieces(_solve_whole(top, t, words, stops), None, left, stops)
             return
         begin: Callable[..., Run] = start  # which checks what the words are
@@ -139,7 +141,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
 @click.argument("run", type=FILE)
 @_T
 @_EVERY
-@click.option("--max-steps", type=int, help="Another limit of steps.")
+@click.option("--max-steps", type=int, help="A new limit of the steps.")
 @output_options
 def resume(run: str, t: time_option.Times, **words: Unpack[_More]) -> None:
     """Continue a saved RUN, with the same bits.
@@ -165,7 +167,7 @@ def _run_pieces(
                 end = feed(left.outputs(), pieces, run if "--save" in left.files else None, stops)
         except MemoryError:
             left.discard()
-            raise click.ClickException("there is not memory enough") from None
+            raise click.ClickException("not enough memory") from None
         except BaseException:
             left.discard()
             raise
@@ -199,7 +201,7 @@ def _run_in_pieces(
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.beyond(run.t)
     if not rest.grids:
-        raise UsageError(f"the run has come to t = {run.t!r} already: give a --t beyond that")
+        raise UsageError(f"the run has already reached t = {run.t!r}: give a later --t")
     size = run._options.size + 8
     given: float | Array | Iterator[float] = iter(rest)
     if not t.one:

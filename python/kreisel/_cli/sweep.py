@@ -51,7 +51,9 @@ def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | N
         return None
     first, colon, last = word.partition(":")
     if not (colon and first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
-        raise click.BadParameter(f"{word!r} is no range of parts, as 0:100, which is without 100")
+        raise click.BadParameter(
+            f"{word!r} is not a range of parts such as 0:100, which excludes 100"
+        )
     return range(int(first), int(last))
 
 
@@ -62,12 +64,18 @@ def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | N
     "--parts",
     callback=_parts,
     metavar="A:B",
-    help="Only these, as for one of many jobs; 0:0 writes the plan and makes none.",
+    help="Compute only these parts, as in one of many jobs; 0:0 writes the plan alone.",
 )
 @click.option(
-    "--workers", type=click.IntRange(1), help="So many processes, each with a part of its own."
+    "--workers",
+    type=click.IntRange(1),
+    help="Number of processes; each computes one part at a time.",
 )
-@click.option("--dask", metavar="ADDRESS", help="The workers of Dask's scheduler there.")
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Compute on the workers of the Dask scheduler at this address.",
+)
 def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str | None) -> None:
     """Compute the parts of a PLAN (a TOML file) that are not in the folder yet."""
     if workers is not None and dask is not None:

@@ -86,7 +86,7 @@ def _grid(word: str) -> Grid:
         given = []
     if len(given) not in (1, 3):
         raise click.BadParameter(
-            f"{word!r} is not a number, nor a grid start:end:step, as in 0:10:0.01"
+            f"{word!r} is not a number or a grid start:end:step such as 0:10:0.01"
         )
     if not all(map(math.isfinite, given)):
         raise click.BadParameter(f"t must be finite, not {word!r}")
@@ -102,7 +102,7 @@ def _parse_step(word: str, start: float, end: float, step: float) -> Grid:
         raise click.BadParameter(f"the step of {word!r} does not lead from {start:g} to {end:g}")
     steps = abs(length / step)
     if not steps < _COUNTABLE:
-        raise click.BadParameter(f"{word!r} has more times than can be counted: take larger steps")
+        raise click.BadParameter(f"{word!r} has too many times: use larger steps")
     whole = math.floor(steps + 0.5)
     slack = 2.0 * np.finfo(float).eps * max(abs(start), abs(end))
     count = whole + 1 if whole * abs(step) - abs(length) <= slack else whole

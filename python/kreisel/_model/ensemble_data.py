@@ -118,7 +118,7 @@ class EnsembleData(Batch[S]):
             shape, found = (*shape, len(found[0])), [scene for few in found for scene in few]
         if not found:
             raise ValueError(
-                "a list of scenes must not be empty; an ensemble of none has a body, as "
+                "a list of scenes must not be empty; an empty ensemble has a body, as "
                 "kr.Ensemble(body, momentum=numpy.empty((0, 3)))"
             )
         for k, scene in enumerate(found):

@@ -159,7 +159,7 @@ def parse_ensemble_options(
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
     solve = make_options(chosen, step, tol, digits, max_steps, method, names, every)
     if reductions and solve.has_low_words:
-        raise ValueError("reduce is for up to 16 digits: what it keeps is a double")
+        raise ValueError("reduce accepts at most 16 digits: its results are doubles")
     if has_events:
         solve = replace(solve, events=())
     return EnsembleOptions(solve, is_auto and digits is None and not has_events, reductions)
@@ -235,7 +235,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
     if times.ndim > 1:
         times = _parse_own_times(tops, times)
         if every is not None:
-            raise ValueError("every is for t as a number; an array says itself which states")
+            raise ValueError("every needs t as a number; an array lists its own times")
     elif times.ndim == 1:
         check_times(times, every)
     else:
@@ -252,7 +252,7 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
     if needed > total_memory():
         raise MemoryError(
             f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
-            "more than this machine has: take fewer times, keep less by want or reduce, or stream"
+            "more than this machine has: use fewer times, want, kreisel.reduce or kreisel.stream"
         )
 
 
@@ -293,16 +293,16 @@ def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOption
     if out is None:
         return None
     if options.reductions or options.solve.want is not None:
-        raise ValueError("out is for states: leave want and reduce out")
+        raise ValueError("out receives states: leave out want and reduce")
     shape = (*tops.shape, times.shape[-1], 8)
     if not isinstance(out, np.ndarray):
-        raise TypeError(f"out must be an array of numpy, not {short_repr(out)}")
+        raise TypeError(f"out must be a NumPy array, not {short_repr(out)}")
     if out.dtype != np.float64 or out.shape != shape:
         raise ValueError(
             f"out must be an array of float64 of shape {shape}, not of {out.dtype} and {out.shape}"
         )
     if not out.flags.c_contiguous or not out.flags.writeable:
-        raise ValueError("out must lie in C order and be writeable")
+        raise ValueError("out must be in C order and writeable")
     return out.reshape(tops.size, times.shape[-1], 8)
 
 

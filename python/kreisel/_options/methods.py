@@ -142,7 +142,7 @@ class Methods(dict[MethodName, Method]):
 def unknown_method_message(name: str) -> str:
     """Return the message for a method that does not exist."""
     if name == "geometric":
-        return "method='geometric' makes whole runs to choose by: it is for kreisel.solve alone"
+        return "method='geometric' needs trial runs: only kreisel.solve accepts it"
     if name in ("gsl_rk8pd", "gsl_bsimp"):
         return (
             f"the method {name!r} is not in this build: it needs the GNU Scientific Library (GPL); "

@@ -184,7 +184,7 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
             )
     kept = tuple(name for name in dict.fromkeys(given) if name != "t")
     if not kept:
-        raise ValueError("want names no quantity beside t; leave it out for all of them")
+        raise ValueError("want names no quantity besides t; leave it out to record all")
     return kept
 
 
@@ -203,13 +203,11 @@ def parse_tol(method: Method, tol: object) -> float | None:
     if tol is None:
         return None
     if not (method.adaptive or method.implicit):
-        raise ValueError(
-            f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out"
-        )
+        raise ValueError(f"the method {method.name!r} has no tolerance: leave out tol")
     accuracy = as_positive("tol", tol)
     if accuracy >= 1.0:
         raise ValueError(
-            f"tol must be below 1: it is what a step may err by, of what it computes; not {tol!r}"
+            f"tol must be below 1, since it is the relative error of a step; not {tol!r}"
         )
     return None if method.exact else accuracy
 
@@ -220,10 +218,10 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
         return None
     if not method.digits:
         raise ValueError(
-            f"the method {method.name!r} has no digits to choose: that is for method='taylor'"
+            f"the method {method.name!r} has a fixed precision: digits need method='taylor'"
         )
     if tol is not None:
-        raise ValueError("digits and tol exclude each other: either says how accurate to be")
+        raise ValueError("give either digits or tol, not both")
     asked = as_int("digits", digits, 1)
     if asked > 30:
         raise ValueError(f"digits must be at most 30, not {digits!r}")

@@ -43,7 +43,7 @@ def time_grid(end: float, step: float | None, every: int | None, size: int = 64)
 def check_times(times: Array, every: int | None) -> None:
     """Raise ValueError if a list of times is not monotonic, or comes with `every`."""
     if every is not None:
-        raise ValueError("every is for t as a number; a list says itself which states are wanted")
+        raise ValueError("every needs t as a number; a list has its own times")
     check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
 
 
@@ -74,16 +74,14 @@ def time_chunks(
     """
     if isinstance(t, Iterator):
         if every is not None:
-            raise ValueError(
-                "every is for t as a number; an iterator says itself which states are wanted"
-            )
+            raise ValueError("every needs t as a number; an iterator has its own times")
         return _iterator_chunks(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
         times = time_array(t, step, every)
         return (times[i : i + size] for i in range(0, times.size, size))
     if every is None or step is None:
         raise ValueError(
-            "a stream needs the times wanted: every=10 with a method of fixed step, "
+            "a stream needs its times: every=10 with a method of fixed step, "
             "or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
@@ -155,7 +153,7 @@ def check_memory(states: int, size: int) -> None:
     if size * states > total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
-            f"{states} states need {needed}, more than this machine has: record fewer, by a "
+            f"{states} states need {needed}, more than this machine has: record fewer with a "
             "larger every or step"
         )
 
@@ -185,6 +183,6 @@ def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     angle = scene._rate_bound * abs(end)
     if angle >= COUNTABLE:
         raise ValueError(
-            f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot tell "
-            "where it is"
+            f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot "
+            "resolve its attitude"
         )

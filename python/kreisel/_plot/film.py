@@ -187,7 +187,7 @@ def _ends(t: Array) -> tuple[float, float]:
     """Return the first and the last time of a path, whatever the order of the others."""
     low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
     if not low < high:
-        raise ValueError("a film needs a path of some time: solve to a later one")
+        raise ValueError("a film needs a path of positive duration: solve to a later time")
     return (low, high) if t[-1] >= t[0] else (high, low)
 
 
@@ -216,7 +216,7 @@ def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
     if suffix not in _MAKERS:
         raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise OSError("a film as .mp4 needs ffmpeg, which is not here: take .gif or .html")
+        raise OSError("a film as .mp4 needs ffmpeg, which was not found: use .gif or .html")
     check_writable(file)
     return _MAKERS[suffix]
 

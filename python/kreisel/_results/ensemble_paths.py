@@ -153,7 +153,9 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError: paths have several arrays."""
-        raise TypeError("paths are no array: take one of theirs, as paths.q or paths.states")
+        raise TypeError(
+            "paths are not an array: use one of their arrays, as paths.q or paths.states"
+        )
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with a variable for each quantity in `names`.

@@ -197,7 +197,7 @@ class Path(ReadOnlyArrays, Tables):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError: a path has several arrays."""
-        raise TypeError("a path is no array: use one of its arrays, as path.q or path.states")
+        raise TypeError("a path is not an array: use one of its arrays, as path.q or path.states")
 
     def scene_at(self, i: int) -> Scene:
         """Return the scene that begins, at t = 0, with state i.

@@ -99,7 +99,7 @@ def load_path(
     try:
         head = _object(json.loads(archive.text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
-            raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
+            raise ValueError(f"its format {head['format']} is that of a later kreisel")
         words = _parse_head(head, parse_toml(archive.text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
@@ -119,7 +119,7 @@ def load_path(
 
 def _object(value: object) -> dict[str, object]:
     if not isinstance(value, dict):
-        raise TypeError(f"{short_repr(value)} is no table of words")
+        raise TypeError(f"{short_repr(value)} is not a table")
     return value
 
 

@@ -179,8 +179,8 @@ def parse_growth(
     controls = accuracy, as_int("max_steps", max_steps, 0), _parse_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
-            "a damped top has no such indicator: its neighbours come to rest, and what certifies "
-            "a tangent is not kept"
+            "a damped top has no such indicator: its neighbours come to rest, and energy and "
+            "<m, e3> are not conserved"
         )
     return times, controls
 
@@ -191,9 +191,7 @@ def _parse_times(t: Numbers) -> Array:
         end = as_float("t", t)
         times = end * np.logspace(-_DECADES, 0.0, POINTS)
     if not times.size or not times.all():
-        raise ValueError(
-            "t must be times on one side of the start, where nothing has grown yet: not 0"
-        )
+        raise ValueError("t must be times on one side of the start, without 0 itself")
     return times
 
 

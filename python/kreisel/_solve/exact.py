@@ -267,7 +267,7 @@ def exact(
     if map is not None:
         return _exact_map(top, map, step)
     if step is not None:
-        raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
+        raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
     if is_kowalewski(top):
         return _exact_kowalewski(top)
     status, period, precession, spin, plan = exact_plan(top._block)

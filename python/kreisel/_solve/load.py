@@ -38,7 +38,7 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         raise TypeError(f"file must be the name of a file, not {file!r}")
     about = os.stat(name)
     if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):
-        raise ValueError(f"{name} is no regular file")
+        raise ValueError(f"{name} is not a regular file")
     with open(name, "rb") as opened:
         begins = opened.read(len(MAGIC))
         if begins == MAGIC:
@@ -52,7 +52,7 @@ def _path(name: str, file: BinaryIO, size: int) -> Path:
     try:
         path, met = load_path(file, size)
     except ValueError as error:
-        raise ValueError(f"{name} is no path that was saved: {error}") from None
+        raise ValueError(f"{name} is not a saved path: {error}") from None
     if met is None:
         return Path(*path)
     at, which, direction = met

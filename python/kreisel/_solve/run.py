@@ -246,12 +246,12 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
     magic, body = data[: len(MAGIC) + 9], data[len(MAGIC) + 9 :]
     if magic != MAGIC + b"%08x\n" % zlib.crc32(body):
-        raise ValueError(f"{name} is not what a run has saved, or damaged")
+        raise ValueError(f"{name} is not a saved run, or is damaged")
     line, _, memory = body.partition(b"\n")
     try:
         run, kernel = _restore_run(line, memory, max_steps)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
-        raise ValueError(f"{name} is no checkpoint of a run: {error}") from None
+        raise ValueError(f"{name} is not a checkpoint of a run: {error}") from None
     now = run._top.kernel[0]
     if kernel != now and not {kernel, now} <= _FUSED:
         said = f"{name} was made with the kernel {kernel!r}; {now!r} goes on to rounding only"
@@ -280,9 +280,9 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     t, stats, fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
     costs = [as_int("a number of the stats", n, 0) for n in stats]
     if len(costs) != len(Stats._fields) or not isinstance(fresh, bool) or t != run._top.t:
-        raise ValueError("its time, stats and motion do not belong together")
+        raise ValueError("its time, stats and motion are inconsistent")
     if not isinstance(kernel, str):
-        raise TypeError(f"a kernel has a name, not {kernel!r}")
+        raise TypeError(f"the kernel must be a name, not {kernel!r}")
     run.__dict__.update(t=run._top.t, stats=Stats(*costs), _fresh=fresh)
     return run, kernel
 

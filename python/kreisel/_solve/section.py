@@ -103,9 +103,7 @@ def parse_event(event: object) -> Event:
         return nutation(direction=1)
     [one] = parse_events(FALLBACK, [event])
     if one.max_count is not None or one.terminal:
-        raise ValueError(
-            "n says how many are looked for: leave max_count and terminal out of the event"
-        )
+        raise ValueError("n is the number of events: leave max_count and terminal out of the event")
     return one
 
 
@@ -117,7 +115,7 @@ def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
         return np.minimum(_TURNS * slowest_turns(tops), 0.25 * known)
     given = as_finite_array("max_wait", max_wait, "a number, or one for each top")
     if (given == 0.0).any():
-        raise ValueError("max_wait must not be zero: no event comes in no time")
+        raise ValueError("max_wait must not be zero")
     try:
         return np.array(np.broadcast_to(given, tops.shape)).reshape(-1)
     except ValueError:

@@ -192,7 +192,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
     """Return the error allowed. Raises ValueError if one of the arguments in `others` is given."""
     if error is None:
         raise ValueError(
-            "method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6"
+            "method='geometric' chooses its step: give the allowed error [rad], as in error=1e-6"
         )
     given = [name for name, value in others.items() if value is not None]
     if given:
@@ -200,7 +200,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
     target = as_positive("error", error)
     if target > 0.1:
         raise ValueError(
-            f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared"
+            f"error must be at most 0.1 rad, not {target!r}: larger errors cannot be measured"
         )
     return target
 
@@ -254,7 +254,7 @@ def search_path(
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
-        raise search.refusal("the data do not hold so much")
+        raise search.refusal("the rounding of the scene alone exceeds it")
     steps, taken, least, stalls = search.first, 0, math.inf, 0
     while stalls < _STALLS:
         taken += steps
@@ -267,9 +267,7 @@ def search_path(
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
         least, steps = min(least, error), 2 * steps if stalled else search.refine(steps, error)
-    raise search.refusal(
-        f"the roundings of a run come to {least:.1e} rad, and finer steps add more"
-    )
+    raise search.refusal(f"rounding errors reach {least:.1e} rad, and finer steps add more")
 
 
 def _path(search: StepSearch, states: Array, error: float, steps: int) -> Path:

@@ -83,7 +83,9 @@ def stream(
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):
         if isinstance(t, Iterator):
-            raise TypeError("times of an ensemble are a number, a list or an array, no iterator")
+            raise TypeError(
+                "times of an ensemble must be a number, a list or an array, not an iterator"
+            )
         arguments = SolveArguments(step, tol, digits, every, max_steps, None, want, events)
         size = most or 1 << 20
         return stream_ensemble(scene, t, method, arguments, size, progress, threads, executor)

@@ -35,7 +35,7 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
         if not isinstance(name, str) or name not in TANGENTS:
             raise ValueError(unknown_name_message("name in tangents:", str(name), TANGENTS))
     if not names:
-        raise ValueError("tangents names nothing to derive by; leave it out for a path alone")
+        raise ValueError("tangents is empty; leave it out for a path without tangents")
     return tuple(name for name in TANGENTS if name in names)
 
 
@@ -54,12 +54,12 @@ def parse_tangent_options(
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     for name, value in excluded.items():
         if value is not None:
-            raise ValueError(f"tangents ride along with all states of a path: leave {name} out")
+            raise ValueError(f"tangents are computed for all states of a path: leave out {name}")
     chosen = FALLBACK if method == "auto" else method
     options = parse_options(top, chosen, *controls, requested=method)
     if not options.method.tangents:
         raise ValueError(
-            f"the method {chosen!r} carries no tangents: that is for method='taylor', or 'auto'"
+            f"the method {chosen!r} computes no tangents: use method='taylor' or 'auto'"
         )
     parse_every(options.method, every)
     return replace(options, tangents=names)
