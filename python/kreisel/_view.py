@@ -150,7 +150,7 @@ def view(
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {what!r}")
     scene = what if isinstance(what, Scene) else what.scene
     if scene._is_damped:
-        raise ValueError("the page has no damping: use path.plot()")
+        raise ValueError("the page moves no damped tops: use path.plot()")
     tracks = [_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]

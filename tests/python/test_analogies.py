@@ -88,7 +88,7 @@ def test_no_rod_for_a_centre_of_mass_off_the_axes():
         kr.rod(kr.solve(kr.scenes.asymmetric, 1.0))
 
 
-def closed_form(scene, n=400):
+def nutation_by_quadrature(scene, n=400):
     """Return lowest and highest height, period and precession, by quadrature.
 
     The equation of the height is I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v
@@ -119,7 +119,7 @@ def closed_form(scene, n=400):
 )
 def test_nutation_and_precession_are_those_of_the_closed_form(scene):
     scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
-    low, high, period, precession = closed_form(scene)
+    low, high, period, precession = nutation_by_quadrature(scene)
     want = np.arccos(high), np.arccos(low), period, precession
     for states, accuracy in (50, 1e-4), (400, 1e-7):
         read = kr.apex(path_of(scene, 10.3 * period, round(10.3 * states) + 1)).nutation()

@@ -94,7 +94,7 @@ def is_tame(name, word, value):
 
 
 @st.composite
-def given_words(draw, name, parameters):
+def draw_arguments(draw, name, parameters):
     """Draw the arguments of a call: up to two of any value, the others valid or left out."""
     listed, named = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
@@ -118,7 +118,7 @@ def value(name, word, any_value):
     return values.filter(lambda value: is_tame(name, word, value))
 
 
-def allowed(name, parameters):
+def possible_exceptions(name, parameters):
     """Return the exceptions that a call may raise."""
     member = name.rpartition(".")[2]
     idiom = (IDIOMS[member],) if member in IDIOMS else ()
@@ -126,7 +126,7 @@ def allowed(name, parameters):
     return REFUSALS + idiom + (OSError,) * files
 
 
-def used(result):
+def use_result(result):
     """Use a result as a caller would: read its first parts, or its repr."""
     if isinstance(result, GeneratorType):
         result = list(itertools.islice(result, 3))
@@ -140,22 +140,22 @@ def test_any_call_ends_with_a_result_or_a_refusal(name):
 
     @EXAMPLES
     @given(st.data())
-    def tried(data):
+    def check_call(data):
         call = data.draw(st.sampled_from(makes))()
         listed, named = [], {}
         if parameters:
-            listed, named = data.draw(given_words(name, parameters))
+            listed, named = data.draw(draw_arguments(name, parameters))
         signal.alarm(SECONDS)
         try:
-            used(call(*listed, **named))
-        except allowed(name, parameters) as refused:
+            use_result(call(*listed, **named))
+        except possible_exceptions(name, parameters) as refused:
             assert len(str(refused)) < LETTERS or isinstance(refused, OSError)  # names the file
         except AttributeError as refused:
             assert LEFT_OUT in str(refused)
         finally:
             signal.alarm(0)
 
-    tried()
+    check_call()
 
 
 def test_no_name_is_forgotten():
@@ -183,7 +183,7 @@ def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
 
     @EXAMPLES
     @given(st.data())
-    def tried(data):
+    def check_call(data):
         thing = data.draw(st.sampled_from(SELVES[cls]))()
         field = data.draw(st.sampled_from(dataclasses.fields(cls))).name
         name, (_, parameters) = data.draw(st.sampled_from(list(of_class(cls).items())))
@@ -196,7 +196,7 @@ def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
         with contextlib.suppress(Exception):
             bent = dataclasses.replace(thing, **{field: odd})
             member = name.partition(".")[2]
-            used(getattr(bent, member)(**words) if parameters else getattr(bent, member))
+            use_result(getattr(bent, member)(**words) if parameters else getattr(bent, member))
         signal.alarm(0)
 
-    tried()
+    check_call()

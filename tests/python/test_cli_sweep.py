@@ -11,7 +11,7 @@ from functools import partial
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, said
+from cli_helpers import call, join_lines
 from distributed import LocalCluster
 from sweeps import SOCKETS_LEFT, rows_hash
 from toolbox import HEEDING
@@ -37,7 +37,7 @@ def plan(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def expected(plan):
+def whole_sweep(plan):
     tops = kr.Source.grid(
         kr.scenes.asymmetric, spin=np.linspace(0, 9, 12), gravity=np.linspace(-1, 1, 25)
     )
@@ -47,7 +47,7 @@ def expected(plan):
 
 
 @pytest.mark.filterwarnings("default")  # a warning is a line
-def test_a_plan_is_swept_and_how_it_stands_is_told(plan, expected):
+def test_a_plan_is_swept_and_how_it_stands_is_told(plan, whole_sweep):
     told = call("sweep plan.toml --to runs --parts 0:0")
     assert "runs: 0 of 5 parts, 300 tops in all, 0 MB; plan " in told
     call("sweep plan.toml --to runs --parts 3:5")
@@ -58,12 +58,12 @@ def test_a_plan_is_swept_and_how_it_stands_is_told(plan, expected):
     (plan / "runs/.0123456789abcdef.new").write_bytes(b"x")
     told = call("sweep status runs")
     assert "damaged: 1 parts, 3:4" in told and "beside them 1 files .*.new" in told
-    assert "part 3 made anew, damaged" in said(call("sweep plan.toml --to runs"))
+    assert "part 3 made anew, damaged" in join_lines(call("sweep plan.toml --to runs"))
     told = call("sweep status runs")
     assert "5 of 5 parts" in told and "missing" not in told and "damaged" not in told
     failed = int((kr.read_sweep("runs")["status"] != 0).sum())
     assert failed and f"failed: {failed} tops" in told
-    assert rows_hash(plan / "runs") == expected
+    assert rows_hash(plan / "runs") == whole_sweep
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash
 
 
@@ -80,14 +80,14 @@ def test_of_parts_that_lie_apart_the_first_ranges_are_told(plan):
 
 
 @pytest.mark.filterwarnings(SOCKETS_LEFT)
-def test_processes_and_a_cluster_make_the_parts(plan, expected):
+def test_processes_and_a_cluster_make_the_parts(plan, whole_sweep):
     call("sweep plan.toml --to processes --workers 2")
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
     ) as cluster:
         call(f"sweep plan.toml --to cluster --dask {cluster.scheduler_address}")
     for name in ("processes", "cluster"):
-        assert rows_hash(plan / name) == expected
+        assert rows_hash(plan / name) == whole_sweep
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def read(screen):
 def test_what_is_wrong_is_said_in_one_line_before_anything_runs(plan, line, message):
     (plan / "wrong.toml").write_text("tt = 1")
     told = call(f"sweep {line}", code=2)
-    assert message in said(told) and "Traceback" not in told
+    assert message in join_lines(told) and "Traceback" not in told
     assert not (plan / "runs").exists()
 
 

@@ -10,7 +10,7 @@ import sys
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, said
+from cli_helpers import call, join_lines
 from click.testing import CliRunner
 from internals import cli
 from kreisel._cli import time_option as shell_times
@@ -114,7 +114,7 @@ def test_events_are_those_of_python(word, event, tmp_path):
 def test_events_are_shown_with_what_is_wanted(tmp_path):
     words = "--events nutation --events plane:0,1,0 --want nutation"
     path = kr.solve(kr.scenes.thesis, 20, events=[kr.events.nutation(), kr.events.plane((0, 1, 0))])
-    shown = call(f"solve thesis --t 20 {words} --degrees --events-csv", tmp_path / "e.csv")
+    show_events = call(f"solve thesis --t 20 {words} --degrees --events-csv", tmp_path / "e.csv")
     with open(tmp_path / "e.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert list(rows[0]) == ["event", "t", "direction", "nutation"]
@@ -127,13 +127,13 @@ def test_events_are_shown_with_what_is_wanted(tmp_path):
         rtol=1e-7,
         atol=1e-6,
     )
-    assert f"{path.events.t[0]:.15g}" in shown
+    assert f"{path.events.t[0]:.15g}" in show_events
 
 
 def test_many_events_are_counted():
-    shown = call("solve thesis --t 300 --events nutation")
+    show_events = call("solve thesis --t 300 --events nutation")
     events = len(kr.solve(kr.scenes.thesis, 300, events=[kr.events.nutation()]).events)
-    assert events > 20 and f"and {events - 20} more events" in shown
+    assert events > 20 and f"and {events - 20} more events" in show_events
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_events_that_cannot_be_are_refused(word, message):
 )
 def test_what_is_wrong_is_said_in_one_line(line, message):
     told = call(line, code=2)
-    assert message in said(told) and told.count("\n") == 1 and told.startswith("Error: ")
+    assert message in join_lines(told) and told.count("\n") == 1 and told.startswith("Error: ")
 
 
 def test_a_scene_is_no_device_that_never_ends():
@@ -235,19 +235,19 @@ def test_names_are_completed(line, found):
 
 
 def test_events_in_the_shell_are_counted_beyond_the_twentieth():
-    def shown(n):
+    def show_events(n):
         return call(f"solve thesis --t 1000 --events nutation:max_count={n}")
 
     path = kr.solve(THESIS, [1000.0], events=kr.events.nutation(max_count=21))
     assert len(path.events.t) == 21
     for n, more in ((19, ""), (20, ""), (21, "and 1 more events: --events-csv writes all")):
-        text = said(shown(n))
+        text = join_lines(show_events(n))
         assert (more in text) and ("more events" in text) == bool(more)
 
 
 def test_too_many_states_are_counted_in_the_shell(tmp_path):
     file = tmp_path / "path.npz"
-    text = said(call("solve thesis --t 0:1e12:0.001 --npz", file, code=2))
+    text = join_lines(call("solve thesis --t 0:1e12:0.001 --npz", file, code=2))
     assert "1000000000000001 states" in text and "GB" in text
 
 

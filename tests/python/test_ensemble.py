@@ -259,16 +259,16 @@ def test_the_core_refuses_columns_of_another_shape():
 
 
 def test_lists_are_nested_up_to_an_edge():
-    def nested(depth):
+    def nest_list(depth):
         made = THESIS
         for _ in range(depth):
             made = [made]
         return made
 
-    assert kr.Ensemble.of(nested(32)).shape == (1,) * 32
+    assert kr.Ensemble.of(nest_list(32)).shape == (1,) * 32
     for depth in (33, 34):
         with pytest.raises(ValueError, match="must not be nested without end"):
-            kr.Ensemble.of(nested(depth))
+            kr.Ensemble.of(nest_list(depth))
 
 
 def test_equal_bodies_of_other_bits_are_not_made_one():

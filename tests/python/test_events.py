@@ -50,7 +50,7 @@ def changes(values, times):
 @pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
 @pytest.mark.parametrize("seed", range(12))
 def test_none_missed_none_twice(seed, damping):
-    """Each sign change among states a thousand times denser than the steps is found once."""
+    """Compare with sign changes among states a thousand times denser than the steps."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
     wanted = of_every_kind(scene)
@@ -93,7 +93,7 @@ def test_nutation_of_a_lagrange_top_has_its_period(digits):
     assert np.all(path.events.direction == 1) and path.events.path.apex[:, 2].std() < 1e-13
 
 
-def released(precession):
+def top_with_push(precession):
     """Return a fast tilted top whose axis is pushed along at its highest point."""
     body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, unphysical=True)
     tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
@@ -103,7 +103,7 @@ def released(precession):
 
 @pytest.mark.parametrize("precession, loops, cusps", [(-0.3, 2, 0), (0.0, 0, 1), (0.05, 0, 0)])
 def test_loops_cusps_and_waves(precession, loops, cusps):
-    scene = released(precession)
+    scene = top_with_push(precession)
     nutations = 10
     path = kr.solve(
         scene,

@@ -79,7 +79,7 @@ def test_tables_nested_without_end_are_refused(tmp_path):
         kr.Scene.from_toml(file)
 
 
-def forged(**changes):
+def forge_checkpoint(**changes):
     run = kr.start(TOP, "strang", step=0.1)
     run.to(1.0)
     body = run.checkpoint.split(b"\n", 2)[2]
@@ -109,9 +109,9 @@ def forged(**changes):
     ],
 )
 def test_a_checkpoint_with_a_forged_head_is_refused(changes):
-    assert kr.resume(forged()).t == 1.0
+    assert kr.resume(forge_checkpoint()).t == 1.0
     with pytest.raises(ValueError, match="not a checkpoint of a run"):
-        kr.resume(forged(**changes))
+        kr.resume(forge_checkpoint(**changes))
 
 
 def test_a_head_that_is_no_table_is_refused():
@@ -127,12 +127,12 @@ def test_a_head_that_is_no_table_is_refused():
 def test_a_trial_file_that_another_took_away_is_no_failure(monkeypatch, tmp_path):
     close = os.close
 
-    def closed(handle):
+    def close_and_unlink(handle):
         name = os.readlink(f"/proc/self/fd/{handle}")
         close(handle)
         os.unlink(name)
 
-    monkeypatch.setattr(atomic_io.os, "close", closed)
+    monkeypatch.setattr(atomic_io.os, "close", close_and_unlink)
     atomic_io.check_writable(tmp_path / "path.csv")
     assert list(tmp_path.iterdir()) == []
 

@@ -13,7 +13,7 @@ NEARLY = {  # lagrange, but for these parts of a whole
 }
 
 
-def turned(moments, com, random):
+def random_axes_body(moments, com, random):
     """Return a body described in randomly turned axes, with the roundings of that."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
@@ -25,7 +25,7 @@ def test_a_turned_lagrange_top_is_one(size):
     """The closer the moments, the further roundings turn the axis."""
     random = np.random.default_rng(3)
     for sign in (1, -1) * 100:
-        body = turned((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
+        body = random_axes_body((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
         assert body.kind == "lagrange" and body.is_symmetric
         assert kr.methods["bobenko_suris4"].applies_to(body)
         assert np.linalg.norm(body.principal_com) == pytest.approx(0.7, rel=4 * EPS)
@@ -34,10 +34,10 @@ def test_a_turned_lagrange_top_is_one(size):
 def test_other_turned_kinds_are_theirs():
     random = np.random.default_rng(4)
     for _ in range(200):
-        assert turned((1, 1, 1), (0.3, -0.2, 0.9), random).kind == "lagrange"
-        assert turned((2, 2, 1), (0.3, 0, 0), random).kind == "kowalewski"
-        assert turned((4, 4, 1), (0.3, 0, 0), random).kind == "goryachev_chaplygin"
-        assert turned((1, 2, 1.5), (0, 0, 0), random).kind == "euler"
+        assert random_axes_body((1, 1, 1), (0.3, -0.2, 0.9), random).kind == "lagrange"
+        assert random_axes_body((2, 2, 1), (0.3, 0, 0), random).kind == "kowalewski"
+        assert random_axes_body((4, 4, 1), (0.3, 0, 0), random).kind == "goryachev_chaplygin"
+        assert random_axes_body((1, 2, 1.5), (0, 0, 0), random).kind == "euler"
 
 
 def test_rings_of_points_are_lagrange_tops():

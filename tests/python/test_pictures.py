@@ -404,7 +404,7 @@ WHEEL = kr.Body.disk(0.1, (0, 0, -0.15), mass=0.5)
 BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 
-def drawn_corners(film):
+def corners_of_film(film):
     """The corners of the body's faces that the first frame shows, as it is seen."""
     (solid,) = next(film._figures()).axes[0].collections
     return np.concatenate([path.vertices for path in solid.get_paths()])
@@ -417,7 +417,7 @@ def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]
     assert ends[0] > 0.7 and ends[1] < -0.4  # to the right, and towards the eye
-    corners = drawn_corners(film)
+    corners = corners_of_film(film)
     rim = corners[np.hypot(*corners.T) > 0.5]
     assert rim[:, 0].min() > 0.1 and corners[:, 0].min() > -0.05
     assert np.hypot(*corners.T).min() < 0.05  # the axle reaches the fixed point

@@ -17,7 +17,7 @@ TOP = kr.Scene(**SCENE)
 FIXED = {"method": "rk4", "step": 0.1}
 
 
-def refused(make, words, exception, message):
+def check_refusal(make, words, exception, message):
     with pytest.raises(exception, match=message) as caught:
         make(**words)
     assert caught.type is exception
@@ -71,7 +71,7 @@ def nothing_runs(monkeypatch):
     ],
 )
 def test_a_body_that_is_none_is_refused(change, exception, message):
-    refused(kr.Body, BODY | change, exception, message)
+    check_refusal(kr.Body, BODY | change, exception, message)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_a_body_that_is_none_is_refused(change, exception, message):
     ],
 )
 def test_a_cuboid_that_is_none_is_refused(change, exception, message):
-    refused(kr.Body.cuboid, CUBOID | change, exception, message)
+    check_refusal(kr.Body.cuboid, CUBOID | change, exception, message)
 
 
 def test_plates_and_rods_are_bodies():
@@ -146,7 +146,7 @@ def test_a_scene_that_is_none_is_refused(change, exception, message):
     if message is None:
         change = change | {"body": kr.Body(mass=1, inertia=(20, 20, 10), com=(0, 0, 1))}
         message = "not finite"
-    refused(kr.Scene, SCENE | change, exception, message)
+    check_refusal(kr.Scene, SCENE | change, exception, message)
 
 
 def test_an_attitude_may_be_off_by_rounding():
@@ -227,7 +227,7 @@ def test_an_attitude_may_be_off_by_rounding():
     ],
 )
 def test_wrong_words_of_solve_are_refused(words, exception, message):
-    refused(kr.solve, {"scene": TOP, "t": 10, **words}, exception, message)
+    check_refusal(kr.solve, {"scene": TOP, "t": 10, **words}, exception, message)
 
 
 @pytest.mark.parametrize("reader", [kr.rod, kr.apex])
@@ -273,7 +273,7 @@ def test_methods_of_gsl_say_how_to_get_them(name):
     ],
 )
 def test_wrong_words_of_compare_are_refused(words, exception, message):
-    refused(kr.compare, {"scene": TOP, "t": 10, **words}, exception, message)
+    check_refusal(kr.compare, {"scene": TOP, "t": 10, **words}, exception, message)
 
 
 @pytest.mark.parametrize(

@@ -231,7 +231,7 @@ def test_a_fresh_run_has_cost_nothing():
 
 
 def test_results_and_runs_say_how_they_are_changed(tmp_path):
-    """What is set and ignored is an answer that is silently wrong."""
+    """An assignment that is ignored would lead to a silently wrong answer."""
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
     swept = kr.sweep(source, 1.0, to=tmp_path)

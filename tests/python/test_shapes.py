@@ -42,7 +42,7 @@ def shell():
     return flat(points, np.repeat(dz, len(PHI)))
 
 
-def stretched(by):
+def stretch_ball(by):
     points, weights = ball()
     return points * by, weights * np.prod(by)
 
@@ -68,7 +68,7 @@ SHAPES = {
         np.pi * 0.32,
     ),
     "sphere": ({"radius": 1.0}, ball(), np.pi * 4 / 3),
-    "ellipsoid": ({"half": (0.5, 1.5, 2.0)}, stretched((0.5, 1.5, 2.0)), np.pi * 2),
+    "ellipsoid": ({"half": (0.5, 1.5, 2.0)}, stretch_ball((0.5, 1.5, 2.0)), np.pi * 2),
     "cone": (
         {"radius": 0.5, "height": 2.0},
         round_solid(lambda z: 0, lambda z: z / 4, 0, 2),
@@ -92,7 +92,7 @@ def make(name, **words):
     return getattr(kr.Body, MAKERS.get(name, name))(**SHAPES[name][0], **words)
 
 
-def integrated(points, weights, mass, pivot):
+def integrate_inertia(points, weights, mass, pivot):
     """Return inertia about the pivot and the centre of mass seen from it, by quadrature."""
     seen, portions = points - pivot, mass * weights / weights.sum()
     products = np.einsum("n,ni,nj->ij", portions, seen, seen)
@@ -103,7 +103,7 @@ def integrated(points, weights, mass, pivot):
 @pytest.mark.parametrize("pivot", [PIVOT, (0, 1.0, 0)])
 def test_a_shape_has_the_inertia_of_the_integral(name, pivot):
     body = make(name, pivot=pivot, mass=2.5)
-    inertia, com = integrated(*SHAPES[name][1], 2.5, pivot)
+    inertia, com = integrate_inertia(*SHAPES[name][1], 2.5, pivot)
     given = np.array(body.inertia)
     np.testing.assert_allclose(np.diag(given) if given.ndim == 1 else given, inertia, atol=4e-14)
     np.testing.assert_allclose(body.com, com, atol=2e-15)

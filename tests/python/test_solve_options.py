@@ -39,13 +39,17 @@ def test_a_request_that_is_asked_again_is_the_same():
 
 
 def test_the_heading_is_left_out_where_nothing_needs_it():
-    def left(method="taylor", **more):
+    def leaves_heading(method="taylor", **more):
         return solve_options.parse_options(TOP, method, **more).leave_heading
 
-    assert left(want=("energy",)) and left(want=("nutation", "energy"))
+    assert leaves_heading(want=("energy",)) and leaves_heading(want=("nutation", "energy"))
     assert (
-        not left() and not left(want=("energy", "apex")) and not left(want=("energy",), digits=17)
+        not leaves_heading()
+        and not leaves_heading(want=("energy", "apex"))
+        and not leaves_heading(want=("energy",), digits=17)
     )
-    assert left(want=("energy",), digits=16) and not left("strang", want=("energy",), step=0.1)
+    assert leaves_heading(want=("energy",), digits=16) and not leaves_heading(
+        "strang", want=("energy",), step=0.1
+    )
     watched = kr.start(TOP, want=["energy"], events=kr.events.nutation())
     assert not watched._options.leave_heading

@@ -15,7 +15,7 @@ import pyarrow.csv as text
 import pyarrow.parquet as parquet
 import pytest
 from argument_values import ENSEMBLES
-from ensembles import MIXED, scattered
+from ensembles import MIXED, random_ensemble
 from kreisel._sweep import checksum, sweep_plan
 from kreisel._sweep import store as folder_of
 from kreisel._sweep.sweep_plan import canonical
@@ -189,7 +189,7 @@ def test_without_pyarrow_parts_are_of_numpy_and_parquet_is_told_of(tmp_path, run
             call()
 
 
-@pytest.mark.parametrize("tops", [*[t for t in ENSEMBLES if t.size], MIXED, scattered(40)])
+@pytest.mark.parametrize("tops", [*[t for t in ENSEMBLES if t.size], MIXED, random_ensemble(40)])
 def test_an_ensemble_is_a_source(tmp_path, tops):
     source = kr.Source.of(tops)
     assert source[:] == tops.ravel() and len(source) == tops.size

@@ -21,7 +21,7 @@ WATER = (0.345, 0.653, 1.0)
 TOLD = "no body has this inertia about the fixed point"
 
 
-def told(make):
+def call_and_warning(make):
     """Return the result of a call, and its only warning."""
     with pytest.warns(UserWarning, match=TOLD) as caught:
         made = make()
@@ -90,7 +90,7 @@ def test_words_of_a_body_are_refused(words, exception, message):
     ],
 )
 def test_what_no_body_can_be_is_told_where_it_is_made(make):
-    body, warning = told(make)
+    body, warning = call_and_warning(make)
     assert body.unphysical and Path(warning.filename) == Path(__file__)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -98,7 +98,7 @@ def test_what_no_body_can_be_is_told_where_it_is_made(make):
 
 
 def test_the_message_says_what_would_be_left_and_what_to_do():
-    _, warning = told(lambda: kr.Body(**MISTAKE))
+    _, warning = call_and_warning(lambda: kr.Body(**MISTAKE))
     said = str(warning.message)
     assert "-0.0048, -0.0048, 0.0001" in said
     assert "inertia_about_com" in said and "unphysical=True" in said
@@ -122,7 +122,7 @@ def test_real_bodies_are_never_told_of(scale):
 
 
 def test_a_body_is_told_of_once():
-    body, _ = told(lambda: kr.Body(**MISTAKE))
+    body, _ = call_and_warning(lambda: kr.Body(**MISTAKE))
     scene = kr.Scene(body, body_velocity=(0, 0, 30.0))
     run = kr.start(scene, "rk4", step=0.01)
     run.to(0.5)

@@ -59,7 +59,7 @@ class Times:
         return self.grids[-1][self.grids[-1].count - 1]
 
     def array(self) -> Array:
-        """All times as an array; raises MemoryError if they do not fit."""
+        """Return the times as an array; raise MemoryError if they do not fit."""
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def argument(self) -> float | Array:

@@ -1,6 +1,6 @@
 """The closed form of Kowalewski tops: refusals, errors and times of random tops.
 
-    python -m validation.benchmarks.kowalewski [--tops 10000] [--checked 2000] [--late 4]
+    python -m validation.benchmarks.kowalewski_speed [--tops 10000] [--checked 2000] [--late 4]
 
 Moments are 2 : 2 : 1 exactly, in all orders of the axes. Rates are 0.1 to 10 in the top's own unit
 of time, the centre of mass lies along either equal axis, and gravity has both signs. The truth is
@@ -103,7 +103,7 @@ def time_of_a_state(top, tau, at_once=2000):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.kowalewski", description=__doc__.split("\n")[0]
+        prog="python -m validation.benchmarks.kowalewski_speed", description=__doc__.split("\n")[0]
     )
     parser.add_argument("--tops", type=int, default=10000)
     parser.add_argument("--checked", type=int, default=2000)
