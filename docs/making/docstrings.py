@@ -60,7 +60,7 @@ def definitions(text):
 
 
 def plain(line):
-    """A line without marks of reST that its author did not mean, and with links."""
+    """Return a line with escaped marks of reST, and with links."""
     parts = re.split(r"(`[^`]+`)", line)
     return "".join(code(p[1:-1]) if p[:1] == "`" else add_links(escape(p)) for p in parts)
 
@@ -78,7 +78,7 @@ def add_links(text):
 
 
 def link(found):
-    """A reference, to what is public."""
+    """Return a reference if the name is public."""
     thing = kr
     for word in found[1].split("."):
         thing = getattr(thing, word, None)
@@ -93,7 +93,7 @@ def signature(app, what, name, thing, options, given, returned):
 
 
 def bases(app, name, thing, options, found):
-    """Public ones alone: which rooms of the house a class comes from is not the users' affair."""
+    """Keep public base classes only."""
     found[:] = [base for base in found if not base.__module__.startswith("kreisel._")] or [object]
 
 

@@ -37,7 +37,7 @@ IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at":
 IDIOMS |= dict.fromkeys(
     ("conditioning", "tangents", "tangents_low", "tangents_rest"), AttributeError
 )
-IDIOMS |= {"end": IndexError, "named": KeyError, "message": IndexError, "part": IndexError}
+IDIOMS |= {"end": IndexError, "get_scene": KeyError, "message": IndexError, "part": IndexError}
 PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}  # words of files
 LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}  # what may well ask for hours
 LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}  # of values, in their refusals
