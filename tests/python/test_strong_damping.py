@@ -84,7 +84,7 @@ def test_a_free_body_comes_to_rest_and_stays(damping):
 @pytest.mark.parametrize("velocity", [(0.5, 0.2, 3), (0.5, 0.2, 0), (0, 0, 3), (0, 0, 1e-100)])
 @pytest.mark.parametrize("damping", [1e3, 1e5, 1e9])
 def test_a_symmetric_top_comes_to_the_slow_manifold_with_any_spin(damping, velocity):
-    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True)
+    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
     top = kr.Scene(body, body_velocity=velocity, attitude=attitude, damping=damping)
     for settings in ({}, {"tol": 1e-9}, {"digits": 20}):

@@ -154,7 +154,7 @@ def test_energies_are_those_of_kreisel(name):
 
 @pytest.mark.parametrize("damping", [(0.0, 0.0, 0.0), (0.2, 0.5, 1.0), (10.0, 30.0, 0.0)])
 def test_collocation_agrees_with_heyoka_in_128_bits(damping):
-    body = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), made_up=True)
+    body = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), unphysical=True)
     top = kr.Scene(body, momentum=(0.3, 0.4, 1.0), attitude=(0.8, 0.6, 0, 0), damping=damping)
     problem = problem_of_scene("damped", top)
     (q,), (m,) = radau.integrate(problem, [5.0])
