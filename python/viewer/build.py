@@ -149,8 +149,11 @@ def licences(modules: Path) -> str:
 
 
 def policy(script: str, style: str) -> str:
-    """What a browser lets the page do: run this script and the core in it, look like this, and make
-    pictures of its own. It asks nobody for anything, whatever a scene's file or link may say."""
+    """Return the content security policy of the page.
+
+    It allows this script, the core, this style and pictures of the page's own. It allows no network
+    access, whatever a scene's file or link contains.
+    """
 
     def only(text: str) -> str:
         digest = hashlib.sha256(text.encode()).digest()

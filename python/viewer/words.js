@@ -34,7 +34,7 @@ export function toPython(top) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const made = half
     ? `.cuboid(half=${list(half)}, pivot=${list(pivot)}, density=${density})`
-    : `(mass=${mass}, inertia=${rows(inertia)}, com=${list(com)}, made_up=True)`;
+    : `(mass=${mass}, inertia=${rows(inertia)}, com=${list(com)}, unphysical=True)`;
   const scene = (attitude, momentum) =>
     `kr.Scene(body, momentum=${list(momentum)}, attitude=${list(attitude)}, gravity=${gravity})`;
   const isApart = (side) => second && side === 1;

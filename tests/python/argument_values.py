@@ -11,7 +11,7 @@ from tops import CORNER, FREE, GENERAL, LAGRANGE, TILT
 
 TOP = kr.scenes.asymmetric
 DAMPED = LAGRANGE.replace(damping=(0.1, 0.2, 0.3))
-MADE_UP = kr.Body(1, (1, 1, 0.5), (0, 0, 3), made_up=True)
+MADE_UP = kr.Body(1, (1, 1, 0.5), (0, 0, 3), unphysical=True)
 PLATE = kr.Body(1, (1, 2, 3), (0, 0, 0))
 SCENES = [TOP, LAGRANGE, GENERAL, FREE, DAMPED, kr.Scene(MADE_UP, (0, 0, 0), gravity=-1)]
 BODIES = [
@@ -77,7 +77,7 @@ RIGHT = {
     **dict.fromkeys(["inner", "outer", "gravity", "spin", "tilt", "precession"], SIZES),
     **dict.fromkeys(["energy", "vertical", "speed", "within", "offset", "nutation"], SIZES),
     **dict.fromkeys(["thickness", "elevation", "azimuth"], SIZES),
-    **dict.fromkeys(["made_up", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
+    **dict.fromkeys(["unphysical", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
     **dict.fromkeys(["back", "open", "last", "terminal"], FLAGS),
     **dict.fromkeys(
         ["n", "every", "max_count", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS
@@ -85,7 +85,7 @@ RIGHT = {
     **dict.fromkeys(["function", "where"], FUNCTIONS),
     **dict.fromkeys(["file", "source", "path"], FILES),
     **dict.fromkeys(["t", "times"], TIMES),
-    "rounded": [0.0, 1e-3],
+    "inertia_rtol": [0.0, 1e-3],
     "damping": [0.1, (0.1, 0.2, 0.3)],
     "body": [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE],
     "scene": SCENES,
@@ -177,7 +177,7 @@ PARTICULAR = {  # where a word means something else than elsewhere
         f"Bodies.{name}.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]]
         for name in ("cuboid", "ellipsoid")
     },
-    "Bodies.made_up": [True, [True, False]],
+    "Bodies.unphysical": [True, [True, False]],
     "Ensemble.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
     "Ensemble.gravity": [1.0, [1.0, 2.0], -1],
     "Ensemble.spinning.tilt": [0.5, [0.0, 0.5]],

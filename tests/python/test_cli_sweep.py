@@ -11,7 +11,7 @@ from functools import partial
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, said
+from cli_helpers import call, join_lines
 from distributed import LocalCluster
 from sweeps import SOCKETS_LEFT, hash_rows
 from toolbox import HEEDING
@@ -58,7 +58,7 @@ def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
     (plan / "runs/.0123456789abcdef.new").write_bytes(b"x")
     told = call("sweep status runs")
     assert "damaged: 1 parts, 3:4" in told and "beside them 1 files .*.new" in told
-    assert "part 3 computed again, damaged" in said(call("sweep plan.toml --folder runs"))
+    assert "part 3 computed again, damaged" in join_lines(call("sweep plan.toml --folder runs"))
     told = call("sweep status runs")
     assert "5 of 5 parts" in told and "missing" not in told and "damaged" not in told
     failed = int((kr.read_sweep("runs")["status"] != 0).sum())
@@ -135,8 +135,8 @@ def read(screen):
         ("plan.toml", "Missing option '--folder'"),
         ("none.toml --folder runs", "none.toml"),
         ("plan.toml --folder .", "no folder of a sweep, and it is not empty: it has 'plan.toml'"),
-        ("plan.toml --folder runs --parts 3", "'3' is no range of parts, as 0:100"),
-        ("plan.toml --folder runs --parts 4:3", "'4:3' is no range of parts"),
+        ("plan.toml --folder runs --parts 3", "'3' is not a range of parts such as 0:100"),
+        ("plan.toml --folder runs --parts 4:3", "'4:3' is not a range of parts"),
         ("plan.toml --folder runs --parts 0:9", "--parts must be among 0 to 5, not 0 to 9"),
         ("plan.toml --folder runs --workers 0", "--workers"),
         ("plan.toml --folder runs --workers 1 --dask x", "either --workers or --dask"),
@@ -148,7 +148,7 @@ def read(screen):
 def test_errors_take_one_line_before_anything_runs(plan, line, message):
     (plan / "wrong.toml").write_text("tt = 1")
     told = call(f"sweep {line}", code=2)
-    assert message in said(told) and "Traceback" not in told
+    assert message in join_lines(told) and "Traceback" not in told
     assert not (plan / "runs").exists()
 
 

@@ -15,7 +15,7 @@ import pyarrow.csv as text
 import pyarrow.parquet as parquet
 import pytest
 from argument_values import ENSEMBLES
-from ensembles import MIXED, scattered
+from ensembles import MIXED, random_ensemble
 from kreisel._model.broadcasting import Parameter
 from kreisel._sweep import checksum, sweep_plan
 from kreisel._sweep.sweep_plan import dump_canonical
@@ -192,7 +192,7 @@ def test_without_pyarrow_the_error_names_the_extra_and_nothing_is_written(
     assert not (tmp_path / "runs").exists()
 
 
-@pytest.mark.parametrize("tops", [*[t for t in ENSEMBLES if t.size], MIXED, scattered(40)])
+@pytest.mark.parametrize("tops", [*[t for t in ENSEMBLES if t.size], MIXED, random_ensemble(40)])
 def test_an_ensemble_is_a_source(tmp_path, tops):
     source = kr.Source.of(tops)
     assert source[:] == tops.ravel() and len(source) == tops.size

@@ -168,7 +168,7 @@ def test_the_parent_of_the_folder_must_exist(tmp_path):
         (ValueError, "fixed step", {"method": "strang"}),
         (ValueError, "unknown quantity", {"reduce": {"nutatoin": "min"}}),
         (ValueError, "either want", {"want": ["energy"]}),
-        (ValueError, "leave reduce out", {"events": [LOW], "method": "taylor"}),
+        (ValueError, "leave out reduce", {"events": [LOW], "method": "taylor"}),
         (ValueError, "part_size must be at least 1", {"part_size": 0}),
         (TypeError, "part_size must be a whole number", {"part_size": 1.5}),
         (TypeError, "parts must be a range", {"parts": [1]}),

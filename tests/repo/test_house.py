@@ -4,15 +4,15 @@ import ast
 import re
 
 import pytest
-from layers import included
+from layers import c_includes
 from toolbox import (
     CSRC,
     ROOT,
     VERSION,
     c_tests,
-    compiled,
+    compile_objects,
     core_sources,
-    installed,
+    install_library,
     need,
     need_gsl,
     run,
@@ -40,12 +40,14 @@ def name(file):
 
 
 def test_no_source_is_included():
-    assert [name(file) for file in SOURCES if any(of.suffix == ".c" for of in included(file))] == []
+    assert [
+        name(file) for file in SOURCES if any(of.suffix == ".c" for of in c_includes(file))
+    ] == []
 
 
 def test_python_sees_the_public_header_only():
     for file in BINDING:
-        assert set(included(file)) <= {CSRC / "kreisel.h", *BINDING}, name(file)
+        assert set(c_includes(file)) <= {CSRC / "kreisel.h", *BINDING}, name(file)
 
 
 def symbols(library, *options):
@@ -61,7 +63,7 @@ def symbols(library, *options):
 @pytest.fixture(scope="module")
 def static():
     need("cmake", "gcc", "nm")
-    return installed() / "lib/libkreisel.a"
+    return install_library() / "lib/libkreisel.a"
 
 
 def test_shared_library_exports_the_public_header(static):
@@ -113,7 +115,7 @@ STRICT = ["-std=c99", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"
 def test_no_warnings(compiler, tmp_path):
     need(compiler)
     sources = [*core_sources(), CSRC / "viewer/wasm.c", *c_tests()]
-    compiled(compiler, ["-O2", *STRICT], sources, tmp_path)
+    compile_objects(compiler, ["-O2", *STRICT], sources, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -123,7 +125,7 @@ def test_no_warnings(compiler, tmp_path):
 def test_no_warnings_in_kernels(compiler, options, tmp_path):
     need(compiler)
     sources = [*CSRC.glob("*/kernel*.c"), CSRC / "exact/plans.c"]
-    compiled(compiler, ["-O3", *STRICT, *options.split()], sources, tmp_path)
+    compile_objects(compiler, ["-O3", *STRICT, *options.split()], sources, tmp_path)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
@@ -133,7 +135,7 @@ def test_no_warnings_with_gsl(compiler, tmp_path):
     asking = [file for file in [*core_sources(), *c_tests()] if "KREISEL_GSL" in file.read_text()]
     sources = [CSRC / "driver/registry.c", *CSRC.glob("gsl/*.c"), *asking]
     gsl = run("pkg-config", "--cflags", "gsl").split()
-    compiled(compiler, ["-O2", *STRICT, "-DKREISEL_GSL", *gsl], sources, tmp_path)
+    compile_objects(compiler, ["-O2", *STRICT, "-DKREISEL_GSL", *gsl], sources, tmp_path)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])

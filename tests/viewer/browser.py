@@ -1,5 +1,4 @@
-"""What the tests of the page share: visits without a network, presets by name, drags, and what the
-page says of itself."""
+"""Helpers of the page's tests: visits without a network, presets, drags, and texts of the page."""
 
 import json
 
@@ -43,7 +42,7 @@ def window(size):
 
 
 def is_trouble(message):
-    """What software that draws says of its speed is none."""
+    """Return True for errors and warnings, except on the speed of software rendering."""
     return message.type in {"error", "warning"} and "GPU stall" not in message.text
 
 
@@ -93,7 +92,7 @@ def until(page, t):
 
 
 def drag(page, kind, by, number=0, button="left", key=None):
-    """Where the handle was, and where it is then."""
+    """Drag a handle; return its places before and after."""
     where = f"kreisel.at('{kind}', 0, {number})"
     x, y = page.evaluate(where)
     if key:
@@ -115,7 +114,7 @@ def scene(page):
     return page.evaluate("kreisel.page.scene")
 
 
-def changed(before, after):
+def differing_keys(before, after):
     """The words in which two scenes of the page differ, but for its name and what it tells."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
@@ -130,23 +129,23 @@ def states(page):
 
 
 def measure(page, top, name):
-    """What is measured of a top now."""
+    """Return the present measurements of a top."""
     return page.evaluate(f"kreisel.stage.measure({top}).{name}")
 
 
 def record(page, top, name):
-    """What was measured of a top on its way."""
+    """Return the recorded measurements of a top."""
     values = page.evaluate(f"kreisel.stage.record({top}, '{name}')")
     return np.array(values, float)
 
 
 def words(page):
-    """What the page has to say to its user."""
+    """Return the messages of the page."""
     return page.locator("#words").inner_text()
 
 
 def colours(page):
-    """How many colours the picture has, made small."""
+    """Return the number of colours in the reduced picture."""
     return page.evaluate("""(() => {
         const c = document.createElement('canvas'), x = c.getContext('2d');
         [c.width, c.height] = [160, 100];
@@ -161,6 +160,8 @@ def scene_in_python(given, second=False):
     if "half" in body:
         made = kr.Body.cuboid(**body)
     else:
-        made = kr.Body(body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"], made_up=True)
+        made = kr.Body(
+            body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"], unphysical=True
+        )
     start = given["second"] if second else [*given["attitude"], *given["momentum"]]
     return kr.Scene(made, start[4:], start[:4], given["gravity"])

@@ -28,7 +28,7 @@ def browser():
 
 
 @pytest.fixture(scope="session")
-def shared(browser):
+def page_of_all_tests(browser):
     """One page for all tests that can share it."""
     page = visit(browser, reduced_motion="reduce")
     yield page
@@ -36,9 +36,9 @@ def shared(browser):
 
 
 @pytest.fixture
-def page(shared):
+def page(page_of_all_tests):
     """Lagrange's top at rest, at its start, and all of the panel open."""
-    shared.evaluate("""{
+    page_of_all_tests.evaluate("""{
         const {page, view} = kreisel;
         page.run(false);
         Object.assign(page, {past: [], future: [], gesture: null});
@@ -47,7 +47,7 @@ def page(shared):
         document.getElementById('keys').close();
         document.querySelectorAll('details').forEach((part) => (part.open = true));
     }""")
-    load(shared)
-    yield shared
-    troubles, shared.troubles[:] = [*shared.troubles], []
+    load(page_of_all_tests)
+    yield page_of_all_tests
+    troubles, page_of_all_tests.troubles[:] = [*page_of_all_tests.troubles], []
     assert troubles == []

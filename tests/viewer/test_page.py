@@ -174,7 +174,7 @@ def test_presets_keep_their_integrals(page, preset):
 
 
 def heights_until(page, end):
-    """How high each top stands, as cosines, at each whole time."""
+    """Return the height of each top, as cosines, at each whole time."""
     told = page.evaluate(
         """(end) => Array.from({length: end + 1}, (_, t) => {
             kreisel.advance(t);
@@ -201,7 +201,7 @@ def test_steady_precession_is_level(page):
 # What can be taken along
 
 
-def taken(page, name):
+def take_download(page, name):
     with page.expect_download() as download:
         page.get_by_role("button", name=name, exact=True).click()
     return download.value.path()
@@ -211,14 +211,14 @@ def test_files(page, browser, tmp_path):
     load(page, "Compare four")
     advance(page, 2)
     given = scene(page)
-    rows = list(csv.reader(io.StringIO(taken(page, "CSV").read_text())))
+    rows = list(csv.reader(io.StringIO(take_download(page, "CSV").read_text())))
     assert (
         len(rows) == 12 and len(rows[0]) == 1 + 4 * (len(MEASURES) - 2) and float(rows[-1][0]) == 2
     )
-    assert json.loads(taken(page, "JSON").read_text()) == given
-    assert kr.Scene.from_toml(taken(page, "TOML")) == scene_in_python(given)
-    assert taken(page, "Picture").read_bytes().startswith(b"\x89PNG")
-    (tmp_path / "top.html").write_bytes(taken(page, "This page").read_bytes())
+    assert json.loads(take_download(page, "JSON").read_text()) == given
+    assert kr.Scene.from_toml(take_download(page, "TOML")) == scene_in_python(given)
+    assert take_download(page, "Picture").read_bytes().startswith(b"\x89PNG")
+    (tmp_path / "top.html").write_bytes(take_download(page, "This page").read_bytes())
     other = visit(browser, tmp_path / "top.html", reduced_motion="reduce")
     other.evaluate("kreisel.advance(2)")
     assert scene(other) == given and other.evaluate("kreisel.states()") == page.evaluate(

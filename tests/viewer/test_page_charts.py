@@ -8,7 +8,7 @@ from browser import LEVEL, UPRIGHT, advance, clock, load, scene, scene_in_python
 AXES = ("first", "second", "vertical")
 
 
-def drawn(page, chart=0):
+def chart_lines(page, chart=0):
     """The lines of a chart: times, and the values of each top."""
     return np.array(
         page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float
@@ -16,13 +16,13 @@ def drawn(page, chart=0):
 
 
 def run_to(page, t):
-    """On, until the charts show it."""
+    """Advance until the charts show this time."""
     advance(page, t)
     wait_for(page, "kreisel.charts.plots[0].data[0].at(-1) === kreisel.stage.time().at(-1)")
 
 
 def labels(page):
-    """What stands at the chart's upright axis."""
+    """Return the labels of the chart's vertical axis."""
     return page.evaluate("""async () => {
         const seen = [], own = CanvasRenderingContext2D.prototype, write = own.fillText;
         own.fillText = function (text, ...where) {
@@ -57,16 +57,16 @@ def show(page, m):
 def test_log_draws_sizes_between_powers_of_ten(page, preset, t):
     load(page, preset, log=False, **({} if preset == "Kowalewski" else {"chart": "energy"}))
     run_to(page, t)
-    before, box = drawn(page), page.get_by_role("checkbox", name="log")
+    before, box = chart_lines(page), page.get_by_role("checkbox", name="log")
     assert (before[1:] < 0).any()
     box.check()
-    sizes, powers = drawn(page), [float(label) for label in labels(page)]
+    sizes, powers = chart_lines(page), [float(label) for label in labels(page)]
     box.uncheck()
     assert np.nanmin(sizes[1:]) > 0 and np.nanmax(sizes[1:]) == np.nanmax(np.abs(before[1:]))
     assert 2 <= len(powers) <= 5 and np.log10(powers) == pytest.approx(
         np.round(np.log10(powers)), abs=1e-9
     )
-    assert drawn(page) == pytest.approx(before, nan_ok=True)
+    assert chart_lines(page) == pytest.approx(before, nan_ok=True)
 
 
 def test_zoom_of_all_charts_stays_while_time_goes_on(page):
@@ -98,9 +98,9 @@ def test_zoom_of_all_charts_stays_while_time_goes_on(page):
 
 def test_record_is_thinned_but_not_its_extremes(page):
     run_to(page, 100)
-    _, short = drawn(page)
+    _, short = chart_lines(page)
     run_to(page, 20000)
-    times, long = drawn(page)
+    times, long = chart_lines(page)
     assert len(times) <= 2050 and times[-1] > 19900
     assert (long.min(), long.max()) == pytest.approx((short.min(), short.max()), rel=1e-3)
     assert (
@@ -109,7 +109,7 @@ def test_record_is_thinned_but_not_its_extremes(page):
 
 
 def test_charts_are_of_the_quantities_of_the_table(page):
-    """All that do not turn with the heading, and the attitude error; K and G where they stay."""
+    """Charts show all quantities that do not depend on the heading, and the attitude error."""
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
     options = "list => [...list.options].map((option) => [option.value, option.title])"
@@ -123,7 +123,7 @@ def test_charts_are_of_the_quantities_of_the_table(page):
         assert dict(menu.evaluate(options)) == {k: v for k, v in level.items() if k not in missing}
         if shape in integrals:
             menu.select_option(shape)
-            assert 0 < np.ptp(drawn(page)[1]) < 1e-2
+            assert 0 < np.ptp(chart_lines(page)[1]) < 1e-2
 
 
 @pytest.mark.parametrize("each", LEVEL, ids=lambda each: each["name"])
@@ -136,7 +136,7 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
     values = getattr(path, name)
     values = values - values[0] if each["kept"] else values
     values = np.degrees(values) if name == "nutation" else values
-    assert drawn(page)[1][::2] == pytest.approx(values, rel=1e-9, abs=1e-12)
+    assert chart_lines(page)[1][::2] == pytest.approx(values, rel=1e-9, abs=1e-12)
 
 
 # The table
@@ -156,8 +156,8 @@ def table(page):
     )
 
 
-def expected(path):
-    """What the table tells of a path in Python."""
+def table_lines(path):
+    """Return the table's quantities of a path in Python."""
     lines = [path.energy, path.vertical_momentum, path.axial_momentum]
     if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
         lines.append(getattr(path, path.scene.body.kind))
@@ -177,7 +177,7 @@ def test_integrals_are_those_of_python(page, preset, fourth):
         assert len(told) == 2
         for row, method in zip(told, ("strang", "rk4"), strict=True):
             path = kr.solve(top, t, method, step=0.05, every=20 * t)
-            now, change = expected(path).T
+            now, change = table_lines(path).T
             assert row[: len(now), 0] == pytest.approx(now, rel=1e-5, abs=1e-9)
             assert row[: len(now), 1] == pytest.approx(change, rel=0.06, abs=1e-13)
             assert len(now) == (4 if fourth else 3) and np.isnan(row[len(now) :]).all()
@@ -233,12 +233,12 @@ def test_a_chart_has_room_for_the_limits_of_the_tilt_from_the_start(page):
 def test_the_motion_before_a_push_stays_in_sight(page):
     load(page, "A spinning top")
     run_to(page, 3)
-    before = drawn(page)
+    before = chart_lines(page)
     push = "kreisel.page.push(kreisel.page.tops[0], (s) => (s.momentum[0] += 2))"
     page.evaluate(f"{push}; kreisel.page.run(false)")
     assert clock(page) == 0
     run_to(page, 1)
-    times, tilts = drawn(page)
+    times, tilts = chart_lines(page)
     n = before.shape[1]
     assert times[:n] == pytest.approx(before[0] - 3) and tilts[:n].tolist() == before[1].tolist()
     assert times[n] == 0 and times[-1] == 1 and tilts[n] == pytest.approx(before[1][-1])

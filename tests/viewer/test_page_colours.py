@@ -37,7 +37,7 @@ WHITE = TO_XYZ.sum(axis=1)
 
 
 def colours(file, pattern):
-    """All that is written as #rrggbb where the pattern matches."""
+    """Return all values of the form #rrggbb where the pattern matches."""
     found = re.search(pattern, (VIEWER / file).read_text(encoding="utf-8"))
     return re.findall(r"#[0-9a-f]{6}", found[0])
 
@@ -63,7 +63,7 @@ def contrast(one, other):
     return (high + 0.05) / (low + 0.05)
 
 
-def seen(colour, eye):
+def to_lab(colour, eye):
     """A colour in CIELAB, as an eye sees it."""
     part = TO_XYZ @ np.clip(np.array(EYES[eye]) @ linear(colour), 0, 1) / WHITE
     x, y, z = np.where(part > 216 / 24389, np.cbrt(part), (24389 / 27 * part + 16) / 116)
@@ -95,15 +95,15 @@ def test_text_and_borders_stand_out(mode):
 @pytest.mark.parametrize("eye", EYES)
 def test_tops_are_told_apart(eye):
     for one, other in itertools.combinations(TOPS, 2):
-        assert np.linalg.norm(seen(one, eye) - seen(other, eye)) > 20, (one, other)
+        assert np.linalg.norm(to_lab(one, eye) - to_lab(other, eye)) > 20, (one, other)
 
 
 @pytest.mark.parametrize("eye", EYES)
 def test_the_first_and_the_second_method_are_told_apart_at_a_glance(eye):
     first, _, second, *_ = TOPS
-    assert np.linalg.norm(seen(first, eye) - seen(second, eye)) > 60
+    assert np.linalg.norm(to_lab(first, eye) - to_lab(second, eye)) > 60
 
 
 @pytest.mark.parametrize("eye", EYES)
 def test_the_momentum_is_told_from_the_first_top(eye):
-    assert np.linalg.norm(seen(TOPS[0], eye) - seen(ARROWS[0], eye)) > 20
+    assert np.linalg.norm(to_lab(TOPS[0], eye) - to_lab(ARROWS[0], eye)) > 20

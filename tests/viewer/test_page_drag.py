@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from browser import PHONE, TICKS, advance, changed, clock, drag, load, scene, states, visit
+from browser import PHONE, TICKS, advance, clock, differing_keys, drag, load, scene, states, visit
 
 BESIDE = (60, 120)  # in the picture, where there is nothing
 
@@ -13,7 +13,7 @@ def test_drag_of_the_tip_sets_the_momentum(page):
     old = page.evaluate(velocity)
     start, end = drag(page, "tip", (60, -80))
     assert end - start == pytest.approx((60, -80), abs=1)
-    assert changed(before, scene(page)) == {"momentum"} and page.evaluate(velocity) != old
+    assert differing_keys(before, scene(page)) == {"momentum"} and page.evaluate(velocity) != old
     m = np.array(scene(page)["momentum"])
     drag(page, "tip", (30, -10), key="Shift")
     along = np.array(scene(page)["momentum"])
@@ -25,7 +25,7 @@ def test_drag_of_the_tip_sets_the_momentum(page):
 def test_drag_of_face_or_edge_turns(page, kind):
     before = scene(page)
     drag(page, kind, (50, 20), number=5 if kind == "face" else 0)
-    assert changed(before, scene(page)) == {"attitude"}
+    assert differing_keys(before, scene(page)) == {"attitude"}
     assert np.linalg.norm(scene(page)["attitude"]) == pytest.approx(1, abs=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""What the page says and takes back: refusals, undo, keys, methods that do not suit, stop times."""
+"""Tests of the page's messages: errors, undo, keys, unsuitable methods, stop times."""
 
 import kreisel as kr
 import numpy as np
@@ -29,7 +29,7 @@ REFUSED = [
 
 
 def everything(page):
-    """What a refusal must not change: the scene, the time, the states, and what can be undone."""
+    """Return all that an error must not change: scene, time, states, and the undo stack."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.states(), kreisel.page.past]"
     )
@@ -39,7 +39,7 @@ def button(page, name):
     return page.get_by_role("button", name=name, exact=True)
 
 
-def chosen(page, name):
+def option_text(page, name):
     return page.get_by_label(name, exact=True).first.evaluate(
         "(list) => list.selectedOptions[0].text"
     )
@@ -128,7 +128,9 @@ def test_undo_of_a_choice_gives_the_scene_before_back(page):
     assert scene(page)["name"] == "Kowalewski" and clock(page) == 0
     button(page, "Undo").click()
     until(page, 3)
-    assert everything(page) == before and chosen(page, "What to look at") == f"{LISTED} {UPRIGHT}"
+    assert (
+        everything(page) == before and option_text(page, "What to look at") == f"{LISTED} {UPRIGHT}"
+    )
 
 
 def test_one_undo_for_one_pull_of_a_slider(page):
@@ -186,21 +188,21 @@ def test_start_is_called_stop_while_it_runs(page):
 
 
 def test_a_changed_scene_is_called_so(page):
-    assert chosen(page, "What to look at") == f"{LISTED} {UPRIGHT}"
+    assert option_text(page, "What to look at") == f"{LISTED} {UPRIGHT}"
     for value in ("1.5", "2.5"):
         page.get_by_label("Momentum, first component").fill(value)
         page.keyboard.press("Tab")
-        assert chosen(page, "What to look at") == f"{UPRIGHT}, changed"
+        assert option_text(page, "What to look at") == f"{UPRIGHT}, changed"
     button(page, "Undo").click()
     button(page, "Undo").click()
-    assert chosen(page, "What to look at") == f"{LISTED} {UPRIGHT}"
+    assert option_text(page, "What to look at") == f"{LISTED} {UPRIGHT}"
 
 
 def test_a_method_that_does_not_suit_is_replaced(page):
     page.get_by_label("Beside it").select_option("rk4")
     page.get_by_label("Shape").select_option("kowalewski")
     assert scene(page)["methods"] == ["strang", "rk4"]
-    assert chosen(
+    assert option_text(
         page, "Method"
     ) == "strang" and "bobenko_suris does not apply to this body: strang is used instead" in words(
         page

@@ -27,7 +27,7 @@ def attempt(page, ask):
     return kr.exact(scene_in_python(scene(page)))
 
 
-def told(page):
+def numbers_beside(page):
     """The numbers beside the picture: each with what stands below it."""
     return dict(
         page.evaluate("""(kreisel.view.dirty = true, [...document.querySelectorAll('#numbers div')]
@@ -210,7 +210,7 @@ def test_the_live_numbers_are_those_of_python(page, t):
     wait_for(
         page, "tilt => document.querySelector('#numbers dd')?.textContent === tilt", f"{tilt:.1f}°"
     )
-    numbers = told(page)
+    numbers = numbers_beside(page)
     assert numbers["spin"] == [f"{spin:#.3g}", ""]
     rate = np.diff(np.unwrap(now.precession_angle)).mean() / 1e-4
     assert float(numbers["precession"][0]) == pytest.approx(rate, abs=6e-3)
@@ -321,7 +321,7 @@ def test_arrows_of_all_tops_are_seen(page):
 def test_the_critical_spin_is_told_of_tops_that_start_near_the_vertical(page, tilt, is_shown):
     load(page, "A spinning top", start={"tilt": tilt, "spin": 22})
     page.evaluate("kreisel.page.tell()")
-    assert told(page)["spin"][1] == ("critical 14.2" if is_shown else "")
+    assert numbers_beside(page)["spin"][1] == ("critical 14.2" if is_shown else "")
 
 
 def test_texts_tell_the_critical_spin_of_upright_tops_alone(page):
@@ -352,15 +352,15 @@ def test_slower_spin_is_a_deeper_fall_and_no_spin_is_critical_at_30_degrees(page
 def test_numbers_say_of_which_top_they_are(page):
     load(page, "A spinning top")
     page.evaluate("kreisel.page.tell()")
-    assert "top" not in told(page)
+    assert "top" not in numbers_beside(page)
     load(page, "Compare four")
     page.evaluate("kreisel.page.tell()")
-    assert told(page)["top"] == ["left", "bobenko_suris 0.01"]
-    assert told(page)["tilt"][1].startswith("exact: ")
+    assert numbers_beside(page)["top"] == ["left", "bobenko_suris 0.01"]
+    assert numbers_beside(page)["tilt"][1].startswith("exact: ")
 
 
 def rounds(page, *asks):
-    """How long the axis takes for one turn in each of some tries."""
+    """Return the times of one turn of the axis in some trials."""
     found = []
     for ask in asks:
         load(page, "Fast precession")

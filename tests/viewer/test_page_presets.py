@@ -1,5 +1,4 @@
-"""What the presets say of tops that have no closed form in the page, and of methods beside each
-other, is so."""
+"""Tests of the presets' texts on tops without closed form in the page and on method comparisons."""
 
 import kreisel as kr
 import numpy as np

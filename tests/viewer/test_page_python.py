@@ -19,7 +19,7 @@ def test_a_scene_from_python(browser, tmp_path):
     page.context.close()
 
 
-def test_made_up_mass_is_drawn_as_the_body_of_density_1(browser, tmp_path):
+def test_unphysical_mass_is_drawn_as_the_body_of_density_1(browser, tmp_path):
     kr.view(kr.scenes.thesis, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert page.evaluate("kreisel.view.body.half") == pytest.approx((0.8, 0.8, 1), rel=1e-6)

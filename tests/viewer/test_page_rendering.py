@@ -1,4 +1,4 @@
-"""What is to be seen, from where and of what shape; traces, rods and bodies are those of Python."""
+"""Tests of the picture: camera and shapes; traces, rods and bodies equal those of Python."""
 
 import kreisel as kr
 import numpy as np
@@ -21,7 +21,7 @@ TOP = "kreisel.view.tops[0]"
 
 
 def camera(page):
-    """Where the camera is, seen from where it looks to; where that is; the zoom of the 2D view."""
+    """Return the camera's place relative to its target, the target, and the zoom of the 2D view."""
     offset, target, zoom = page.evaluate("""(({camera, orbit: {target}}) => [
         camera.position.clone().sub(target).toArray(), target.toArray(), camera.zoom,
     ])(kreisel.view)""")
@@ -53,7 +53,7 @@ def in_sight(page):
 
 
 def sides(page):
-    """How large the top is from each of the three."""
+    """Return the size of the top from each of the three sides."""
     sizes = []
     for _ in range(3):
         page.get_by_role("button", name="From the next side").click()
@@ -68,7 +68,7 @@ def flat(page, on):
 
 
 def is_green(page, x, y):
-    """Whether the picture has the momentum's green there."""
+    """Return True if the picture has the momentum's green at this place."""
     red, green, blue, _ = page.evaluate(
         """([x, y]) => { const c = document.createElement('canvas'), v = kreisel.view;
         v.dirty = true; v.render(); [c.width, c.height] = [1, 1];

@@ -1,5 +1,4 @@
-"""What is drawn is kept and told what became of it: never is anything but the present scene seen,
-nothing is made that was there, nothing leaks."""
+"""Tests that the picture shows the present scene only, reuses its objects, and leaks nothing."""
 
 import numpy as np
 import pytest
@@ -97,7 +96,7 @@ NAMES = [
 
 
 @pytest.fixture
-def tried(page):
+def page_with_watch(page):
     page.evaluate("".join((PULL, SEEN, ANEW, CHANGES)))
     yield page
     page.evaluate("changes.light(), document.documentElement.style.colorScheme = ''")
@@ -105,16 +104,16 @@ def tried(page):
 
 
 @pytest.mark.parametrize("first", NAMES)
-def test_what_is_kept_shows_the_same_as_what_is_made_anew(tried, first):
-    assert tried.evaluate("Object.keys(changes)") == NAMES
-    assert tried.evaluate(PAIRS, first) == []
+def test_what_is_kept_shows_the_same_as_what_is_made_anew(page_with_watch, first):
+    assert page_with_watch.evaluate("Object.keys(changes)") == NAMES
+    assert page_with_watch.evaluate(PAIRS, first) == []
 
 
 @pytest.mark.parametrize("change", ["tip", "face", "corner", "pivot", "heavy", "dark", "four"])
-def test_a_change_is_seen(tried, change):
-    before = tried.evaluate("seen()")
-    tried.evaluate(f"changes.{change}()")
-    assert tried.evaluate("seen()") != before
+def test_a_change_is_seen(page_with_watch, change):
+    before = page_with_watch.evaluate("seen()")
+    page_with_watch.evaluate(f"changes.{change}()")
+    assert page_with_watch.evaluate("seen()") != before
 
 
 PARTS = """(() => {
@@ -134,18 +133,18 @@ PARTS = """(() => {
         ("Sleeping top", ["tip", "face"]),
     ],
 )
-def test_a_drag_makes_nothing_anew(tried, preset, held):
+def test_a_drag_makes_nothing_anew(page_with_watch, preset, held):
     for part in held:
-        load(tried, preset)
-        tried.evaluate("delete window.known")
-        assert tried.evaluate(PARTS)
-        before = scene(tried)
-        tried.evaluate("part => pull(part, 4, {lets: false})", part)
-        assert scene(tried) != before and tried.evaluate(PARTS)
-        tried.keyboard.press("Escape")
+        load(page_with_watch, preset)
+        page_with_watch.evaluate("delete window.known")
+        assert page_with_watch.evaluate(PARTS)
+        before = scene(page_with_watch)
+        page_with_watch.evaluate("part => pull(part, 4, {lets: false})", part)
+        assert scene(page_with_watch) != before and page_with_watch.evaluate(PARTS)
+        page_with_watch.keyboard.press("Escape")
 
 
-def test_a_thousand_drags_leave_nothing_behind(tried):
+def test_a_thousand_drags_leave_nothing_behind(page_with_watch):
     told = """(() => {
         const {renderer} = kreisel.view, {memory, programs} = renderer.info;
         kreisel.view.dirty = true;
@@ -153,40 +152,44 @@ def test_a_thousand_drags_leave_nothing_behind(tried):
         const nodes = document.querySelectorAll('*').length;
         return [memory.geometries, memory.textures, programs.length, nodes];
     })()"""
-    load(tried, "Compare four")
+    load(page_with_watch, "Compare four")
     some = "for (const name of ['tip', 'face', 'corner']) pull(name, 24), kreisel.view.render();"
-    tried.evaluate(some)
-    before = tried.evaluate(told)
-    tried.evaluate(f"for (let k = 0; k < 14; k++) {{ {some} }}")
-    assert tried.evaluate(told) == before
+    page_with_watch.evaluate(some)
+    before = page_with_watch.evaluate(told)
+    page_with_watch.evaluate(f"for (let k = 0; k < 14; k++) {{ {some} }}")
+    assert page_with_watch.evaluate(told) == before
     for name in ("A spinning top", "Sleeping top", "Kowalewski", "Compare four"):
-        load(tried, name)
-        tried.evaluate("kreisel.view.render()")
-    tried.evaluate("kreisel.page.past = []; kreisel.page.restart()")
-    assert tried.evaluate(told)[:2] == before[:2]
+        load(page_with_watch, name)
+        page_with_watch.evaluate("kreisel.view.render()")
+    page_with_watch.evaluate("kreisel.page.past = []; kreisel.page.restart()")
+    assert page_with_watch.evaluate(told)[:2] == before[:2]
 
 
-def test_charts_are_kept_and_have_the_record_of_now(tried):
+def test_charts_are_kept_and_have_the_record_of_now(page_with_watch):
     plots = "kreisel.charts.plots.every((plot, k) => plot === known[k])"
-    advance(tried, 2)
-    wait_for(tried, f"kreisel.charts.clock === {2 * TICKS}")
-    tried.evaluate("window.known = [...kreisel.charts.plots]")
-    drag(tried, "tip", (40, -30))
-    assert tried.evaluate(plots)
-    assert tried.evaluate("kreisel.charts.plots.map((plot) => plot.data[0].at(-1))") == [0, 0, 0]
-    assert tried.evaluate("kreisel.charts.plots[0].scales.x.max") > 2
-    tried.evaluate("changes.ghost()")
-    assert not tried.evaluate(plots)
+    advance(page_with_watch, 2)
+    wait_for(page_with_watch, f"kreisel.charts.clock === {2 * TICKS}")
+    page_with_watch.evaluate("window.known = [...kreisel.charts.plots]")
+    drag(page_with_watch, "tip", (40, -30))
+    assert page_with_watch.evaluate(plots)
+    assert page_with_watch.evaluate("kreisel.charts.plots.map((plot) => plot.data[0].at(-1))") == [
+        0,
+        0,
+        0,
+    ]
+    assert page_with_watch.evaluate("kreisel.charts.plots[0].scales.x.max") > 2
+    page_with_watch.evaluate("changes.ghost()")
+    assert not page_with_watch.evaluate(plots)
 
 
 @pytest.mark.parametrize("top", [0, 1])
-def test_the_top_in_hand_is_the_one_that_goes_on(tried, top):
-    load(tried, "Energy and motion")
-    advance(tried, 20)
-    before = states(tried)
+def test_the_top_in_hand_is_the_one_that_goes_on(page_with_watch, top):
+    load(page_with_watch, "Energy and motion")
+    advance(page_with_watch, 20)
+    before = states(page_with_watch)
     assert np.abs(np.subtract(before[0], before[1])).max() > 1e-3
-    tried.evaluate("i => pull('tip', 1, {i})", top)
-    assert scene(tried)["attitude"] == before[top][1:5]
+    page_with_watch.evaluate("i => pull('tip', 1, {i})", top)
+    assert scene(page_with_watch)["attitude"] == before[top][1:5]
 
 
 def test_undo_while_a_drag_is_held_is_not_for_a_field(page):

@@ -7,7 +7,7 @@ from browser import (
     UPRIGHT,
     WIDE,
     advance,
-    changed,
+    differing_keys,
     load,
     scene,
     states,
@@ -26,14 +26,14 @@ FRAMES = """new Promise((done) => {
 
 
 @pytest.fixture
-def chosen(page):
+def page_with_light(page):
     """The page whose light is chosen, and after that as the system has it again."""
     yield page
     page.emulate_media(color_scheme="light")
     page.get_by_label("Light or dark").select_option("")
 
 
-def settled(page):
+def wait_and_count(page):
     """Waits until all is drawn and told, and tells how many pictures there were."""
     wait_for(page, "!kreisel.view.dirty && kreisel.charts.clock === kreisel.page.clock")
     return page.evaluate("kreisel.view.renderer.info.render.frame")
@@ -42,19 +42,19 @@ def settled(page):
 # Light and dark
 
 
-def test_light_is_that_of_the_system_until_one_chooses(chosen):
-    light = chosen.evaluate(GROUND)
-    chosen.emulate_media(color_scheme="dark")
-    wait_for(chosen, f"{GROUND} !== '{light}'")
-    dark, before = chosen.evaluate(GROUND), scene(chosen)
-    field = chosen.get_by_label("Light or dark")
+def test_light_is_that_of_the_system_until_one_chooses(page_with_light):
+    light = page_with_light.evaluate(GROUND)
+    page_with_light.emulate_media(color_scheme="dark")
+    wait_for(page_with_light, f"{GROUND} !== '{light}'")
+    dark, before = page_with_light.evaluate(GROUND), scene(page_with_light)
+    field = page_with_light.get_by_label("Light or dark")
     field.select_option("light")
-    assert chosen.evaluate(GROUND) == light and scene(chosen) == before
+    assert page_with_light.evaluate(GROUND) == light and scene(page_with_light) == before
     field.select_option("dark")
-    chosen.emulate_media(color_scheme="light")
-    assert chosen.evaluate(GROUND) == dark
+    page_with_light.emulate_media(color_scheme="light")
+    assert page_with_light.evaluate(GROUND) == dark
     field.select_option("")
-    assert chosen.evaluate(GROUND) == light
+    assert page_with_light.evaluate(GROUND) == light
 
 
 def test_light_or_dark_is_remembered(browser):
@@ -88,13 +88,13 @@ def test_light_or_dark_can_be_chosen_where_nothing_is_remembered(browser):
 
 
 @pytest.mark.parametrize("light, ground", [("light", "ffffff"), ("dark", "000000")])
-def test_a_projector_gets_all_the_contrast_there_is(chosen, light, ground):
-    chosen.get_by_label("Light or dark").select_option(light)
-    before = chosen.evaluate(GROUND)
-    chosen.get_by_role("button", name="Projector").click()
-    assert chosen.evaluate(GROUND) == ground != before
-    chosen.get_by_role("button", name="Projector").click()
-    assert chosen.evaluate(GROUND) == before
+def test_a_projector_gets_all_the_contrast_there_is(page_with_light, light, ground):
+    page_with_light.get_by_label("Light or dark").select_option(light)
+    before = page_with_light.evaluate(GROUND)
+    page_with_light.get_by_role("button", name="Projector").click()
+    assert page_with_light.evaluate(GROUND) == ground != before
+    page_with_light.get_by_role("button", name="Projector").click()
+    assert page_with_light.evaluate(GROUND) == before
 
 
 def test_a_projector_gets_larger_numbers_and_charts(page):
@@ -116,7 +116,7 @@ def test_charts_in_a_hall_can_be_read_from_afar(page):
     load(page, "Compare four")
     advance(page, 30)
     page.keyboard.press("b")
-    settled(page)
+    wait_and_count(page)
     size = "(place) => parseFloat(getComputedStyle(place).fontSize)"
     reads = page.locator(".read")
     assert reads.first.evaluate(size) >= 20
@@ -129,15 +129,15 @@ def test_charts_in_a_hall_can_be_read_from_afar(page):
     page.set_viewport_size(window(WIDE))
 
 
-def test_paper_is_light(chosen):
-    light = chosen.evaluate(GROUND)
-    chosen.get_by_label("Light or dark").select_option("dark")
-    dark = chosen.evaluate(GROUND)
-    chosen.evaluate("dispatchEvent(new Event('beforeprint'))")
-    assert chosen.evaluate(GROUND) == light
-    chosen.evaluate("dispatchEvent(new Event('afterprint'))")
-    assert chosen.evaluate(GROUND) == dark
-    assert chosen.get_by_label("Light or dark").input_value() == "dark"
+def test_paper_is_light(page_with_light):
+    light = page_with_light.evaluate(GROUND)
+    page_with_light.get_by_label("Light or dark").select_option("dark")
+    dark = page_with_light.evaluate(GROUND)
+    page_with_light.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert page_with_light.evaluate(GROUND) == light
+    page_with_light.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page_with_light.evaluate(GROUND) == dark
+    assert page_with_light.get_by_label("Light or dark").input_value() == "dark"
 
 
 # Rest
@@ -145,16 +145,16 @@ def test_paper_is_light(chosen):
 
 def test_a_page_at_rest_draws_nothing(page):
     advance(page, 3)
-    before = settled(page)
+    before = wait_and_count(page)
     page.evaluate(FRAMES)
     assert page.evaluate("kreisel.view.renderer.info.render.frame") == before
     page.evaluate("kreisel.page.set('gravity', 2)")
-    assert settled(page) > before
+    assert wait_and_count(page) > before
 
 
 def test_a_light_on_a_handle_asks_for_no_pictures(page):
     page.mouse.move(*page.evaluate("kreisel.at('tip')"))
-    before = settled(page)
+    before = wait_and_count(page)
     assert page.evaluate("kreisel.hands.halo.visible")
     page.evaluate(FRAMES)
     assert page.evaluate("kreisel.view.renderer.info.render.frame") == before
@@ -165,7 +165,7 @@ def test_a_light_on_a_handle_asks_for_no_pictures(page):
 
 
 def drops(page):
-    """Where the drop lines end, and how far up they go: of the tip of m, of the centre of mass."""
+    """Return the ends and heights of the drop lines of the tip of m and of the centre of mass."""
     return np.array(
         page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
             [...position.toArray(), children[0].scale.z])""")
@@ -176,7 +176,7 @@ def test_drop_lines_go_from_tip_and_centre_of_mass_to_the_floor(page):
     assert not page.evaluate(f"{TOP}.drops.visible")
     before = scene(page)
     page.get_by_role("checkbox", name="Drop lines").check()
-    assert changed(before, scene(page)) == {"show"} and page.evaluate(f"{TOP}.drops.visible")
+    assert differing_keys(before, scene(page)) == {"show"} and page.evaluate(f"{TOP}.drops.visible")
     advance(page, 2)
     state, floor = states(page)[0], page.evaluate("kreisel.view.floor.height")
     m = np.array(state[5:]) * page.evaluate("kreisel.view.momentumZoom")
@@ -216,7 +216,7 @@ def test_top_or_box_changes_nothing_else(page):
     load(page, UPRIGHT, chart="spin")
     before, choice = scene(page), page.get_by_label("Show as")
     choice.select_option("top")
-    assert changed(before, scene(page)) == {"show"} and choice.input_value() == "top"
+    assert differing_keys(before, scene(page)) == {"show"} and choice.input_value() == "top"
     page.get_by_label("Shape").select_option("kowalewski")
     assert choice.input_value() == "box" and choice.locator("option[value=top]").is_disabled()
     assert scene(page)["chart"] == "spin" and scene(page)["integral"] == "kowalewski"

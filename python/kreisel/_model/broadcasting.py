@@ -19,8 +19,8 @@ from .._utils.validation import (
     as_array,
     as_float,
     as_floats,
+    as_non_negative,
     as_positive,
-    at_least_zero,
     short_repr,
 )
 from .inertia import parse_tensor
@@ -49,21 +49,21 @@ class Parameter(NamedTuple):
         """Broadcast the values to the members' shape."""
         return np.broadcast_to(self.values, shape + self.value)
 
-    def raise_at_first(self, bad: Any, look: Validator) -> None:
+    def raise_at_first(self, bad: Any, validate: Validator) -> None:
         """Raise the error of the first value that is flagged in `bad`, with its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
-            raise self.error_at(index, look)
+            raise self.error_at(index, validate)
 
-    def error_at(self, index: Index, look: Validator) -> Exception:
-        """Return the error that the validator `look` raises for the value at `index`."""
+    def error_at(self, index: Index, validate: Validator) -> Exception:
+        """Return the error that `validate` raises for the value at `index`."""
         value = to_python(self.values[index])
         try:
-            look(self.name, value)
+            validate(self.name, value)
         except (TypeError, ValueError) as error:
             place = f"{self.name}{list(index)} = {short_repr(value)}: " if index else ""
             return type(error)(f"{place}{error}")
-        return ValueError(f"{self.name}{list(index)} = {short_repr(value)} is not what it must be")
+        return ValueError(f"{self.name}{list(index)} = {short_repr(value)} is invalid")
 
 
 def to_python(value: Any) -> Any:
@@ -93,11 +93,13 @@ def parse_parameter(name: str, given: object, value: Shape = (), what: str = "")
     if not np.isfinite(drop_broadcast(values)).all():
         finite = np.isfinite(values)
         behind = tuple(range(-len(value), 0))
-        made.raise_at_first(~(finite.all(axis=behind) if value else finite), validator_of(value))
+        made.raise_at_first(
+            ~(finite.all(axis=behind) if value else finite), select_validator(value)
+        )
     return made
 
 
-def validator_of(value: Shape) -> Validator:
+def select_validator(value: Shape) -> Validator:
     if not value:
         return as_float
     if len(value) == 2:
@@ -112,10 +114,10 @@ def parse_positive(name: str, given: object) -> Parameter:
     return made
 
 
-def not_below_zero(name: str, given: object) -> Parameter:
-    """A word of numbers that are not negative."""
+def parse_non_negative(name: str, given: object) -> Parameter:
+    """Build a parameter of numbers that are not negative."""
     made = parse_parameter(name, given)
-    made.raise_at_first(~(made.values >= 0.0), at_least_zero)
+    made.raise_at_first(~(made.values >= 0.0), as_non_negative)
     return made
 
 
@@ -131,14 +133,14 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     """Memoize `change` so that columns which share one buffer are transformed once."""
     made: dict[tuple[object, ...], Column] = {}
 
-    def changed(held: Column) -> Column:
+    def change_once(held: Column) -> Column:
         data = held.__array_interface__["data"][0]
         key = data, held.shape, held.strides, held.dtype.str
         if key not in made:
             made[key] = change(held)
         return made[key]
 
-    return changed
+    return change_once
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:

@@ -117,7 +117,7 @@ class EnsembleData(Batch[S]):
             shape, found = (*shape, len(found[0])), [scene for few in found for scene in few]
         if not found:
             raise ValueError(
-                "a list of scenes must not be empty; an ensemble of none has a body, as "
+                "a list of scenes must not be empty; an empty ensemble has a body, as "
                 "kr.Ensemble(body, momentum=numpy.empty((0, 3)))"
             )
         for k, scene in enumerate(found):
@@ -155,7 +155,7 @@ class EnsembleData(Batch[S]):
         shape, held = self.shape, self._columns
         body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
-            parts = [body.mass, body.moments, body.principal_com, body.axes, body.rounded]
+            parts = [body.mass, body.moments, body.principal_com, body.axes, body.inertia_rtol]
         else:
             row = np.frombuffer(body._block)
             vectors = row[1:4], row[4:7], row[7:11]

@@ -58,12 +58,12 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     """Build the ensemble of `scene` in which the parameters `words` vary."""
     for name in words:
         if name not in _KNOWN:
-            raise TypeError(unknown_name_message("word", name, _KNOWN))
+            raise TypeError(unknown_name_message("parameter", name, _KNOWN))
     given = {name: value for name, value in words.items() if value is not None}
     kinds = [list(filter(given.__contains__, names)) for names in (_PLAIN, _SPINNING, _EULER)]
     told = [names[0] for names in kinds if names]
     if len(told) > 1:
-        raise ValueError(f"{told[0]} and {told[1]} both tell the start: give words of one kind")
+        raise ValueError(f"{told[0]} and {told[1]} both describe the start: give only one kind")
     body = _vary_body(scene, given)
     gravity: Any = given.get("gravity")
     damping: Any = given.get("damping")
@@ -108,7 +108,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
     if not changed:
         return own
     kept = {"mass": own.mass, "inertia": own.inertia, "com": own.com}
-    return Bodies(**{**kept, **changed}, rounded=own.rounded, made_up=own.made_up)
+    return Bodies(**{**kept, **changed}, inertia_rtol=own.inertia_rtol, unphysical=own.unphysical)
 
 
 def _euler_state(scene: Any) -> _EulerState:

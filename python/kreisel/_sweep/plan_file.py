@@ -27,7 +27,7 @@ from .._model.toml import check_table, parse_tables, read
 from .._utils.errors import unknown_name_message
 from .._utils.validation import as_float, as_int, short_repr
 from ..events import MAKERS, Event
-from ..scenes import about, named
+from ..scenes import about, get_scene
 from .source import Source
 from .sweep_plan import SweepPlan, make_plan
 from .task import ARGUMENTS, parse_task
@@ -96,7 +96,7 @@ def _check_keys(name: str, arguments: Mapping[str, Any], known: list[str]) -> No
 
 def _parse_scene(given: object, folder: Path) -> Scene:
     if isinstance(given, str):
-        return named(given) if given in about else Scene.from_toml(folder / given)
+        return get_scene(given) if given in about else Scene.from_toml(folder / given)
     return build_from_table(dict(check_table("scene", given)))
 
 

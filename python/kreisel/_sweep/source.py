@@ -24,13 +24,13 @@ from .._model.kwargs_types import VaryKwargs
 from .._model.scene import Ensemble, Scene
 from .._model.variation import scatter, vary
 from .._options.ensemble_options import format_index, unravel_index
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.validation import as_bool, as_int, check_type, short_repr
 from .start_parameters import FLAGS, parse_start
 from .start_table import read_columns
 
 _DRAWS = 4  # random numbers of a top for a parameter: no random parameter has more components
-_BODY = "mass", "inertia", "com", "rounded", "made_up"
+_BODY = "mass", "inertia", "com", "inertia_rtol", "unphysical"
 _FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # names the parameter of the first top in an error
 _SAMPLE_SIZE = 1 << 10  # tops on which a plan is validated
 _SCATTERED = "momentum", "attitude", "gravity"
@@ -47,7 +47,7 @@ class RandomSpec(NamedTuple):
     widths: Mapping[str, Any]
 
 
-@frozen_message("make another kreisel.Source")
+@refuse_assignment("make another kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """A lazy description of many tops; kreisel.sweep generates its parts from it.
@@ -286,9 +286,9 @@ class Source:
         arguments: dict[str, Any] = _take(self._parameters, self.shape, at)
         if random is not None:
             arguments |= _draw(random, first, at.size)
-        if "made_up" in arguments:
+        if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
-            body["made_up"] = body["made_up"].values.astype(bool)
+            body["unphysical"] = body["unphysical"].values.astype(bool)
             arguments["body"] = Bodies(**body)
         arguments |= self._flags
         return vary(Ensemble, self.scene, arguments)

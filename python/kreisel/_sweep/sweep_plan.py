@@ -20,7 +20,7 @@ from .._model.broadcasting import Parameter
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
-from .._options.times import memory
+from .._options.times import total_memory
 from .._utils.validation import Array, as_int
 from .source import Places, RandomSpec, Source
 from .task import SweepTask, TaskResult, task_from_json
@@ -182,7 +182,7 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     else:
         size = as_int("part_size", part_size, 1)
     needed = min(size, source.size) * row
-    if needed > memory():
+    if needed > total_memory():
         raise MemoryError(
             f"a part of {size} tops with {states} states each needs {1e-9 * needed:.3g} GB, more "
             "than this machine has: take smaller parts, fewer times, or keep less"

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .._results.ensemble_buffers import RawEvents
 from .._results.ensemble_events import EnsembleEvents, ensemble_events
 from .._results.tables import TABLES
-from .._utils.errors import frozen_message, unknown_name_message
+from .._utils.errors import refuse_assignment, unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import as_bool, as_int
 from .part_table import COUNT, EVENT_STATE, PartTable
@@ -30,7 +30,7 @@ Column = npt.NDArray[Any]
 _STATUS = "status", "reached"
 
 
-@frozen_message("kreisel.sweep computes the results that are read here")
+@refuse_assignment("kreisel.sweep computes the results that are read here")
 class SweepResult:
     """The results of a sweep in a folder.
 
