@@ -12,14 +12,14 @@ import numpy as np
 END_TIME = 20.0
 
 
-def solved(i):
-    """Gives where a top ends whose momentum is a little other than the others'."""
+def solve_top(i):
+    """Return the last attitude of a top whose momentum depends on `i`."""
     scene = kr.scenes.thesis.replace(momentum=(0.1 * i, 0.2, 3.0))
     return kr.solve(scene, [END_TIME], method="taylor").q[-1]
 
 
-def flags():
-    """Gives what Linux says that the processor can."""
+def processor_flags():
+    """Return the features of the processor, as Linux lists them."""
     told = Path("/proc/cpuinfo")
     return told.read_text().split() if told.exists() else []
 
@@ -43,12 +43,13 @@ def main():
     assert path.t[-1] == 1 and abs((path.q[-1] ** 2).sum() - 1) < 1e-14
     assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the page is not in the wheel"
     see_licences()
-    alone = [solved(i) for i in range(16)]
+    alone = [solve_top(i) for i in range(16)]
     with ThreadPoolExecutor(8) as threads:
-        together = list(threads.map(solved, list(range(16)) * 4))
+        together = list(threads.map(solve_top, list(range(16)) * 4))
     assert np.array_equal(together, alone * 4), "threads have other bits"
     kernel = kr.plan(kr.scenes.asymmetric, method="taylor").kernel
-    assert kernel != "base" or "avx2" not in flags(), "the processor's vectors are not used"
+    has_vectors = "avx2" in processor_flags()
+    assert kernel != "base" or not has_vectors, "the processor's vectors are not used"
     free = bool(sysconfig.get_config_var("Py_GIL_DISABLED"))
     assert not (free and sys._is_gil_enabled()), "kreisel has switched the GIL on"
     python = sys.version.split()[0] + ("t" if free else "")

@@ -1,4 +1,4 @@
-"""How the site is made: `make docs` calls Sphinx with this file, and has build/docs/index.html.
+"""Configuration of the site: `make docs` calls Sphinx with this file and writes build/docs.
 
 Nothing is fetched, neither now nor by who reads: no CDN, no fonts from elsewhere, formulas as
 MathML, and no index of other projects' pages.

@@ -33,8 +33,9 @@ static doubles start_values(const tops &all, const std::string &name)
     return out;
 }
 
-// Bodies by mass, inertia (moments, or the rows of a matrix), com and rounded: the status and index
-// of the first that is none, whether there can be such bodies, and of matrices the blocks.
+// Makes bodies from mass, inertia (moments, or the rows of a matrix), com and inertia_rtol. Returns
+// the status and index of the first invalid body, whether each body is physical, and the blocks of
+// bodies that are given by matrices.
 static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given, bool are_matrices)
 {
     const columns<4> all(shape, given, {1, are_matrices ? size_t(9) : size_t(3), 3, 1});

@@ -90,7 +90,7 @@ class tops
     columns<10> fields;
 
   public:
-    // Mass, moments, centre of mass, axes, rounded; gravity; t, q, m; damping.
+    // Mass, moments, centre of mass, axes, inertia_rtol; gravity; t, q, m; damping.
     tops(const std::vector<size_t> &shape, const py::list &arrays)
         : fields(shape, arrays, {1, 3, 3, 4, 1, 1, 1, 4, 3, 3})
     {

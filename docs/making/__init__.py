@@ -1,6 +1,8 @@
-"""What the site needs beside Sphinx' own: docstrings in plain words, formulas as MathML, the C
-header with an index, the page with a scene inside, the report where there is one, links that lead
-somewhere."""
+"""Extensions of Sphinx for the site.
+
+They render docstrings in plain text, formulas as MathML, the C header with an index, the page with
+a scene inside, the report if it exists, and checked links.
+"""
 
 from pygments.lexers import TextLexer
 

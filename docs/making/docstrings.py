@@ -17,16 +17,16 @@ def setup(app):
     app.connect("autodoc-process-docstring", as_rest)
     app.connect("autodoc-process-signature", signature)
     app.connect("autodoc-process-bases", bases)
-    app.connect("autodoc-skip-member", skipped)
+    app.connect("autodoc-skip-member", skip_member)
 
 
 def as_rest(app, what, name, thing, options, lines):
     blocks = re.split(r"\n\s*\n", "\n".join(lines).strip("\n"))
-    lines[:] = [line for block in blocks for line in [*made(block.splitlines()), ""]]
+    lines[:] = [line for block in blocks for line in [*render_paragraph(block.splitlines()), ""]]
 
 
-def made(block):
-    """The lines of a paragraph, as reST."""
+def render_paragraph(block):
+    """Return the lines of a paragraph, as reST."""
     text = inspect.cleandoc("\n".join(["", *block])).splitlines()
     if not text:
         return []
@@ -42,14 +42,14 @@ def made(block):
 
 
 def bullets(text):
-    """A list, which a sentence may come before."""
+    """Return a bullet list, which a sentence may precede."""
     first = next(i for i, line in enumerate(text) if line.startswith("- "))
     rows = [line if line[0] == " " else "\n" + line for line in map(plain, text[first:])]
     return [*map(plain, text[:first]), "", *"\n".join(rows).splitlines()]
 
 
 def definitions(text):
-    """Names, and what each is."""
+    """Return a definition list of names and their descriptions."""
     rows = []
     for line in text:
         found = line[0] != " " and ROW.fullmatch(line)
@@ -60,25 +60,25 @@ def definitions(text):
 
 
 def plain(line):
-    """A line without marks of reST that its author did not mean, and with links."""
+    """Return a line with escaped marks of reST, and with links."""
     parts = re.split(r"(`[^`]+`)", line)
-    return "".join(code(p[1:-1]) if p[:1] == "`" else linked(escaped(p)) for p in parts)
+    return "".join(code(p[1:-1]) if p[:1] == "`" else add_links(escape(p)) for p in parts)
 
 
 def code(text):
     return f"``{text}``"
 
 
-def escaped(text):
+def escape(text):
     return re.sub(r"([\\*|])|(?<=\w)(_)(?!\w)", lambda mark: "\\" + mark[0], text)
 
 
-def linked(text):
+def add_links(text):
     return re.sub(r"\bkreisel\.(\w+(?:\.\w+)?)", link, text)
 
 
 def link(found):
-    """A reference, to what is public."""
+    """Return a reference if the name is public."""
     thing = kr
     for word in found[1].split("."):
         thing = getattr(thing, word, None)
@@ -86,17 +86,17 @@ def link(found):
 
 
 def signature(app, what, name, thing, options, given, returned):
-    """None for classes that kreisel makes and users read."""
+    """Return no signature for classes that kreisel creates and users only read."""
     if what in {"class", "exception"} and name.split(".")[-1] not in MADE_BY_USERS:
         return "", None
     return None
 
 
 def bases(app, name, thing, options, found):
-    """Public ones alone: which rooms of the house a class comes from is not the users' affair."""
+    """Keep public base classes only."""
     found[:] = [base for base in found if not base.__module__.startswith("kreisel._")] or [object]
 
 
-def skipped(app, what, name, thing, skip, options):
-    """What a class has only to be a class."""
+def skip_member(app, what, name, thing, skip, options):
+    """Skip members that every class has."""
     return True if name in {"count", "index"} and inspect.ismethoddescriptor(thing) else None

@@ -1,4 +1,4 @@
-"""How the gallery looks, and how kreisel's own pictures come into it."""
+"""Style of the gallery, and the scraper of kreisel's own pictures."""
 
 from weakref import WeakSet
 

@@ -1,4 +1,4 @@
-"""Where links inside the site lead: to a file and a place in it, also those in raw HTML."""
+"""Checks of links inside the site, to files and to anchors, also in raw HTML."""
 
 import re
 from functools import cache

@@ -1,5 +1,8 @@
-"""What moves in an example. All share one file of the page, which takes the scene from its address;
-a film is shown as the GIF that it would save, for the player of matplotlib fetches its icons."""
+"""Moving outputs of an example.
+
+All share one file of the page, which reads the scene from its address. A film is shown as the GIF
+that it would save, because the player of matplotlib fetches its icons.
+"""
 
 import base64
 import html
@@ -18,7 +21,7 @@ def setup(app):
 
 
 def in_a_frame(view):
-    """In a notebook the same expression shows the page from memory."""
+    """Return the page in a frame; a notebook shows the page from memory instead."""
     address = "../../_static/viewer.html#scene=" + quote(json.dumps(view.scene))
     return (
         f'<iframe class="live" loading="lazy" src="{html.escape(address)}" '

@@ -83,9 +83,11 @@ class View:
         atomic_write(file, self.html.encode())
 
     def open(self) -> File:
-        """Show the page in a browser; the file in which it stands, which the next page of this name
-        replaces. Warns where there is no browser."""
-        file, shown = opened(self)
+        """Show the page in a browser and return its file.
+
+        The next page of this name replaces the file. Warns if no browser was found.
+        """
+        file, shown = open_page(self)
         if not shown:
             warnings.warn(f"no browser was found to open the page: {file}", stacklevel=2)
         return file
@@ -96,8 +98,8 @@ class View:
         return f'<iframe {inside} title="kreisel: the top"></iframe>'
 
 
-def opened(page: View) -> tuple[File, bool]:
-    """The file in which a page stands now, and whether a browser was found to show it."""
+def open_page(page: View) -> tuple[File, bool]:
+    """Write the page to its file, open it, and return the file and True if a browser was found."""
     import webbrowser  # here, since who shows nothing need not wait for it
 
     name = page.scene["name"]
@@ -107,8 +109,7 @@ def opened(page: View) -> tuple[File, bool]:
 
 
 def _folder() -> File:
-    """A folder of the user's for what can be made again, so that nothing piles up; a temporary one
-    where there is no such."""
+    """Return the user's cache folder, or a temporary one if there is none."""
     home = os.path.expanduser("~")
     base = {
         "win32": os.environ.get("LOCALAPPDATA") or home,
@@ -131,34 +132,37 @@ def view(
     speed: float = 1.0,
     open: bool = True,
 ) -> View:
-    """A scene, or a path beside a live top, in the page: in a notebook as the result of a cell,
-    else in a browser.
+    """Show a scene, or a path beside a live top, in the browser page.
 
-    methods  one to three that the page has, to begin with; left out: bobenko_suris for Lagrange
+    In a notebook it is the result of a cell, otherwise it opens in a browser.
+
+    methods  one to three methods of the page to start with; default: bobenko_suris for Lagrange
              tops, else strang
-    step     theirs, in whole millionths [T]; left out: the path's, or 0.01
-    speed    units of time a second
-    open     false: only make it, for `.save("top.html")`
+    step     of these methods, in whole millionths [T]; default: that of the path, or 0.01
+    speed    units of time in a second
+    open     False: only build the page, for `.save("top.html")`
 
     A path is played as it was computed: its states must lie at equal intervals of whole millionths
     from t = 0 on, as with every=n. Raises FileNotFoundError if this installation has no page,
-    TypeError, ValueError for bad arguments.
+    TypeError and ValueError for invalid arguments.
     """
     if not isinstance(what, (Scene, Path)):
-        raise TypeError(f"a view is of a kreisel.Scene or a kreisel.Path, not {what!r}")
+        raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {what!r}")
     scene = what if isinstance(what, Scene) else what.scene
     if scene._is_damped:
-        raise ValueError("the page moves no damped tops: plot the path, path.plot()")
+        raise ValueError("the page moves no damped tops: use path.plot()")
     tracks = [_track(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]
-    page = View(_shown(scene, _methods(methods, scene), step, as_positive("speed", speed), tracks))
+    page = View(
+        _page_scene(scene, _methods(methods, scene), step, as_positive("speed", speed), tracks)
+    )
     if open and not _in_notebook():
         page.open()
     return page
 
 
-def _shown(
+def _page_scene(
     scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_Track]
 ) -> _Scene:
     name = name_of(scene)
@@ -166,7 +170,7 @@ def _shown(
         "version": 1,
         "name": name or "a scene from Python",
         "about": about.get(name, ""),
-        "body": _body(scene),
+        "body": _body_data(scene),
         "attitude": scene.attitude,
         "momentum": scene.momentum,
         "gravity": scene.gravity,
@@ -177,10 +181,11 @@ def _shown(
     }
 
 
-def _body(scene: Scene) -> _Body:
-    if scene.body.rounded:
+def _body_data(scene: Scene) -> _Body:
+    if scene.body.inertia_rtol:
         raise ValueError(
-            f"the page has no rounded moments: view a body without rounded={scene.body.rounded!r}"
+            "the page has no tolerance of the inertia: view a body without "
+            f"inertia_rtol={scene.body.inertia_rtol!r}"
         )
     inertia = np.asarray(scene.body.inertia)
     rows = np.diag(inertia) if inertia.ndim == 1 else inertia

@@ -177,7 +177,7 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(
-            f"within must be at least 1e-7, not {short_repr(within)}: below, rounding decides"
+            f"within must be at least 1e-7, the effect of rounding, not {short_repr(within)}"
         )
     left = {name: factor * (within * within - 1.0) for name, factor in _SPEED.items()}
     return extremum({"apex_z": 1.0}, where=left | {"spin*spin": 1.0}, **more)

@@ -40,7 +40,7 @@ _UPRIGHT = (1.0, 0.0, 0.0, 0.0)
 def _in_principal_axes(
     moments: Vector, lever: Vector, momentum: Vector, attitude: Quaternion = _UPRIGHT
 ) -> Scene:
-    return Scene(Body(1.0, moments, lever, made_up=True), momentum, attitude, gravity=1.0)
+    return Scene(Body(1.0, moments, lever, unphysical=True), momentum, attitude, gravity=1.0)
 
 
 thesis = _in_principal_axes(_THESIS, (0.0, 0.0, 5.120000000000001), (0.172, -1.862, 1.46))
@@ -66,7 +66,7 @@ asymmetric_regular = _in_principal_axes(
 fast = _in_principal_axes(_THESIS, (0.0, 0.0, 5.120000000000001), (0.5, 0.0, 200.0))
 strong_gravity = _in_principal_axes(_THESIS, (0.0, 0.0, 51.20000000000001), (5.0, 0.0, 0.0))
 
-_symmetric = Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, made_up=True)
+_symmetric = Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
 _tilted = (0.8**0.5, 0.2**0.5, 0.0, 0.0)  # by the angle whose cosine is 0.6, about e1
 
 sleeping = Scene(_symmetric, momentum=(0.02, 0.0, 3.0))
@@ -80,7 +80,7 @@ dzhanibekov = Scene(
 )
 
 
-def named(name: str) -> Scene:
+def get_scene(name: str) -> Scene:
     """Return the scene called `name`; raise KeyError if unknown, TypeError if not a text."""
     if not isinstance(name, str):
         raise TypeError(f"name must be a text, not {short_repr(name)}")
@@ -92,9 +92,9 @@ def named(name: str) -> Scene:
 
 def name_of(scene: Scene) -> str:
     """Return the name of a scene of this module; '' for any other scene."""
-    return next((name for name in about if named(name) == scene), "")
+    return next((name for name in about if get_scene(name) == scene), "")
 
 
 def __dir__() -> list[str]:
     """List the scenes and the functions of this module."""
-    return sorted([*about, "about", "name_of", "named"])
+    return sorted([*about, "about", "get_scene", "name_of"])

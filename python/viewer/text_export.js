@@ -34,7 +34,7 @@ export function toPython(top) {
   const { half, pivot, density = 1, mass, inertia, com } = body;
   const bodyText = half
     ? `.cuboid(half=${formatList(half)}, pivot=${formatList(pivot)}, density=${density})`
-    : `(mass=${mass}, inertia=${formatRows(inertia)}, com=${formatList(com)}, made_up=True)`;
+    : `(mass=${mass}, inertia=${formatRows(inertia)}, com=${formatList(com)}, unphysical=True)`;
   const scene = (attitude, momentum) =>
     `kr.Scene(body, momentum=${formatList(momentum)}, attitude=${formatList(attitude)}, ` +
     `gravity=${gravity})`;

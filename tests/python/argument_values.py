@@ -11,7 +11,7 @@ from tops import CORNER, FREE, GENERAL, LAGRANGE, TILT
 
 TOP = kr.scenes.asymmetric
 DAMPED = LAGRANGE.replace(damping=(0.1, 0.2, 0.3))
-MADE_UP = kr.Body(1, (1, 1, 0.5), (0, 0, 3), made_up=True)
+MADE_UP = kr.Body(1, (1, 1, 0.5), (0, 0, 3), unphysical=True)
 PLATE = kr.Body(1, (1, 2, 3), (0, 0, 0))
 SCENES = [TOP, LAGRANGE, GENERAL, FREE, DAMPED, kr.Scene(MADE_UP, (0, 0, 0), gravity=-1)]
 BODIES = [
@@ -77,7 +77,7 @@ RIGHT = {
     **dict.fromkeys(["inner", "outer", "gravity", "spin", "tilt", "precession"], SIZES),
     **dict.fromkeys(["energy", "vertical", "speed", "within", "offset", "nutation"], SIZES),
     **dict.fromkeys(["thickness", "elevation", "azimuth"], SIZES),
-    **dict.fromkeys(["made_up", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
+    **dict.fromkeys(["unphysical", "shell", "degrees", "steady", "fast", "unwrap", "units"], FLAGS),
     **dict.fromkeys(["back", "open", "last", "terminal"], FLAGS),
     **dict.fromkeys(
         ["n", "every", "max_count", "i", "k", "which", "chunk", "fps", "repeats"], COUNTS
@@ -85,7 +85,7 @@ RIGHT = {
     **dict.fromkeys(["function", "where"], FUNCTIONS),
     **dict.fromkeys(["file", "source", "path"], FILES),
     **dict.fromkeys(["t", "times"], TIMES),
-    "rounded": [0.0, 1e-3],
+    "inertia_rtol": [0.0, 1e-3],
     "damping": [0.1, (0.1, 0.2, 0.3)],
     "body": [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE],
     "scene": SCENES,
@@ -134,9 +134,8 @@ RIGHT = {
     "scenes": [[TOP, LAGRANGE], [[TOP], [FREE]]],
     "shape": [-1, 1, (1, -1)],
     "tops": [*SOURCES, *ENSEMBLES],
-    "to": [f"runs{i}" for i in range(40)],
-    "part": [None, 1, 7],
-    "verb": ["solve", "lyapunov", "section"],
+    "part_size": [None, 1, 7],
+    "task": ["solve", "lyapunov", "section"],
     "parts": [None, range(1), range(0)],
     "folder": ["swept", "half", "runs1"],
     "partial": FLAGS,
@@ -147,6 +146,7 @@ WORDS = {  # what a function's **words are
     "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
     "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],
 }
+WORDS["arguments"] = [name for name in WORDS["words"] if name != "body"]
 PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
 PARTICULAR = {  # where a word means something else than elsewhere
     **dict.fromkeys(["apex.path", "rod.path", "Event.value.path"], PATHS),
@@ -177,7 +177,7 @@ PARTICULAR = {  # where a word means something else than elsewhere
         f"Bodies.{name}.half": [(1, 2, 3), [(1, 1, 2), (3, 2, 1)]]
         for name in ("cuboid", "ellipsoid")
     },
-    "Bodies.made_up": [True, [True, False]],
+    "Bodies.unphysical": [True, [True, False]],
     "Ensemble.momentum": [(0, 0, 1), np.ones((2, 3)), np.ones((3, 1, 3))],
     "Ensemble.gravity": [1.0, [1.0, 2.0], -1],
     "Ensemble.spinning.tilt": [0.5, [0.0, 0.5]],
@@ -185,11 +185,12 @@ PARTICULAR = {  # where a word means something else than elsewhere
     "Scene.scatter.attitude": [0.1, (0.1, 0, 0)],
     "Source.scatter.momentum": [0.1, (0.1, 0, 0)],
     "Source.scatter.attitude": [0.1, (0.1, 0, 0)],
-    "Source.columns.file": ["tops.npz", "tops.parquet"],
+    "Source.columns.file": ["tops.parquet"],
+    "sweep.folder": [f"runs{i}" for i in range(40)],
     "Source.of.tops": ENSEMBLES,
     "Source.__getitem__.key": [0, -1, slice(1, 3), slice(None)],
-    "Swept.__getitem__.name": ["status", "nutation_min", "top"],
-    "Swept.part.i": [0, 1],
+    "SweepResult.__getitem__.name": ["status", "nutation_min", "top"],
+    "SweepResult.part.i": [0, 1],
     "quaternion.unit.name": ["attitude"],
     "quaternion.from_xyzw.name": ["attitude"],
     "quaternion.from_xyzw.value": ATTITUDES,

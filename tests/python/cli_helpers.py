@@ -13,6 +13,6 @@ def call(line, *more, code=0, given=None):
     return done.output
 
 
-def said(text):
+def join_lines(text):
     """Return `text` as one line."""
     return re.sub(r"\s+", " ", text)

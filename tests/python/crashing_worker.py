@@ -11,7 +11,7 @@ from kreisel._sweep import runner
 from kreisel._sweep.store import SweepStore
 
 
-def killed_once(flag, moment):
+def kill_once(flag, moment):
     """Kill the worker of part 2 once, while it computes the part or before it stores it."""
 
     def end(*_):
@@ -19,17 +19,17 @@ def killed_once(flag, moment):
             Path(flag).touch()
             os.kill(os.getpid(), signal.SIGKILL)
 
-    put, moved = SweepStore.put, runner.compute_part
+    write, compute = SweepStore.write_part, runner.compute_part
 
-    def first_put(self, i, rows):
+    def first_write(self, i, part):
         if i == 2:
             end()
-        return put(self, i, rows)
+        return write(self, i, part)
 
-    def first_moved(folder, i, threads, _):
-        return moved(folder, i, threads, end if i == 2 else None)
+    def first_compute(store, tops, threads, _):
+        return compute(store, tops, threads, end if tops == store.plan.tops_of(2) else None)
 
     if moment == "moves":
-        runner.compute_part = first_moved
+        runner.compute_part = first_compute
     else:
-        SweepStore.put = first_put
+        SweepStore.write_part = first_write

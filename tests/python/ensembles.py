@@ -12,7 +12,7 @@ TIMES = [0.0, 0.5, 2.0, 5.0]
 FIELDS = "states", "status", "done", "reached", "steps", "evaluations", "rejected", "iterations"
 
 
-def scattered(n, seed=1):
+def random_ensemble(n, seed=1):
     """Return `n` tops of two bodies with random momenta; every third one has a closed form."""
     momenta = np.random.default_rng(seed).normal(size=(n, 3))
     bodies = [kr.scenes.cusps.body if i % 3 == 0 else kr.scenes.asymmetric.body for i in range(n)]

@@ -22,7 +22,7 @@ def table():
     return kr.compare(TOP, 0.5, ["rk4"], [0.1], repeats=1)
 
 
-def swept(folder):
+def sweep_reader(folder):
     """Return a function that reads the sweep of two parts in `folder`."""
     return lambda: kr.read_sweep(folder, partial=folder == "half")
 
@@ -68,7 +68,7 @@ SELVES = {  # things of each class that has methods
     kr.Scene: [always(scene) for scene in argument_values.SCENES],
     kr.Section: [always(section) for section in argument_values.SECTIONS],
     kr.Source: [always(source) for source in argument_values.SOURCES],
-    kr.SweepResult: [swept("swept"), swept("half")],
+    kr.SweepResult: [sweep_reader("swept"), sweep_reader("half")],
     kr.Stats: [always(PATHS[0].stats)],
     kr.Table: [always(table())],
     kr.View: [always(kr.view(TOP, open=False))],

@@ -17,35 +17,37 @@ LOW = kr.events.nutation(direction=1)
 SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 12), gravity=np.linspace(-1, 1, 25))
 # Of these tops some fail, and some have a closed form.
 REDUCED = {"t": [1.0, 4.0], "reduce": {"nutation": ("min", "max"), "apex": "mean"}}
-REDUCED |= {"max_steps": 14, "part": 64}
-WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part": 64}
+REDUCED |= {"max_steps": 14, "part_size": 64}
+WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part_size": 64}
 PARTS = 5
 
 # A cluster that is slow to come up leaves the sockets behind by which it was looked for.
 SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExceptionWarning"
 
 
-def swept(to, words=REDUCED, source=SOURCE, **more):
+def run_sweep(to, words=REDUCED, source=SOURCE, **more):
     """Run a sweep of all parts, or of some."""
-    return kr.sweep(source, to=to, **words, **more)
+    return kr.sweep(source, folder=to, **words, **more)
 
 
-def rows_hash(folder):
+def hash_rows(folder):
     """Return the hash of all rows sorted by top, independent of the files that hold them."""
     files = sorted(Path(folder).glob("*.parquet"), reverse=True)
     tables = [parquet.read_table(file, partitioning=None) for file in files]
-    rows = sorted(tuple(map(exact, row.values())) for table in tables for row in table.to_pylist())
+    rows = sorted(
+        tuple(map(hex_doubles, row.values())) for table in tables for row in table.to_pylist()
+    )
     return hashlib.sha256(repr(rows).encode()).hexdigest()
 
 
-def exact(value):
+def hex_doubles(value):
     """Return `value` with all bits of its doubles."""
     if isinstance(value, list):
-        return tuple(map(exact, value))
+        return tuple(map(hex_doubles, value))
     return value.hex() if isinstance(value, float) else value
 
 
-def child(code, *words, **more):
+def start_python(code, *words, **more):
     """Start a Python process that runs `code` and can import the modules of the tests."""
     repo = str(HERE.parent / "repo")
     path = os.pathsep.join([str(HERE), repo, os.environ.get("PYTHONPATH", "")])

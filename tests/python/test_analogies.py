@@ -74,7 +74,7 @@ def test_the_body_says_what_section_its_rod_has():
 
 def test_an_axis_between_equal_moments_is_a_principal_axis_too():
     """A Kowalewski top with the centre of mass anywhere in the plane of the equal moments."""
-    body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0), made_up=True)
+    body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0), unphysical=True)
     path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
     rod = kr.rod(path)
     assert rod.frame[:, 2] == pytest.approx(path.apex, abs=1e-14)
@@ -88,7 +88,7 @@ def test_no_rod_for_a_centre_of_mass_off_the_axes():
         kr.rod(kr.solve(kr.scenes.asymmetric, 1.0))
 
 
-def closed_form(scene, n=400):
+def nutation_by_quadrature(scene, n=400):
     """Return lowest and highest height, period and precession, by quadrature.
 
     The equation of the height is I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v
@@ -119,7 +119,7 @@ def closed_form(scene, n=400):
 )
 def test_nutation_and_precession_are_those_of_the_closed_form(scene):
     scene = scene.replace(attitude=np.array(scene.attitude) / np.linalg.norm(scene.attitude))
-    low, high, period, precession = closed_form(scene)
+    low, high, period, precession = nutation_by_quadrature(scene)
     want = np.arccos(high), np.arccos(low), period, precession
     for states, accuracy in (50, 1e-4), (400, 1e-7):
         read = kr.apex(path_of(scene, 10.3 * period, round(10.3 * states) + 1)).nutation()
@@ -133,7 +133,7 @@ def test_of_twelve_states_in_a_nutation_those_on_both_sides_of_a_turn_tell_when_
 
 
 FREE = kr.Scene(
-    kr.Body.symmetric(1, 1, 0.5, 1, made_up=True),
+    kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True),
     momentum=(1, 2, 3),
     attitude=(0.8, 0.6, 0, 0),
     gravity=0,
@@ -182,7 +182,7 @@ def test_nutation_of_a_damped_top_is_measured_too():
 
 def test_nutation_near_a_pole_loses_no_digits():
     """At a height of 1 - 1e-12 the arc cosine alone would have four digits."""
-    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, made_up=True), momentum=(1e-6, 0, 5))
+    scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), momentum=(1e-6, 0, 5))
     top = kr.exact(scene)
     read = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()
     assert read.greatest == pytest.approx(top.greatest_nutation, rel=1e-6)

@@ -37,14 +37,14 @@ IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at":
 IDIOMS |= dict.fromkeys(
     ("conditioning", "tangents", "tangents_low", "tangents_rest"), AttributeError
 )
-IDIOMS |= {"end": IndexError, "named": KeyError, "message": IndexError, "part": IndexError}
+IDIOMS |= {"end": IndexError, "get_scene": KeyError, "message": IndexError, "part": IndexError}
 PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}  # words of files
 LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}  # what may well ask for hours
 LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}  # of values, in their refusals
 SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}  # and so may these
 
 CALLS = calls()
-pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "ignore:.*made up")
+pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "ignore:.*unphysical")
 
 
 class Endless(BaseException):
@@ -67,8 +67,9 @@ def place(tmp_path_factory):
         kr.scenes.thesis.to_toml("top.toml")
         kr.start(kr.scenes.asymmetric).save("top.run")
         for name, parts in {"swept": None, "half": range(1)}.items():
-            kr.sweep(SOURCES[0], [1.0], to=name, part=3, parts=parts, reduce={"nutation": "min"})
-        np.savez("tops.npz", gravity=[1.0, 2.0])
+            kr.sweep(
+                SOURCES[0], [1.0], folder=name, part_size=3, parts=parts, reduce={"nutation": "min"}
+            )
         kr.read_sweep("swept").to_pandas()[["spin", "tilt"]].to_parquet("tops.parquet")
         before = signal.signal(signal.SIGALRM, end)
         yield
@@ -94,7 +95,7 @@ def is_tame(name, word, value):
 
 
 @st.composite
-def given_words(draw, name, parameters):
+def draw_arguments(draw, name, parameters):
     """Draw the arguments of a call: up to two of any value, the others valid or left out."""
     listed, named = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
@@ -118,7 +119,7 @@ def value(name, word, any_value):
     return values.filter(lambda value: is_tame(name, word, value))
 
 
-def allowed(name, parameters):
+def possible_exceptions(name, parameters):
     """Return the exceptions that a call may raise."""
     member = name.rpartition(".")[2]
     idiom = (IDIOMS[member],) if member in IDIOMS else ()
@@ -126,7 +127,7 @@ def allowed(name, parameters):
     return REFUSALS + idiom + (OSError,) * files
 
 
-def used(result):
+def use_result(result):
     """Use a result as a caller would: read its first parts, or its repr."""
     if isinstance(result, GeneratorType):
         result = list(itertools.islice(result, 3))
@@ -140,22 +141,22 @@ def test_any_call_ends_with_a_result_or_a_refusal(name):
 
     @EXAMPLES
     @given(st.data())
-    def tried(data):
+    def check_call(data):
         call = data.draw(st.sampled_from(makes))()
         listed, named = [], {}
         if parameters:
-            listed, named = data.draw(given_words(name, parameters))
+            listed, named = data.draw(draw_arguments(name, parameters))
         signal.alarm(SECONDS)
         try:
-            used(call(*listed, **named))
-        except allowed(name, parameters) as refused:
+            use_result(call(*listed, **named))
+        except possible_exceptions(name, parameters) as refused:
             assert len(str(refused)) < LETTERS or isinstance(refused, OSError)  # names the file
         except AttributeError as refused:
             assert LEFT_OUT in str(refused)
         finally:
             signal.alarm(0)
 
-    tried()
+    check_call()
 
 
 def test_no_name_is_forgotten():
@@ -183,7 +184,7 @@ def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
 
     @EXAMPLES
     @given(st.data())
-    def tried(data):
+    def check_call(data):
         thing = data.draw(st.sampled_from(SELVES[cls]))()
         field = data.draw(st.sampled_from(dataclasses.fields(cls))).name
         name, (_, parameters) = data.draw(st.sampled_from(list(of_class(cls).items())))
@@ -196,7 +197,7 @@ def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
         with contextlib.suppress(Exception):
             bent = dataclasses.replace(thing, **{field: odd})
             member = name.partition(".")[2]
-            used(getattr(bent, member)(**words) if parameters else getattr(bent, member))
+            use_result(getattr(bent, member)(**words) if parameters else getattr(bent, member))
         signal.alarm(0)
 
-    tried()
+    check_call()

@@ -29,7 +29,7 @@ WITH_UNIT = np.array([1.0, 2.0, 3.0]).view(Metres)
         lambda: kr.events.nutation().value(TOP),
         lambda: kr.methods["rk4"].applies_to(TOP),
         lambda: kr.methods["rk4"].suits(TOP.body),
-        lambda: kr.scenes.named(None),
+        lambda: kr.scenes.get_scene(None),
         lambda: kr.Scene.from_toml(0),
         lambda: kr.Body.rod(1e160, (0, 0, 1), mass=1),
         lambda: kr.Body.disk(1e160, (0, 0, 1), mass=1),
@@ -79,4 +79,4 @@ def test_unknown_names_are_told_in_short():
         getattr(kr.solve(TOP, []), "x" * 10_000)
     assert len(str(refused.value)) < 1000
     with pytest.raises(KeyError, match="did you mean 'thesis'"):
-        kr.scenes.named("thesi")
+        kr.scenes.get_scene("thesi")

@@ -45,8 +45,14 @@ MAKERS = {  # of all, and of the one at i, j with its pivot
         lambda i, j, at: (R[i, 0], (1, 2, 2.5), SOME[j], at),
     ),
     "symmetric": lambda pivot: (
-        kr.Bodies.symmetric(0.1, R, 0.5 * H, -0.2, rounded=0.5, made_up=True),
-        lambda i, j, at: (0.1, R[i, 0], 0.5 * H[j], -0.2, {"rounded": 0.5, "made_up": True}),
+        kr.Bodies.symmetric(0.1, R, 0.5 * H, -0.2, inertia_rtol=0.5, unphysical=True),
+        lambda i, j, at: (
+            0.1,
+            R[i, 0],
+            0.5 * H[j],
+            -0.2,
+            {"inertia_rtol": 0.5, "unphysical": True},
+        ),
     ),
 }
 
@@ -57,8 +63,8 @@ def assert_same(bodies, index, body):
     assert tuple(bodies.moments[index]) == body.moments
     assert tuple(bodies.principal_com[index]) == body.principal_com
     assert tuple(bodies.axes[index]) == body.axes
-    assert (bodies.mass[index], bodies.made_up[index]) == (body.mass, body.made_up)
-    assert (tuple(bodies.com[index]), bodies.rounded[index]) == (body.com, body.rounded)
+    assert (bodies.mass[index], bodies.unphysical[index]) == (body.mass, body.unphysical)
+    assert (tuple(bodies.com[index]), bodies.inertia_rtol[index]) == (body.com, body.inertia_rtol)
 
 
 @pytest.mark.filterwarnings("ignore:.*no body has this inertia")
@@ -109,7 +115,7 @@ def test_what_they_share_is_held_once():
     bodies = kr.Bodies.symmetric(1.0, i1=np.linspace(2, 3, n), i3=1.0, height=0.5)
     assert bodies.mass.strides == (0,) and bodies.com.strides[0] == 0
     assert len(pickle.dumps(bodies)) < 60 * n
-    assert not any(x.flags.writeable for x in (bodies.mass, bodies.inertia, bodies.made_up))
+    assert not any(x.flags.writeable for x in (bodies.mass, bodies.inertia, bodies.unphysical))
 
 
 def test_parts_are_bodies_and_equal_where_the_members_are():
@@ -126,9 +132,9 @@ def test_parts_are_bodies_and_equal_where_the_members_are():
 def test_a_warning_says_which_and_how_many():
     with pytest.warns(UserWarning, match=r"body\[1\] \(and 1 more\): no body has this inertia"):
         odd = kr.Bodies(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3), (0, 3, 0)])
-    assert odd.made_up.tolist() == [False, True, True] and odd[2].made_up
-    made_up = kr.Bodies(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3)], made_up=[False, True])
-    assert made_up[1].made_up and not made_up[0].made_up
+    assert odd.unphysical.tolist() == [False, True, True] and odd[2].unphysical
+    unphysical = kr.Bodies(1, (1, 1, 1), [(0, 0, 0.1), (0, 0, 3)], unphysical=[False, True])
+    assert unphysical[1].unphysical and not unphysical[0].unphysical
 
 
 NAN = np.array([1.0, np.nan])
@@ -144,8 +150,8 @@ REFUSED = {
     r"body\[1\]: the body is not physical.* 3.0 > 1.0 \+ 1.0": lambda: kr.Bodies(
         1, [(1, 1, 1), (1, 1, 3)], (0, 0, 0)
     ),
-    r"rounded\[1\] = 1.0: rounded must be": lambda: kr.Bodies(
-        1, (1, 1, 1), (0, 0, 0), rounded=[0, 1]
+    r"inertia_rtol\[1\] = 1.0: inertia_rtol must be": lambda: kr.Bodies(
+        1, (1, 1, 1), (0, 0, 0), inertia_rtol=[0, 1]
     ),
     r"mass of the sphere\[1\] = inf": lambda: kr.Bodies.sphere([1, 1e200], (0, 0, 0), density=1),
     "give exactly one of mass and density of the cone": lambda: kr.Bodies.cone(1, 1, (0, 0, 0)),
@@ -172,8 +178,8 @@ def test_the_first_that_is_no_body_is_named(said):
 def test_other_types_are_refused():
     with pytest.raises(TypeError, match="com is missing"):
         kr.Bodies(1, (1, 1, 1))
-    with pytest.raises(TypeError, match="made_up must be True or False, or an array of them"):
-        kr.Bodies(1, (1, 1, 1), (0, 0, 0), made_up=[1, 0])
+    with pytest.raises(TypeError, match="unphysical must be True or False, or an array of them"):
+        kr.Bodies(1, (1, 1, 1), (0, 0, 0), unphysical=[1, 0])
 
 
 def test_the_core_takes_columns_of_its_own_shape_only():

@@ -183,9 +183,9 @@ def test_directions_are_taken_as_they_are_given():
 def test_what_cannot_be_is_refused():
     scene = kr.scenes.asymmetric
     for wrong, said in (
-        ({"t": 0.0}, "not 0"),
-        ({"t": [0.0, 1.0]}, "not 0"),
-        ({"t": []}, "not 0"),
+        ({"t": 0.0}, "without 0 itself"),
+        ({"t": [0.0, 1.0]}, "without 0 itself"),
+        ({"t": []}, "without 0 itself"),
         ({"t": float("nan")}, "finite"),
         ({"t": 1e300}, "double precision"),
         ({"t": 1.0, "tol": 2.0}, "below 1"),

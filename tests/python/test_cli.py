@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, said
+from cli_helpers import call, join_lines
 from click.testing import CliRunner
 from internals import RECORDABLE, cli
 from kreisel._options.times import CHUNK_SIZE
@@ -162,9 +162,9 @@ def test_the_version_is_told_by_the_module_too():
 
 def test_report_says_where_it_is_made(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert "top folder of the source tree" in said(call("report --quick", code=2))
+    assert "top folder of the source tree" in join_lines(call("report --quick", code=2))
     for word in ("-h", "--help"):
-        told = said(call(f"report {word}"))
+        told = join_lines(call(f"report {word}"))
         assert "Accuracy, speed and stability" in told and "--thesis" in told
 
 

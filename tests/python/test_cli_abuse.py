@@ -75,7 +75,7 @@ OPTIONS = {
 OF = {"solve": list(OPTIONS)[:15], "compare": list(OPTIONS)[15:20], "resume": list(OPTIONS)[10:15]}
 
 
-def drawn(dice, words):
+def draw_word(dice, words):
     """Return one of the words, with a probability of 4/5 one of the first half."""
     return dice.choice(words[: (len(words) + 1) // 2] if dice.random() < 0.8 else words)
 
@@ -88,18 +88,18 @@ def line(dice):
     words = [command]
     if dice.random() < 0.97:
         runs = ["run", "run", "run", *SCENES[-3:]]
-        words.append(drawn(dice, runs if command == "resume" else SCENES))
+        words.append(draw_word(dice, runs if command == "resume" else SCENES))
     if command in OF and dice.random() < 0.97:
-        words += ["--t", drawn(dice, TIMES)]
+        words += ["--t", draw_word(dice, TIMES)]
     if command in ("solve", "resume"):
         words += ["--max-steps", "1000"]
     if command == "compare":
-        words += ["--repeats", "1", "--steps", "0.1", "--methods", drawn(dice, METHODS)]
+        words += ["--repeats", "1", "--steps", "0.1", "--methods", draw_word(dice, METHODS)]
     if command == "view":
-        words += ["--save", drawn(dice, FILES)]
+        words += ["--save", draw_word(dice, FILES)]
     known = OF.get(command, [])
     for option in dice.sample(known, min(len(known), dice.randint(0, 3))):
-        words += [option, *([drawn(dice, OPTIONS[option])] if OPTIONS[option] else [])]
+        words += [option, *([draw_word(dice, OPTIONS[option])] if OPTIONS[option] else [])]
     if dice.random() < 0.1:
         words.insert(dice.randint(0, len(words)), dice.choice([*OPTIONS, "--", "extra"]))
     return words
@@ -108,7 +108,7 @@ def line(dice):
 @pytest.mark.parametrize("seed", range(10))
 def test_random_lines_end_with_a_code(tmp_path, monkeypatch, seed):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(view, "opened", lambda _: ("nowhere", False))
+    monkeypatch.setattr(view, "open_page", lambda _: ("nowhere", False))
     kr.start(kr.scenes.asymmetric, "strang", step=0.1, max_steps=1000).save("run")
     (tmp_path / "binary").write_bytes(bytes(range(256)))
     dice, codes = random.Random(seed), []

@@ -10,7 +10,7 @@ import threading
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, said
+from cli_helpers import call, join_lines
 from click.testing import CliRunner
 from internals import cli
 from kreisel._cli import outputs
@@ -66,19 +66,19 @@ def test_one_time_is_the_state_there(tmp_path):
 @pytest.mark.parametrize(
     "words, message",
     [
-        ("resume {run} --t 5", "has come to t = 5.0 already"),
-        ("resume {run} --t 0:4:1", "has come to t = 5.0 already"),
+        ("resume {run} --t 5", "has already reached t = 5.0"),
+        ("resume {run} --t 0:4:1", "has already reached t = 5.0"),
         ("resume {run} --t -9", "goes back"),
         ("resume {run} --t 9 --every 2", "every needs a method of fixed step"),
         ("resume {run} --t 9 --csv {run}/a", "there is no folder"),
-        ("resume {toml} --t 9", "is not what a run has saved"),
-        ("resume /dev/zero --t 9", "is not what a run has saved"),
+        ("resume {toml} --t 9", "is not a saved run"),
+        ("resume /dev/zero --t 9", "is not a saved run"),
         ("resume nothing --t 9", "No such file"),
         (
             "solve thesis --t 9 --method geometric --error 1e-3 --save a",
-            "one method of your choice",
+            "--save needs one method",
         ),
-        ("solve thesis --t 9 --error 1e-3 --save a", "one method of your choice"),
+        ("solve thesis --t 9 --error 1e-3 --save a", "--save needs one method"),
     ],
 )
 def test_what_cannot_go_on_is_refused(tmp_path, words, message):
@@ -86,7 +86,7 @@ def test_what_cannot_go_on_is_refused(tmp_path, words, message):
     call("solve thesis --t 5 --save", names["run"])
     TOP.to_toml(names["toml"])
     told = call(words.format(**names), code=2)
-    assert message in said(told) and told.count("\n") == 1
+    assert message in join_lines(told) and told.count("\n") == 1
 
 
 def test_a_failed_run_keeps_what_it_reached_and_goes_on(tmp_path):
@@ -134,11 +134,11 @@ PRESSED = """
 import os, signal
 from kreisel._cli import main, progress
 
-tell = progress.Stops.progress
+tell = progress.SignalHandler.progress
 def press(stops, t):
     os.kill(os.getpid(), signal.SIGNAL)
     tell(stops, t)
-progress.Stops.progress = press
+progress.SignalHandler.progress = press
 main()
 """
 
@@ -169,24 +169,24 @@ def test_a_signal_keeps_what_was_reached(tmp_path, name, how):
 
 @signals
 def test_a_signal_while_rows_are_written_ends_the_run_behind_them(tmp_path, monkeypatch):
-    add, sent = outputs.Csv.add, [signal.SIGTERM]
+    add, sent = outputs.CsvOutput.add, [signal.SIGTERM]
 
-    def pressed(csv, piece):
+    def add_and_signal(csv, piece):
         if sent:
             os.kill(os.getpid(), sent.pop())
         add(csv, piece)
 
-    monkeypatch.setattr(outputs.Csv, "add", pressed)
+    monkeypatch.setattr(outputs.CsvOutput, "add", add_and_signal)
     told = call("solve asymmetric --t 0:1e4:1 --csv", tmp_path / "part.csv", code=130)
     last = rows((tmp_path / "part.csv").read_text())[-1, 0]
-    assert said(told).endswith(f"Error: interrupted at t = {last:g} ")
+    assert join_lines(told).endswith(f"Error: interrupted at t = {last:g} ")
 
 
 @signals
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
 def test_a_signal_ends_other_commands_in_one_line(name, tmp_path):
     line = "compare asymmetric --t 1e9 --methods rk4 --steps 1e-3 --truth rk4"
-    pressed = f"""
+    program = f"""
 import os, signal
 from kreisel._cli import compare, main
 
@@ -197,7 +197,7 @@ def press(*words):
 compare.compared = press
 main()
 """
-    done = python(pressed, *line.split(), cwd=tmp_path)
+    done = python(program, *line.split(), cwd=tmp_path)
     assert done.returncode == 130 and done.stderr.startswith("Error: interrupted")
     assert done.stderr.count("\n") == 1
 
@@ -234,18 +234,18 @@ def test_a_run_with_events_is_saved_and_goes_on(tmp_path):
 
 def test_events_are_not_for_geometric():
     line = "solve asymmetric --t 1 --method geometric --error 1e-6 --events nutation"
-    assert "--events are for taylor" in said(call(line, code=2))
+    assert "--events need taylor" in join_lines(call(line, code=2))
 
 
 def test_a_stopped_comparison_shows_what_it_has(monkeypatch):
     table = kr.compare(TOP, 1, ["taylor"])
 
-    def stopped(*_):
+    def stop_comparison(*_):
         raise kr.CompareInterrupted("interrupted: one of two methods", table)
 
-    monkeypatch.setattr(cli.compare, "compared", stopped)
+    monkeypatch.setattr(cli.compare, "compared", stop_comparison)
     told = call("compare asymmetric --t 1", code=130)
-    assert "taylor" in told and "Error: interrupted: one of two" in said(told)
+    assert "taylor" in told and "Error: interrupted: one of two" in join_lines(told)
 
 
 # Boundary values
@@ -279,4 +279,4 @@ def test_a_command_runs_in_another_thread_too(line):
     thread = threading.Thread(target=lambda: ran.append(CliRunner().invoke(cli.main, line.split())))
     thread.start()
     thread.join()
-    assert ran[0].exit_code == 0 and said(ran[0].output) == said(call(line))
+    assert ran[0].exit_code == 0 and join_lines(ran[0].output) == join_lines(call(line))

@@ -11,14 +11,14 @@ from functools import partial
 import kreisel as kr
 import numpy as np
 import pytest
-from cli_helpers import call, said
+from cli_helpers import call, join_lines
 from distributed import LocalCluster
-from sweeps import SOCKETS_LEFT, rows_hash
+from sweeps import SOCKETS_LEFT, hash_rows
 from toolbox import HEEDING
 
 PLAN = """
 t = [1.0, 4.0]
-part = 64
+part_size = 64
 max_steps = 14
 scene = "asymmetric"
 [reduce]
@@ -37,40 +37,40 @@ def plan(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def expected(plan):
+def plan_hash(plan):
     tops = kr.Source.grid(
         kr.scenes.asymmetric, spin=np.linspace(0, 9, 12), gravity=np.linspace(-1, 1, 25)
     )
-    words = {"reduce": {"nutation": ["min", "max"]}, "max_steps": 14, "part": 64}
-    kr.sweep(tops, [1, 4], to=plan / "expected", **words)
-    return rows_hash(plan / "expected")
+    words = {"reduce": {"nutation": ["min", "max"]}, "max_steps": 14, "part_size": 64}
+    kr.sweep(tops, [1, 4], folder=plan / "expected", **words)
+    return hash_rows(plan / "expected")
 
 
 @pytest.mark.filterwarnings("default")  # a warning is a line
-def test_a_plan_is_swept_and_how_it_stands_is_told(plan, expected):
-    told = call("sweep plan.toml --to runs --parts 0:0")
+def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
+    told = call("sweep plan.toml --folder runs --parts 0:0")
     assert "runs: 0 of 5 parts, 300 tops in all, 0 MB; plan " in told
-    call("sweep plan.toml --to runs --parts 3:5")
-    call("sweep run plan.toml --to runs --parts 1:2")
+    call("sweep plan.toml --folder runs --parts 3:5")
+    call("sweep run plan.toml --folder runs --parts 1:2")
     told = call("sweep status runs")
     assert "3 of 5 parts" in told and "missing: 2 parts, 0:1, 2:3" in told
     (plan / "runs/part-000003.parquet").write_bytes(b"")
     (plan / "runs/.0123456789abcdef.new").write_bytes(b"x")
     told = call("sweep status runs")
     assert "damaged: 1 parts, 3:4" in told and "beside them 1 files .*.new" in told
-    assert "part 3 made anew, damaged" in said(call("sweep plan.toml --to runs"))
+    assert "part 3 computed again, damaged" in join_lines(call("sweep plan.toml --folder runs"))
     told = call("sweep status runs")
     assert "5 of 5 parts" in told and "missing" not in told and "damaged" not in told
     failed = int((kr.read_sweep("runs")["status"] != 0).sum())
     assert failed and f"failed: {failed} tops" in told
-    assert rows_hash(plan / "runs") == expected
+    assert hash_rows(plan / "runs") == plan_hash
     assert kr.read_sweep("runs").hash == kr.read_sweep("expected").hash
 
 
-def test_of_parts_that_lie_apart_the_first_ranges_are_told(plan):
+def test_status_lists_the_first_ranges_of_missing_parts(plan):
     small = PLAN.replace("n = 12", "n = 14").replace("n = 25", "n = 1").replace("64", "1")
     (plan / "plan.toml").write_text(small)
-    call("sweep plan.toml --to runs")
+    call("sweep plan.toml --folder runs")
     for i in (0, 2, 3, 5, 7, 9, 11):
         (plan / f"runs/part-{i:06}.parquet").unlink()
     ranges = "0:1, 2:4, 5:6, 7:8, 9:10, 11:12"
@@ -80,39 +80,39 @@ def test_of_parts_that_lie_apart_the_first_ranges_are_told(plan):
 
 
 @pytest.mark.filterwarnings(SOCKETS_LEFT)
-def test_processes_and_a_cluster_make_the_parts(plan, expected):
-    call("sweep plan.toml --to processes --workers 2")
+def test_processes_and_a_cluster_compute_the_parts(plan, plan_hash):
+    call("sweep plan.toml --folder processes --workers 2")
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
     ) as cluster:
-        call(f"sweep plan.toml --to cluster --dask {cluster.scheduler_address}")
+        call(f"sweep plan.toml --folder cluster --dask {cluster.scheduler_address}")
     for name in ("processes", "cluster"):
-        assert rows_hash(plan / name) == expected
+        assert hash_rows(plan / name) == plan_hash
 
 
 @pytest.mark.parametrize(
     ("more", "number"), [([], signal.SIGINT), (["--workers", "2"], signal.SIGTERM)]
 )
-def test_what_is_stopped_says_so_and_goes_on(plan, more, number):
+def test_an_interrupted_sweep_says_so_and_resumes(plan, more, number):
     (plan / "plan.toml").write_text(PLAN.replace("n = 25", "n = 2500").replace("4.0", "400.0"))
     start = f"{HEEDING}from kreisel._cli import main\nmain()"
-    command = [sys.executable, "-c", start, "sweep", "plan.toml", "--to", "runs", *more]
+    command = [sys.executable, "-c", start, "sweep", "plan.toml", "--folder", "runs", *more]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as run:
         while run.poll() is None and not list(plan.glob("runs/part-*")):
             os.sched_yield()
         run.send_signal(number)
         _, told = run.communicate()
     assert run.returncode == 130, told
-    assert "of 469 parts are left; the same call goes on in" in told and "Traceback" not in told
+    assert "of 469 parts are left; the same call resumes in" in told and "Traceback" not in told
     found = kr.read_sweep("runs", partial=True).check()
     assert 0 < len(found.done) < 469
-    call("sweep plan.toml --to runs --parts 0:2")
+    call("sweep plan.toml --folder runs --parts 0:2")
 
 
-def test_who_watches_sees_how_far_it_is_and_the_time_left(plan):
-    call("sweep plan.toml --to runs --parts 0:3")
+def test_a_terminal_shows_progress_and_the_time_left(plan):
+    call("sweep plan.toml --folder runs --parts 0:3")
     shown, seen = pty.openpty()
-    command = [sys.executable, "-m", "kreisel", "sweep", "plan.toml", "--to", "runs"]
+    command = [sys.executable, "-m", "kreisel", "sweep", "plan.toml", "--folder", "runs"]
     with os.fdopen(shown, "rb", buffering=0) as screen:
         run = subprocess.Popen(command, stderr=seen, stdout=subprocess.DEVNULL)
         os.close(seen)
@@ -132,34 +132,34 @@ def read(screen):
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("plan.toml", "Missing option '--to'"),
-        ("none.toml --to runs", "none.toml"),
-        ("plan.toml --to .", "no folder of a sweep, and it is not empty: it has 'plan.toml'"),
-        ("plan.toml --to runs --parts 3", "'3' is no range of parts, as 0:100"),
-        ("plan.toml --to runs --parts 4:3", "'4:3' is no range of parts"),
-        ("plan.toml --to runs --parts 0:9", "--parts must be among 0 to 5, not 0 to 9"),
-        ("plan.toml --to runs --workers 0", "--workers"),
-        ("plan.toml --to runs --workers 1 --dask x", "either --workers or --dask"),
-        ("wrong.toml --to runs", "unknown key in a plan: 'tt'; did you mean 't'?"),
+        ("plan.toml", "Missing option '--folder'"),
+        ("none.toml --folder runs", "none.toml"),
+        ("plan.toml --folder .", "no folder of a sweep, and it is not empty: it has 'plan.toml'"),
+        ("plan.toml --folder runs --parts 3", "'3' is not a range of parts such as 0:100"),
+        ("plan.toml --folder runs --parts 4:3", "'4:3' is not a range of parts"),
+        ("plan.toml --folder runs --parts 0:9", "--parts must be among 0 to 5, not 0 to 9"),
+        ("plan.toml --folder runs --workers 0", "--workers"),
+        ("plan.toml --folder runs --workers 1 --dask x", "either --workers or --dask"),
+        ("wrong.toml --folder runs", "unknown key in a plan: 'tt'; did you mean 't'?"),
         ("status none", "there is no folder"),
         ("status .", "no folder of a sweep: it has no plan.json"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line_before_anything_runs(plan, line, message):
+def test_errors_take_one_line_before_anything_runs(plan, line, message):
     (plan / "wrong.toml").write_text("tt = 1")
     told = call(f"sweep {line}", code=2)
-    assert message in said(told) and "Traceback" not in told
+    assert message in join_lines(told) and "Traceback" not in told
     assert not (plan / "runs").exists()
 
 
-def test_another_plan_is_refused_with_both_shown(plan):
-    call("sweep plan.toml --to runs --parts 0:1")
+def test_another_plan_is_refused_with_the_differences(plan):
+    call("sweep plan.toml --folder runs --parts 0:1")
     (plan / "plan.toml").write_text(PLAN.replace("64", "32"))
-    told = call("sweep plan.toml --to runs", code=2)
-    assert "is of another plan" in told and "part: 64 there, 32 here" in told
+    told = call("sweep plan.toml --folder runs", code=2)
+    assert "is of another plan" in told and "part_size: 64 there, 32 here" in told
     assert len(list(plan.glob("runs/part-*"))) == 1
 
 
-def test_help_tells_of_both():
+def test_help_describes_run_and_status():
     assert "status" in call("sweep --help") and "--dask" in call("sweep run --help")
     assert "sweep" in call("--help")

@@ -71,7 +71,7 @@ WRITERS = {"run", "path", "rows", "scene", "view", "csv", "npz", "page", "table"
 JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
-def written(moment, folder):
+def run_writers(moment, folder):
     """Run every writer in `folder`; return how each ended and its output."""
     done = subprocess.run(
         [sys.executable, "-c", WRITER, moment, str(folder)],
@@ -86,7 +86,7 @@ def written(moment, folder):
 
 
 def test_each_writer_writes(tmp_path):
-    ends, said = written("none", tmp_path)
+    ends, said = run_writers("none", tmp_path)
     assert set(ends.values()) == {0}, said
     for writer in WRITERS:
         (file,) = (tmp_path / writer).iterdir()
@@ -95,7 +95,7 @@ def test_each_writer_writes(tmp_path):
 
 @pytest.mark.parametrize("moment", ["fsync", "replace"])
 def test_what_is_killed_in_the_midst_leaves_the_old_file(tmp_path, moment):
-    ends, said = written(moment, tmp_path)
+    ends, said = run_writers(moment, tmp_path)
     assert set(ends.values()) == {-signal.SIGKILL}, said
     for writer in WRITERS:
         new, file = sorted((tmp_path / writer).iterdir())
@@ -103,7 +103,7 @@ def test_what_is_killed_in_the_midst_leaves_the_old_file(tmp_path, moment):
 
 
 def test_a_disk_that_takes_half_leaves_the_old_file_and_says_so(tmp_path):
-    ends, said = written("half", tmp_path)
+    ends, said = run_writers("half", tmp_path)
     assert set(ends.values()) == {3} and said.count("File too large") == len(WRITERS), said
     for writer in WRITERS:
         (file,) = (tmp_path / writer).iterdir()

@@ -13,7 +13,10 @@ import pytest
 from kreisel._model import scene_arguments
 
 GENERAL = kr.Body(
-    2.0, [[3, -0.25, 0.5], [-0.25, 2.5, 0.125], [0.5, 0.125, 1.5]], (0.25, -0.5, 0.75), made_up=True
+    2.0,
+    [[3, -0.25, 0.5], [-0.25, 2.5, 0.125], [0.5, 0.125, 1.5]],
+    (0.25, -0.5, 0.75),
+    unphysical=True,
 )
 HEAVY = kr.Scene(
     GENERAL,
@@ -78,7 +81,7 @@ def test_none_is_none():
 
 
 def test_words():
-    body = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True)
+    body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
     one = kr.Scene(body, (0, 0, 3), damping=0.25)
     assert one.damping == (0.25, 0.25, 0.25)
     three = kr.Scene(body, velocity=(0, 0, 6), damping=np.array([0.25, 0.25, 0.5]))

@@ -14,7 +14,7 @@ SPHERE = (1.2, 1.2, 1.2)
 
 
 def body(moments, com=COM):
-    return kr.Body(1, moments, com=com, made_up=True)
+    return kr.Body(1, moments, com=com, unphysical=True)
 
 
 def tensor(moments, turn=(0.6, 0.48, 0.0, 0.64)):
@@ -116,15 +116,15 @@ def test_events_lie_where_the_series_has_them(name):
     series, rate = Series(scene), []
     axes = np.array([kr.quaternion.turn(scene.body.axes, e) for e in np.eye(3)]).T
 
-    def described(t):
+    def velocity_at(t):
         series.to(t)
         return axes @ series.velocity()
 
     for t in found.path.t:
-        rate.append(described(t)[1])
+        rate.append(velocity_at(t)[1])
     assert np.abs(rate).max() < 1e-13
     series = Series(scene)
-    seen = np.sign([described(t)[1] for t in np.linspace(0.0, 8.0, 81)])
+    seen = np.sign([velocity_at(t)[1] for t in np.linspace(0.0, 8.0, 81)])
     assert len(found) == np.count_nonzero(np.diff(seen)) > 0
 
 

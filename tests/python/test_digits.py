@@ -59,14 +59,14 @@ def off(path):
 def free_tops():
     random = np.random.default_rng(2)
     yield kr.Scene(
-        kr.Body(1.0, (1, 1, 0.25), (0, 0, 1), made_up=True),
+        kr.Body(1.0, (1, 1, 0.25), (0, 0, 1), unphysical=True),
         momentum=(0, 0, 1),
         attitude=(0.8, 0.6, 0, 0),
         gravity=0,
     )
     for upright in (True, False) * 6:
         yield kr.Scene(
-            kr.Body(1.0, (1, 1, random.uniform(0.2, 1.8)), (0, 0, 1), made_up=True),
+            kr.Body(1.0, (1, 1, random.uniform(0.2, 1.8)), (0, 0, 1), unphysical=True),
             momentum=random.normal(size=3) * ((0, 0, 1) if upright else (1, 1, 1)),
             attitude=unit(random.normal(size=4)),
             gravity=0,
@@ -94,9 +94,9 @@ def needles(lone, turned):
     """Yield random free needles, with axes along those of the frame or turned."""
     random = np.random.default_rng(5)
     for _ in range(8):
-        body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), made_up=True)
+        body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), unphysical=True)
         if turned:
-            body = body.turned(unit(random.normal(size=4)))
+            body = body.turn(unit(random.normal(size=4)))
         push = kr.quaternion.turn(body.axes, tuple(random.normal(size=3) * (1, 1, lone)))
         yield kr.Scene(body, body_momentum=push, attitude=unit(random.normal(size=4)), gravity=0)
 
@@ -142,7 +142,7 @@ def test_digits_go_up_to_the_next_that_there_are():
     asked = {1: 16, 16: 16, 17: 20, 20: 20, 21: 30, 30: 30}
     assert {n: solve_options.parse_digits(taylor, n, None) for n in asked} == asked
     assert [
-        solve_options.parse_options(TOP, "taylor", digits=n).extended_precision for n in (16, 17)
+        solve_options.parse_options(TOP, "taylor", digits=n).has_low_words for n in (16, 17)
     ] == [False, True]
     for wrong, said in ((31, "at most 30, not 31"), (0, "digits must be")):
         with pytest.raises(ValueError, match=said):

@@ -14,14 +14,14 @@ TOP, THESIS, FREE = kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.dzhanibeko
 BALL = kr.Body(2.0, (0.5, 0.5, 0.5), (0, 0, 0))
 
 CONE = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1.5)
-WATER = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), rounded=0.0021)
+WATER = kr.Body(1, (0.345, 0.653, 1.0), (0, 0, 0), inertia_rtol=0.0021)
 ASYMMETRIC = kr.scenes.asymmetric.body
 TURNED = kr.Body(1.5, [[2, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1]], (0.1, 0.2, 0.6))
 ROUND = kr.Body.symmetric(1.0, 0.782, 0.783, 0.21)
-NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), made_up=True)
+NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), unphysical=True)
 
 
-def amended(body, gravity, vertical, P):
+def effective_potential(body, gravity, vertical, P):
     """Return the energy of a body that only turns about the vertical `P` (n, 3).
 
     `P` is given in the frame of description.
@@ -86,7 +86,7 @@ def test_the_grid_has_all_that_can_be_and_no_more():
             for a in angle
         ]
     )
-    can_be = amended(TURNED, 1.0, 0.8, P) <= 0.6
+    can_be = effective_potential(TURNED, 1.0, 0.8, P) <= 0.6
     assert 0 < can_be.sum() < 80 and len(found) == 4 * can_be.sum()
     seen = np.array([matrix(scene.attitude).T @ (0, 0, 1) for scene in found])
     np.testing.assert_allclose(seen, np.repeat(P[can_be], 4, axis=0), atol=1e-15)
@@ -106,7 +106,7 @@ def test_where_no_start_exists_the_least_energy_is_told(body, vertical, gravity)
     rng = np.random.default_rng(8)
     P = rng.normal(size=(200000, 3))
     P /= np.linalg.norm(P, axis=1)[:, None]
-    sampled = amended(body, gravity, vertical, P).min()
+    sampled = effective_potential(body, gravity, vertical, P).min()
     size = max(abs(sampled), body.mass * abs(gravity) * np.linalg.norm(body.com), 0.01)
     assert least <= sampled + 1e-14 * size and sampled - least < 1e-3 * size
     assert len(kr.starts(body, energy=least + 0.01 * size, n=3, **words)) == 3
@@ -160,7 +160,7 @@ def test_a_grid_of_two_begins_where_the_apex_turns_back(energy, vertical):
         ({"n": 3, "vertical": "1"}, TypeError, "vertical must be a number"),
         ({"n": 3, "body": kr.scenes.thesis}, TypeError, "body must be a kreisel.Body"),
         ({"n": 3, "gravity": (0, 0, 1)}, TypeError, "gravity must be a number"),
-        ({"grid": (1, 1, 1), "energy": -3.9}, ValueError, "make it finer"),
+        ({"grid": (1, 1, 1), "energy": -3.9}, ValueError, "make the grid finer"),
         ({"n": 3, "vertical": 1e200}, ValueError, r"vertical = 1e\+200 is too large"),
         ({"n": 3, "vertical": -1e90}, ValueError, r"vertical = -1e\+90 is too large"),
         ({"n": 3, "energy": 1e308}, ValueError, r"energy = 1e\+308 is too large"),

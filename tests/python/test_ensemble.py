@@ -199,10 +199,10 @@ def test_scenes_in_lists_are_an_ensemble():
 
 
 @pytest.mark.filterwarnings("error")
-def test_bodies_in_lists_are_made_up_as_they_were():
-    odd = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 3), made_up=True), momentum=(0, 0, 1))
+def test_bodies_in_lists_stay_unphysical():
+    odd = kr.Scene(kr.Body(1, (1, 1, 1), (0, 0, 3), unphysical=True), momentum=(0, 0, 1))
     tops = kr.Ensemble.of([odd, GENERAL])
-    assert [tops[0].body.made_up, tops[1].body.made_up] == [True, False]
+    assert [tops[0].body.unphysical, tops[1].body.unphysical] == [True, False]
 
 
 def test_what_they_share_is_held_once():
@@ -259,16 +259,16 @@ def test_the_core_refuses_columns_of_another_shape():
 
 
 def test_lists_are_nested_up_to_an_edge():
-    def nested(depth):
+    def nest_list(depth):
         made = THESIS
         for _ in range(depth):
             made = [made]
         return made
 
-    assert kr.Ensemble.of(nested(32)).shape == (1,) * 32
+    assert kr.Ensemble.of(nest_list(32)).shape == (1,) * 32
     for depth in (33, 34):
         with pytest.raises(ValueError, match="must not be nested without end"):
-            kr.Ensemble.of(nested(depth))
+            kr.Ensemble.of(nest_list(depth))
 
 
 def test_equal_bodies_of_other_bits_are_not_made_one():

@@ -5,10 +5,10 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from ensembles import SCENES, TIMES, UNDAMPED, same, same_path, scattered
+from ensembles import SCENES, TIMES, UNDAMPED, random_ensemble, same, same_path
 
 N = 300
-TOPS = scattered(N)
+TOPS = random_ensemble(N)
 WHOLE = kr.solve(TOPS, TIMES)
 
 
@@ -91,7 +91,7 @@ def test_a_top_is_moved_as_if_it_were_alone(name):
 
 @pytest.mark.parametrize("name", ["auto", "taylor"])
 def test_taylor_errs_as_much_as_alone(name):
-    tops = scattered(60, seed=5)[np.arange(60) % 3 > 0]
+    tops = random_ensemble(60, seed=5)[np.arange(60) % 3 > 0]
     times = np.linspace(0, 50, 11)
     many = kr.solve(tops, times, name)
     truth = kr.solve(tops, times, digits=20)

@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 import kreisel as kr
 import numpy as np
 import pytest
-from ensembles import MIXED, SCENES, TIMES, UNDAMPED, same, scattered
+from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same
 
 SPIN = {"spin": "max"}
 SHAPE = (len(MIXED), len(TIMES), 8)
@@ -29,7 +29,7 @@ def verb_of(words):
         ({"method": "strang", "step": 0.1}, ValueError, r"top\[5\]: the method 'strang' does not"),
         ({"method": "tailor"}, ValueError, "did you mean 'taylor'"),
         ({"method": 3}, TypeError, "method must be a name"),
-        ({"method": "geometric"}, ValueError, "give the error allowed"),
+        ({"method": "geometric"}, ValueError, "give the allowed error"),
         ({"method": "geometric", "error": 1e-3, "tol": 1e-3}, ValueError, "leave tol out"),
         ({"error": 1e-3}, ValueError, "error is for method='geometric'"),
         ({"tol": -1}, ValueError, "tol must be positive"),
@@ -50,12 +50,12 @@ def verb_of(words):
         ({"reductions": {"spin": 3}}, TypeError, "must be one or several"),
         ({"reductions": {}}, ValueError, "name no quantity"),
         ({"reductions": ["spin"]}, TypeError, "reductions must name quantities"),
-        ({"reductions": SPIN, "digits": 20}, ValueError, "up to 16 digits"),
-        ({"out": [1.0]}, TypeError, "out must be an array of numpy"),
+        ({"reductions": SPIN, "digits": 20}, ValueError, "at most 16 digits"),
+        ({"out": [1.0]}, TypeError, "out must be a NumPy array"),
         ({"out": np.empty((1, 4, 8))}, ValueError, r"of shape \(6, 4, 8\)"),
         ({"out": np.empty(SHAPE, np.float32)}, ValueError, "of float64"),
         ({"out": np.empty(SHAPE[::-1]).T}, ValueError, "C order"),
-        ({"out": np.empty(SHAPE), "want": ["spin"]}, ValueError, "out is for states"),
+        ({"out": np.empty(SHAPE), "want": ["spin"]}, ValueError, "out receives states"),
     ],
 )
 def test_words_are_refused(words, kind, says):
@@ -97,7 +97,7 @@ def test_more_than_there_is_memory_for_is_refused():
 
 def test_words_of_many_are_refused_for_one():
     for verb in (kr.solve, kr.stream):
-        with pytest.raises(ValueError, match=r"threads: for a kreisel\.Ensemble of many"):
+        with pytest.raises(ValueError, match=r"threads: only for a kreisel\.Ensemble"):
             verb(SCENES[0], [1.0], threads=2)
     with pytest.raises(ValueError, match="threads and out"):
         kr.solve(SCENES[0], [1.0], threads=2, out=np.empty(3))
@@ -107,9 +107,9 @@ def test_words_of_many_are_refused_for_one():
 
 def test_verbs_for_one_top_say_so():
     for verb in (kr.start, lambda tops: kr.compare(tops, 1), kr.events.separatrix):
-        with pytest.raises(TypeError, match=r"must be a kreisel.Scene, .* take one by its index"):
+        with pytest.raises(TypeError, match=r"kreisel.Scene, .* take one member by its index"):
             verb(MIXED)
-    with pytest.raises(TypeError, match="no iterator"):
+    with pytest.raises(TypeError, match="not an iterator"):
         kr.stream(MIXED, iter([1.0]))
     with pytest.raises(ValueError, match=r"see path\.plan"):
         kr.plan(MIXED, method="geometric")
@@ -129,12 +129,12 @@ def test_no_tops_and_no_times_give_empty_results():
     assert np.isnan(kr.reduce(MIXED, [], SPIN)["spin"]["max"]).all()
 
 
-TOPS = scattered(400)
+TOPS = random_ensemble(400)
 LONG = np.linspace(0.0, 1e6, 101)  # would take an hour
 
 
 @contextlib.contextmanager
-def interrupted(after):
+def send_sigint(after):
     """Send SIGINT to this process after `seconds`."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, after)
@@ -145,7 +145,7 @@ def interrupted(after):
         signal.signal(signal.SIGALRM, before)
 
 
-def mixed_times(n):
+def short_and_long_times(n):
     """Return times of which some are short and most would take an hour."""
     times = np.tile(LONG, (n, 1))
     times[:40] *= 1e-6
@@ -154,32 +154,32 @@ def mixed_times(n):
 
 @pytest.mark.parametrize("words", [{}, {"digits": 20}, {"want": ["nutation"]}, {"threads": 1}])
 def test_ctrl_c_keeps_what_is_done(words):
-    with interrupted(0.3), pytest.raises(kr.Interrupted, match=r"top\[\d+\], .*interr") as stop:
-        kr.solve(TOPS, mixed_times(400), "taylor", **words)
+    with send_sigint(0.3), pytest.raises(kr.Interrupted, match=r"top\[\d+\], .*interr") as stop:
+        kr.solve(TOPS, short_and_long_times(400), "taylor", **words)
     paths = stop.value.paths
     done = paths.status == 0
     assert 0 < done.sum() < 400 and set(paths.status_names[~done]) == {"ERR_INTERRUPTED"}
     told = paths.nutation
     assert np.isfinite(told[done]).all() and np.isnan(told[~done][:, -1]).all()
-    finished = kr.solve(TOPS[done], mixed_times(400)[done], "taylor", **words)
+    finished = kr.solve(TOPS[done], short_and_long_times(400)[done], "taylor", **words)
     assert np.array_equal(finished.nutation, told[done])
     first = int(paths.failed[0])
     assert stop.value.status == "ERR_INTERRUPTED" and stop.value.path.t[-1] == paths.reached[first]
 
 
 def test_ctrl_c_is_heard_by_a_thread_that_waits_for_another():
-    times = mixed_times(64) * 1e-6
+    times = short_and_long_times(64) * 1e-6
     times[-1] *= 1e6  # one of the threads has this top, and the others are done at once
     for _ in range(4):  # whichever thread has it
-        with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
+        with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
             kr.solve(TOPS[:64], times, "taylor", threads=2)
         assert list(stop.value.paths.failed) == [63]
 
 
 def test_ctrl_c_is_told_beside_tops_that_failed():
-    times = mixed_times(400)
+    times = short_and_long_times(400)
     times[0, -1] = 1e300  # no double tells where the top is then
-    with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
+    with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
         kr.solve(TOPS, times)
     paths = stop.value.paths
     assert paths.status_names[0] == "ERR_RESOLUTION" and paths.failed[0] == 0
@@ -188,7 +188,7 @@ def test_ctrl_c_is_told_beside_tops_that_failed():
 
 @pytest.mark.parametrize("words", [{"method": "geometric", "error": 1e-9}, {"reductions": SPIN}])
 def test_ctrl_c_ends_all_that_is_asked_for(words):
-    with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
+    with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
         verb_of(words)(TOPS, 1e6, **words)
     assert len(stop.value.paths.status) == 400 and stop.value.paths.failed.size
 
@@ -196,9 +196,9 @@ def test_ctrl_c_ends_all_that_is_asked_for(words):
 @pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
 def test_ctrl_c_ends_what_an_executor_does(pool):
     with pool(2) as executor:
-        times = mixed_times(400)
+        times = short_and_long_times(400)
         times[:] = np.minimum(times, 5e3)  # another process is not waited for, and ends by itself
-        with interrupted(0.3), pytest.raises(kr.Interrupted) as stop:
+        with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
             kr.solve(TOPS, np.maximum.accumulate(times, axis=1), "taylor", executor=executor)
         assert stop.value.paths.failed.size
         for future in [executor.submit(int) for _ in range(2)]:
@@ -214,7 +214,7 @@ def test_progress_goes_from_none_to_all_and_may_stop():
             raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        kr.solve(TOPS, mixed_times(400), progress=stop)
+        kr.solve(TOPS, short_and_long_times(400), progress=stop)
     assert told == sorted(told) and 0.0 <= told[0] <= told[-1] < 1.0
     told.clear()
     kr.solve(TOPS, 1.0, progress=told.append)
@@ -249,5 +249,5 @@ def test_closed_forms_of_an_ensemble_are_those_of_each():
         forms(1e300)
     with pytest.raises(ValueError, match=r"of shape \(4, 3, 'k'\)"):
         forms(np.ones((3, 4, 2)))
-    with pytest.raises(ValueError, match=r"top\[1\]: turning points are those"):
+    with pytest.raises(ValueError, match=r"top\[1\]: turning points exist for"):
         _ = kr.exact(kr.Ensemble.of([SCENES[1], kr.scenes.dzhanibekov])).motion_type

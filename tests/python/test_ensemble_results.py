@@ -7,7 +7,7 @@ import time
 import kreisel as kr
 import numpy as np
 import pytest
-from ensembles import MIXED, SCENES, TIMES, UNDAMPED, same, same_path, scattered
+from ensembles import MIXED, SCENES, TIMES, UNDAMPED, random_ensemble, same, same_path
 
 THESIS = kr.scenes.thesis
 MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
@@ -70,7 +70,7 @@ def test_places_are_those_of_an_array():
         PATHS.message(0)
     with pytest.raises(TypeError, match=r"paths\[0\]"):
         kr.apex(PATHS)
-    with pytest.raises(TypeError, match="no array"):
+    with pytest.raises(TypeError, match="not an array"):
         np.asarray(PATHS)
     with pytest.raises(AttributeError, match="did you mean 'nutation'"):
         _ = PATHS.nutatio
@@ -200,7 +200,7 @@ def test_streams_are_the_whole_in_pieces():
     ends = [t for piece in kr.stream(GRID, own, chunk=1) for t in piece.states[:, 0, 0]]
     assert ends == list(range(1, 13))
     told = []
-    list(kr.stream(scattered(9), 1.0, chunk=4, progress=told.append))
+    list(kr.stream(random_ensemble(9), 1.0, chunk=4, progress=told.append))
     assert told[-1] == 1.0 and len(told) == 5
 
 

@@ -194,7 +194,7 @@ OTHERS = {
     "tilt[1] = 4.0: tilt must lie between 0 and pi": lambda: TOP.vary(tilt=[0, 4]),
     "tilt[0] = 190.0: tilt must lie between 0 and 180": lambda: TOP.vary(tilt=[190], degrees=True),
     "top[0]: no precession is steady": lambda: TOP.vary(spin=[0, 40], tilt=0.5, steady=True),
-    "least spin that would do is": lambda: kr.Ensemble.spinning(BODY, [40, 1], 1.0, steady=True),
+    "the least spin with one is": lambda: kr.Ensemble.spinning(BODY, [40, 1], 1.0, steady=True),
     "spinning is for a symmetric body": lambda: kr.Ensemble.spinning(CORNER, 1.0),
     "body[1]: spinning is for a symmetric": lambda: kr.Ensemble.spinning(
         kr.Bodies(1, [(1, 1, 1), (1, 1.2, 1.4)], (0, 0.1, 0.1)), 1.0
@@ -202,10 +202,10 @@ OTHERS = {
     "steady=True goes with neither": lambda: TOP.vary(spin=1, precession=1, steady=True),
     "steady=True goes with spin and tilt": lambda: TOP.vary(momentum=EACH, steady=True),
     "fast chooses between two": lambda: TOP.vary(spin=[1, 2], fast=True),
-    "momentum and spin both tell the start": lambda: TOP.vary(momentum=EACH, spin=1),
+    "momentum and spin both describe the start": lambda: TOP.vary(momentum=EACH, spin=1),
     "give either body or mass": lambda: TOP.vary(body=BODY, mass=1),
     "body[1]: mass must be positive, not -1.0": lambda: TOP.vary(mass=[1, -1]),
-    "must not be empty; an ensemble of none": lambda: kr.Ensemble.of([]),
+    "must not be empty; an empty ensemble": lambda: kr.Ensemble.of([]),
     "must not be empty": lambda: kr.Ensemble.of([[], []]),
     "must all have the same length": lambda: kr.Ensemble.of([[TOP], [TOP, TOP]]),
     "give the width of at least one": lambda: TOP.scatter(3),
@@ -223,7 +223,7 @@ def test_other_words_are_refused_as_for_one(said):
 
 
 def test_other_types_are_refused():
-    with pytest.raises(TypeError, match="unknown word 'spn'; did you mean 'spin'"):
+    with pytest.raises(TypeError, match="unknown parameter 'spn'; did you mean 'spin'"):
         TOP.vary(spn=3)
     with pytest.raises(TypeError, match=r"body must be a kreisel.Body or kreisel.Bodies, not 3"):
         kr.Ensemble(3, momentum=EACH)

@@ -50,7 +50,7 @@ def changes(values, times):
 @pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
 @pytest.mark.parametrize("seed", range(12))
 def test_none_missed_none_twice(seed, damping):
-    """Each sign change among states a thousand times denser than the steps is found once."""
+    """Compare with sign changes among states a thousand times denser than the steps."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
     wanted = of_every_kind(scene)
@@ -93,9 +93,9 @@ def test_nutation_of_a_lagrange_top_has_its_period(digits):
     assert np.all(path.events.direction == 1) and path.events.path.apex[:, 2].std() < 1e-13
 
 
-def released(precession):
+def top_with_push(precession):
     """Return a fast tilted top whose axis is pushed along at its highest point."""
-    body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, made_up=True)
+    body = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, unphysical=True)
     tilt = (np.cos(0.4), np.sin(0.4), 0, 0)
     axis = np.array([0, -np.sin(0.8), np.cos(0.8)])
     return kr.Scene(body, velocity=20 * axis + precession * np.array([0, 0, 1]), attitude=tilt)
@@ -103,7 +103,7 @@ def released(precession):
 
 @pytest.mark.parametrize("precession, loops, cusps", [(-0.3, 2, 0), (0.0, 0, 1), (0.05, 0, 0)])
 def test_loops_cusps_and_waves(precession, loops, cusps):
-    scene = released(precession)
+    scene = top_with_push(precession)
     nutations = 10
     path = kr.solve(
         scene,
@@ -230,7 +230,11 @@ def test_what_the_docstring_shows_runs():
         (lambda: events.plane((0, 0, 0)), ValueError, "the function is constant"),
         (lambda: events.plane((1, 0)), ValueError, "normal must be 3 numbers"),
         (lambda: events.plane((1, 0, 0), of="axis"), ValueError, "unknown vector 'axis'"),
-        (lambda: events.cusp(within=1e-9), ValueError, "within must be at least 1e-7, not 1e-09"),
+        (
+            lambda: events.cusp(within=1e-9),
+            ValueError,
+            "within must be at least 1e-7, .* 1e-09",
+        ),
         (lambda: events.separatrix(CORNER), TypeError, "scene must be a kreisel.Scene"),
         (
             lambda: kr.solve(GENERAL, 1, "rk4", step=0.1, events=[]),
@@ -374,7 +378,7 @@ def test_an_event_cannot_be_changed():
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
 def test_thin_bodies_pass_as_many_energies_as_thick_ones(least):
     """The noise of a function is that of its own terms, not that of a turn about the thin axis."""
-    body = kr.Body.symmetric(1, 1, least, 1, made_up=True)
+    body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
     looked = events.kinetic(0.1), events.extremum(twice)

@@ -171,7 +171,7 @@ def test_a_run_says_what_it_looks_for():
         kr.start(GENERAL, events="nutation")
 
 
-def forged(run, **changes):
+def forge_checkpoint(run, **changes):
     """Return a checkpoint with a modified header and a correct checksum."""
     line, _, memory = run.checkpoint[21:].partition(b"\n")
     body = json.dumps(json.loads(line) | changes).encode() + b"\n" + memory
@@ -188,34 +188,34 @@ ROW = {
 }
 
 
-def changed(**words):
+def event_header(**words):
     return {"events": [ROW | words]}
 
 
 def test_a_forged_checkpoint_is_taken_where_nothing_is_wrong():
     run = kr.start(GENERAL, events=[events.nutation()])
     run.to(5.0)
-    assert kr.resume(forged(run)).to(9.0).events.t.size
-    assert kr.resume(forged(run, events=[ROW])).events == (events.nutation(),)
+    assert kr.resume(forge_checkpoint(run)).to(9.0).events.t.size
+    assert kr.resume(forge_checkpoint(run, events=[ROW])).events == (events.nutation(),)
 
 
 @pytest.mark.parametrize(
     "changes",
     [
-        changed(terms=[[1.0, "apex_y", "1"]]),
-        changed(terms=[[1.0, "apex_q", "1"]]),
-        changed(terms=[["1", "apex_z", "1"]]),
-        changed(terms=[[float("nan"), "apex_z", "1"]]),
-        changed(terms=[[1.0, "apex_z"]]),
-        changed(terms=[]),
-        changed(terms=3),
-        changed(where=[[1.0, "apex_z", "1"]]),
-        changed(extremum=1),
-        changed(extremum=False),
-        changed(direction=7),
-        changed(direction=1),
-        changed(max_count=0),
-        changed(terminal="yes"),
+        event_header(terms=[[1.0, "apex_y", "1"]]),
+        event_header(terms=[[1.0, "apex_q", "1"]]),
+        event_header(terms=[["1", "apex_z", "1"]]),
+        event_header(terms=[[float("nan"), "apex_z", "1"]]),
+        event_header(terms=[[1.0, "apex_z"]]),
+        event_header(terms=[]),
+        event_header(terms=3),
+        event_header(where=[[1.0, "apex_z", "1"]]),
+        event_header(extremum=1),
+        event_header(extremum=False),
+        event_header(direction=7),
+        event_header(direction=1),
+        event_header(max_count=0),
+        event_header(terminal="yes"),
         {"events": [{"terms": ROW["terms"]}]},
         {"events": [7]},
         {"events": None},
@@ -234,5 +234,5 @@ def test_a_forged_checkpoint_is_taken_where_nothing_is_wrong():
 def test_hostile_checkpoints_are_refused(changes):
     run = kr.start(GENERAL, events=[events.nutation()])
     run.to(5.0)
-    with pytest.raises(ValueError, match="the checkpoint is no checkpoint of a run"):
-        kr.resume(forged(run, **changes))
+    with pytest.raises(ValueError, match="the checkpoint is not a checkpoint of a run"):
+        kr.resume(forge_checkpoint(run, **changes))

@@ -13,18 +13,18 @@ MANY = THESIS.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 TILT = np.array([0.8, 0.4, -0.2, 0.4])
 TILTED = THESIS.replace(attitude=TILT / np.linalg.norm(TILT), momentum=(1, 2, 30))
-PLATE = kr.Body(mass=1.0, inertia=(1.0, 2.0, 3.0), com=(0.1, 0.2, 0.3), made_up=True)
+PLATE = kr.Body(mass=1.0, inertia=(1.0, 2.0, 3.0), com=(0.1, 0.2, 0.3), unphysical=True)
 SCENES = {
     "thesis": THESIS,
     "tilted": TILTED,
     "hanging": TILTED.replace(gravity=-3.0),
     "turned": kr.Scene(
-        kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), made_up=True),
+        kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), unphysical=True),
         (1, 2, 3),
         TILTED.attitude,
     ),
     "spherical": kr.Scene(
-        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), made_up=True), (1, 2, 3), TILTED.attitude
+        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), unphysical=True), (1, 2, 3), TILTED.attitude
     ),
     "free": kr.Scene(PLATE, (1.0, 2.0, 3.0), TILTED.attitude, gravity=0.0),
     "at its centre of mass": kr.Scene(
@@ -164,7 +164,7 @@ def test_scenes_without_a_closed_form_are_refused():
     "call, error, match",
     [
         (lambda: kr.exact(3), TypeError, "scene must be"),
-        (lambda: kr.exact(THESIS, step=0.1), ValueError, "step is for map"),
+        (lambda: kr.exact(THESIS, step=0.1), ValueError, "step needs map"),
         (lambda: kr.exact(THESIS, map="rk4", step=0.1), ValueError, "the map with a closed form"),
         (lambda: kr.exact(THESIS, map="bobenko_suris"), TypeError, "step must be a number"),
         (
@@ -173,7 +173,7 @@ def test_scenes_without_a_closed_form_are_refused():
             "step must not be zero",
         ),
         (lambda: kr.exact(THESIS)(math.nan), ValueError, "t must be finite"),
-        (lambda: kr.exact(THESIS)(1e300), ValueError, "cannot tell"),
+        (lambda: kr.exact(THESIS)(1e300), ValueError, "cannot resolve"),
         (lambda: kr.exact(THESIS)([[1.0]]), ValueError, "shape"),
         (lambda: kr.exact(THESIS)(np.ones((2, 2))), ValueError, "shape"),
         (lambda: kr.exact(THESIS)("1"), TypeError, "t must be a number or a list of times"),
@@ -186,7 +186,7 @@ def test_scenes_without_a_closed_form_are_refused():
         ),
         (lambda: kr.exact([THESIS], step=0.1), TypeError, "scene must be a kreisel.Scene"),
         (lambda: kr.exact([THESIS])([math.inf]), ValueError, "t must be finite"),
-        (lambda: kr.exact([THESIS])([1e300]), ValueError, "cannot tell"),
+        (lambda: kr.exact([THESIS])([1e300]), ValueError, "cannot resolve"),
         (
             lambda: kr.exact(THESIS, map="bobenko_suris", step=0.1)(0.5),
             ValueError,
@@ -206,7 +206,7 @@ def test_of_many_tops_the_same_times_are_refused_as_of_one():
     slow = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 0.0)), momentum=(0.0, 0.0, 0.5))
     for top in kr.exact(slow), kr.exact([slow]):
         top(math.nextafter(2.0**54, 0.0))
-        with pytest.raises(ValueError, match="cannot tell"):
+        with pytest.raises(ValueError, match="cannot resolve"):
             top(2.0**54)
 
 

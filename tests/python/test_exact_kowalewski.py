@@ -6,7 +6,7 @@ import kreisel as kr
 import numpy as np
 import pytest
 
-BODY = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), made_up=True)
+BODY = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
 SCENE = kr.Scene(BODY, momentum=(0.3, 1.1, 0.8), attitude=(0.8, 0.4, -0.2, 0.4))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tops import GENERAL, LAGRANGE, unit
 
-BODY = kr.Body.symmetric(1.0, 1.0, 0.5, 1.0, made_up=True)
+BODY = kr.Body.symmetric(1.0, 1.0, 0.5, 1.0, unphysical=True)
 TILTED = (0.8**0.5, 0.2**0.5, 0.0, 0.0)  # cosine 0.6
 STEADY = kr.scenes.steady_precession
 
@@ -53,7 +53,7 @@ def scenes_near(rng, kind):
     """Return random tops near a motion of this type."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
-        1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), made_up=True
+        1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True
     )
     tilt = rng.uniform(0.1, 3.0)
     q = unit((math.cos(tilt / 2), math.sin(tilt / 2), 0, 0))
@@ -111,11 +111,11 @@ TURNED = {  # the same motion, upside down, and of a body that hangs from its ax
         gravity=-s.gravity,
     ),
     "centre of mass below": lambda s: s.replace(
-        body=kr.Body.symmetric(1.0, 1.0, 0.5, -1.0, made_up=True),
+        body=kr.Body.symmetric(1.0, 1.0, 0.5, -1.0, unphysical=True),
         attitude=kr.quaternion.multiply(s.attitude, (0, 1, 0, 0)),
     ),
     "small units": lambda s: s.replace(
-        body=kr.Body.symmetric(2.0**-40, 2.0**-40, 2.0**-41, 1.0, made_up=True),
+        body=kr.Body.symmetric(2.0**-40, 2.0**-40, 2.0**-41, 1.0, unphysical=True),
         momentum=tuple(x * 2.0**-40 for x in s.momentum),
     ),
 }
@@ -216,10 +216,10 @@ def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
     free = GENERAL.replace(gravity=0.0)
     top = kr.exact(free)
     assert top.period > 0.0
-    with pytest.raises(ValueError, match="kind 'general', has none that come again"):
+    with pytest.raises(ValueError, match="kind 'general', is not periodic"):
         top.least_nutation  # noqa: B018
     tops = kr.exact([LAGRANGE, free])
-    with pytest.raises(ValueError, match=r"^scene\[1\]: turning points are those of a Lagrange"):
+    with pytest.raises(ValueError, match=r"^scene\[1\]: turning points exist for a Lagrange"):
         tops.greatest_nutation  # noqa: B018
     with pytest.raises(ValueError, match="with damping"):
         kr.exact(kr.scenes.cusps.replace(damping=(0, 0, 0.1)))
@@ -229,7 +229,7 @@ def test_turning_points_of_other_bodies_are_refused_and_the_rest_is_not():
 
 
 def test_frames_of_description_do_not_matter():
-    body = kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), made_up=True)
+    body = kr.Body(2.0, [[2, 0, 0.5], [0, 2.5, 0], [0.5, 0, 2]], (1, 0, -1), unphysical=True)
     assert body.kind == "lagrange"
     scene = kr.Scene(body, (1, 2, 3), unit((0.8, 0.4, -0.2, 0.4)))
     top = kr.exact(scene)
@@ -237,7 +237,7 @@ def test_frames_of_description_do_not_matter():
     assert nutation.min() == pytest.approx(top.least_nutation, abs=1e-5)
     assert nutation.max() == pytest.approx(top.greatest_nutation, abs=1e-5)
     ball = kr.Scene(
-        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), made_up=True), (1, 2, 3), unit((1, 2, 3, 4))
+        kr.Body(1.0, (2, 2, 2), (0.3, -0.4, 1.2), unphysical=True), (1, 2, 3), unit((1, 2, 3, 4))
     )
     top = kr.exact(ball)
     nutation = top(np.linspace(0, 3 * top.period, 3001)).nutation

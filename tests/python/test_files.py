@@ -75,11 +75,11 @@ def test_a_place_that_is_not_there_is_refused_before_anything_runs(tmp_path, wor
 def test_tables_nested_without_end_are_refused(tmp_path):
     file = tmp_path / "deep.toml"
     file.write_text("a = " + "[" * 5000 + "]" * 5000)
-    with pytest.raises(ValueError, match="nested too deep"):
+    with pytest.raises(ValueError, match="nested too deeply"):
         kr.Scene.from_toml(file)
 
 
-def forged(**changes):
+def forge_checkpoint(**changes):
     run = kr.start(TOP, "strang", step=0.1)
     run.to(1.0)
     body = run.checkpoint.split(b"\n", 2)[2]
@@ -109,15 +109,15 @@ def forged(**changes):
     ],
 )
 def test_a_checkpoint_with_a_forged_head_is_refused(changes):
-    assert kr.resume(forged()).t == 1.0
-    with pytest.raises(ValueError, match="no checkpoint of a run"):
-        kr.resume(forged(**changes))
+    assert kr.resume(forge_checkpoint()).t == 1.0
+    with pytest.raises(ValueError, match="not a checkpoint of a run"):
+        kr.resume(forge_checkpoint(**changes))
 
 
 def test_a_head_that_is_no_table_is_refused():
     for line in (b"[]", b"3", b"[" * 100_000, b"\xff"):
         body = line + b"\n"
-        with pytest.raises(ValueError, match="no checkpoint of a run"):
+        with pytest.raises(ValueError, match="not a checkpoint of a run"):
             kr.resume(b"kreisel run\n" + b"%08x\n" % zlib.crc32(body) + body)
 
 
@@ -127,12 +127,12 @@ def test_a_head_that_is_no_table_is_refused():
 def test_a_trial_file_that_another_took_away_is_no_failure(monkeypatch, tmp_path):
     close = os.close
 
-    def closed(handle):
+    def close_and_unlink(handle):
         name = os.readlink(f"/proc/self/fd/{handle}")
         close(handle)
         os.unlink(name)
 
-    monkeypatch.setattr(atomic_io.os, "close", closed)
+    monkeypatch.setattr(atomic_io.os, "close", close_and_unlink)
     atomic_io.check_writable(tmp_path / "path.csv")
     assert list(tmp_path.iterdir()) == []
 

@@ -11,7 +11,7 @@ from tops import FREE, GENERAL, LAGRANGE
 TOP = kr.scenes.asymmetric
 
 
-def sampled(scene, periods=60, states=4096, method="taylor"):
+def solve_periods(scene, periods=60, states=4096, method="taylor"):
     exact = kr.exact(scene)
     swing = min(exact.period, 40.0)
     return exact, kr.solve(scene, np.linspace(0.0, periods * swing, states), method)
@@ -28,7 +28,7 @@ def off(found, exact):
     "name", ["cusps", "thesis", "fast", "strong_gravity", "sleeping"]
 )  # loops, rosettes through the pole, a pendulum
 def test_frequencies_are_those_of_the_closed_form(name):
-    exact, path = sampled(kr.scenes.named(name))
+    exact, path = solve_periods(kr.scenes.get_scene(name))
     found = kr.frequencies(path)
     assert not found.exact and off(found, exact) < 1e-12
 
@@ -36,7 +36,7 @@ def test_frequencies_are_those_of_the_closed_form(name):
 def random_top(rng, gravity):
     i1 = rng.uniform(0.5, 2)
     height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
-    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, made_up=True)
+    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, unphysical=True)
     q = rng.normal(size=4)
     momentum = 2.0 * rng.normal(size=3)
     return kr.Scene(body, momentum, q / np.linalg.norm(q), gravity=gravity)
@@ -46,7 +46,7 @@ def random_top(rng, gravity):
 def test_frequencies_of_random_tops(gravity):
     rng = np.random.default_rng(3)
     for _ in range(15):
-        exact, path = sampled(random_top(rng, gravity), 40)
+        exact, path = solve_periods(random_top(rng, gravity), 40)
         assert off(kr.frequencies(path), exact) < 1e-12
 
 
@@ -54,7 +54,7 @@ def top_near_a_pole(rng, side):
     """A top of a random closest distance to a pole, from 1e-7 to 0.15 rad."""
     i1 = rng.uniform(0.5, 2)
     height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
-    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, made_up=True)
+    body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, unphysical=True)
     lean = 10 ** rng.uniform(-7, -0.83)
     tilt = lean if side > 0 else math.pi - lean
     angles = (rng.uniform(0, 6), tilt, rng.uniform(0, 6))
@@ -79,7 +79,7 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
     """The apex passes a pole between states, which all see the same mean rate without it."""
     moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
     scene = kr.Scene(
-        kr.Body(1, moments, (0, 0, 0.5), made_up=True),
+        kr.Body(1, moments, (0, 0, 0.5), unphysical=True),
         momentum=(3.0271208993064915, -1.8130228754576976, -0.4575879183085531),
         attitude=(
             -0.02831861256452627,
@@ -115,12 +115,12 @@ def test_a_pendulum_through_both_poles_has_no_precession():
 def test_frequencies_of_free_bodies():
     body = kr.Body(1, (1, 2, 2.5), (0, 0, 0))
     for momentum in ((3, 0.5, 0.4), (0.4, 0.5, -3), (-2, 1, 1), (0.5, -1, 2)):
-        exact, path = sampled(kr.Scene(body, momentum, (0.8, 0.4, -0.2, 0.4)))
+        exact, path = solve_periods(kr.Scene(body, momentum, (0.8, 0.4, -0.2, 0.4)))
         assert off(kr.frequencies(path), exact) < 1e-12
 
 
 def test_of_exact_motions_they_are_the_closed_forms_own():
-    exact, path = sampled(LAGRANGE, method="exact")
+    exact, path = solve_periods(LAGRANGE, method="exact")
     found = kr.frequencies(path, 20)
     assert found.exact and off(found, exact) == 0.0
     spaced = (found.lines - exact.precession) / (math.pi / exact.period)
@@ -129,7 +129,7 @@ def test_of_exact_motions_they_are_the_closed_forms_own():
 
 
 def test_lines_add_up_to_the_way_of_the_apex():
-    _, path = sampled(kr.scenes.cusps)
+    _, path = solve_periods(kr.scenes.cusps)
     found = kr.frequencies(path)
     way = np.exp(1j * np.multiply.outer(path.t, found.lines)) @ found.amplitudes
     assert np.abs(way - (path.apex[:, 0] + 1j * path.apex[:, 1])).max() < 1e-11

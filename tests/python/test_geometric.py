@@ -34,10 +34,10 @@ def test_the_error_is_met(scene, target):
     )
 
 
-PENDULUM = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True)
+PENDULUM = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
 
 
-def tilted(angle):
+def tilt_about_e1(angle):
     return (np.cos(angle / 2), np.sin(angle / 2), 0.0, 0.0)
 
 
@@ -48,8 +48,8 @@ def lingering(rng):
         body = kr.Body(1, (1, rng.uniform(1.6, 2.0), 2.5), (0, 0, 0))
         return kr.Scene(body, momentum=small + np.array((0, rng.uniform(1, 3), 0)), gravity=0.0)
     moments = (1.0, rng.choice([1.0, 1.3]), rng.uniform(0.4, 1.0))
-    body = kr.Body(1.0, moments, (0.0, 0.0, rng.uniform(0.5, 1.0)), made_up=True)
-    tilt = tilted(10 ** rng.uniform(-8, -3))
+    body = kr.Body(1.0, moments, (0.0, 0.0, rng.uniform(0.5, 1.0)), unphysical=True)
+    tilt = tilt_about_e1(10 ** rng.uniform(-8, -3))
     return kr.Scene(body, momentum=small * rng.integers(2), attitude=tilt)
 
 
@@ -82,7 +82,7 @@ def turning_over():
 
 
 def test_the_error_is_of_the_states_the_choice_of_all_the_way():
-    """For one path and for many, a part of a path, a loaded path, and the attitude alone."""
+    """Check one path and many, a part of a path, a loaded path, and the attitude alone."""
     scene, times = turning_over(), [10.0, 20.0, 39.0]
     steered = {"method": "geometric", "error": 1e-5}
     path = kr.solve(scene, times, **steered)
@@ -101,7 +101,7 @@ def test_the_error_is_of_the_states_the_choice_of_all_the_way():
     [
         (
             kr.Scene(
-                kr.Body.symmetric(1, 1, 0.06830940206246161, 1, made_up=True),
+                kr.Body.symmetric(1, 1, 0.06830940206246161, 1, unphysical=True),
                 momentum=(-1.3239140397159607e-4, -5.742476549929807e-4, 1.0073475594600608e-5),
                 attitude=unit((0.08130305842650629, 0.613292368992301, 0.785658275965672, 0.0018)),
             ),
@@ -110,7 +110,7 @@ def test_the_error_is_of_the_states_the_choice_of_all_the_way():
         ),
         (
             kr.Scene(
-                kr.Body.symmetric(1, 1.075, 1.129, 0.9546, made_up=True),
+                kr.Body.symmetric(1, 1.075, 1.129, 0.9546, unphysical=True),
                 momentum=(0, 0, 0),
                 attitude=unit((-0.137051384, 0.9447336, -0.08298514438, -0.28602239)),
             ),
@@ -128,7 +128,7 @@ def test_few_long_steps_meet_it_between_their_ends_too(scene, t, target):
 
 
 def test_an_error_that_can_be_met_is_met_at_an_unstable_equilibrium():
-    scene = kr.Scene(PENDULUM, momentum=(0, 0, 0), attitude=tilted(1e-6))
+    scene = kr.Scene(PENDULUM, momentum=(0, 0, 0), attitude=tilt_about_e1(1e-6))
     times = np.linspace(0, 100, 1001)
     path = kr.solve(scene, times, method="geometric", error=3e-3)
     assert kr.attitude_error(path.q, kr.solve(scene, times, digits=20).q).max() <= 3e-3
@@ -138,7 +138,7 @@ def test_an_error_that_can_be_met_is_met_at_an_unstable_equilibrium():
     "tilt, momentum, target", [(1e-8, 0.0, 1e-9), (1e-8, 0.0, 1e-3), (1e-6, 1e-6, 1e-6)]
 )
 def test_a_search_ends(tilt, momentum, target):
-    scene = kr.Scene(PENDULUM, momentum=(momentum, 0, 0), attitude=tilted(tilt))
+    scene = kr.Scene(PENDULUM, momentum=(momentum, 0, 0), attitude=tilt_about_e1(tilt))
     begin = time.process_time()
     with pytest.raises(ValueError, match="cannot be met"):
         kr.solve(scene, 100, method="geometric", error=target)
@@ -200,7 +200,7 @@ def test_what_the_data_do_not_hold_is_refused():
 @pytest.mark.parametrize(
     "words, message",
     [
-        ({}, "give the error"),
+        ({}, "give the allowed error"),
         ({"error": 1e-6, "step": 0.1}, "leave step out"),
         ({"error": 1e-6, "tol": 1e-3, "every": 2}, "leave tol and every out"),
         ({"error": 0.5}, "at most 0.1"),
@@ -306,7 +306,7 @@ class Search:
         return ValueError(why)
 
 
-def searched(monkeypatch, errors, **more):
+def run_search(monkeypatch, errors, **more):
     search = Search(errors)
     search.__dict__.update(more)
     monkeypatch.setattr(step_search, "StepSearch", lambda *_: search)
@@ -316,26 +316,26 @@ def searched(monkeypatch, errors, **more):
 
 def test_a_search_goes_on_by_what_it_found(monkeypatch):
     enough = step_search._ENOUGH * 1e-9
-    search, found = searched(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
+    search, found = run_search(monkeypatch, [1.0, None, 1e-3, 1e-6, enough])
     assert found() == (enough, 14) and search.asked == [10, 11, 12, 13, 14]
-    search, found = searched(monkeypatch, itertools.repeat(1e-8))
-    with pytest.raises(ValueError, match=re.escape("a run come to 1.0e-08 rad, and finer")):
+    search, found = run_search(monkeypatch, itertools.repeat(1e-8))
+    with pytest.raises(ValueError, match=re.escape("rounding errors reach 1.0e-08 rad, and finer")):
         found()
     assert search.asked == [10, *(11 * 2**k for k in range(len(search.asked) - 1))]
     assert len(search.asked) == step_search._STALLS + 1
-    search, found = searched(monkeypatch, [1e-6, 1e-8, 0.5e-8, 1e-9, enough])
+    search, found = run_search(monkeypatch, [1e-6, 1e-8, 0.5e-8, 1e-9, enough])
     assert found() == (enough, 14)
 
 
 def test_a_search_ends_with_its_budget(monkeypatch):
     enough = step_search._ENOUGH * 1e-9
-    _, found = searched(monkeypatch, [1e-3, enough], budget=21)
+    _, found = run_search(monkeypatch, [1e-3, enough], budget=21)
     assert found() == (enough, 11)
-    _, found = searched(monkeypatch, [1e-3, enough], budget=20)
+    _, found = run_search(monkeypatch, [1e-3, enough], budget=20)
     with pytest.raises(ValueError, match="a search may take 20 steps"):
         found()
-    _, found = searched(monkeypatch, [enough], conditioning=math.nextafter(1e-9, 1.0))
-    with pytest.raises(ValueError, match="the data do not hold so much"):
+    _, found = run_search(monkeypatch, [enough], conditioning=math.nextafter(1e-9, 1.0))
+    with pytest.raises(ValueError, match="the rounding of the scene alone exceeds it"):
         found()
 
 

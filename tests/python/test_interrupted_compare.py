@@ -54,7 +54,7 @@ soon = threading.Timer(0.5, send)
 
 @pytest.mark.parametrize("truth, when", [("exact", "progress=send"), ("rk4", "")])
 def test_ctrl_c_ends_a_comparison(truth, when):
-    """In a run of hours after a short one, or in the reference solution."""
+    """Interrupt a run of hours after a short one, or the reference solution."""
     done = python(
         SEND
         + f"""

@@ -51,7 +51,7 @@ def test_a_tolerance_out_of_reach_ends_a_run():
 # Progress
 
 
-def told_thrice(run):
+def make_third_call_raise(run):
     """Return a progress callback that raises at its third call."""
     told = []
 
@@ -65,21 +65,21 @@ def told_thrice(run):
     return told
 
 
-def streamed(tell):
+def stream_top(tell):
     list(kr.stream(TOP, 1e9, "strang", step=1e-2, every=1, chunk=7, progress=tell))
 
 
-def wanted(tell):
+def solve_energy(tell):
     kr.solve(TOP, 1e5, "strang", step=1e-2, every=1, want=("energy",), progress=tell)
 
 
-def solved(tell):
+def solve_top(tell):
     kr.solve(TOP, 1e9, "rk4", step=1e-3, progress=tell)
 
 
-@pytest.mark.parametrize("run", [solved, streamed, wanted])
+@pytest.mark.parametrize("run", [solve_top, stream_top, solve_energy])
 def test_progress_is_told_however_short_the_pieces(run):
-    first, second, third = told_thrice(run)
+    first, second, third = make_third_call_raise(run)
     assert 0 <= first < second < third < 1e9  # none yet, where a machine is slow to begin
 
 
@@ -162,13 +162,13 @@ def test_ctrl_c_between_two_pieces_keeps_the_path(monkeypatch, pieces):
     """The signal arrives while Python code runs, not the core."""
     record, done = kr.start(TOP)._record.__func__, []
 
-    def interrupted(self, times, progress):
+    def record_or_stop(self, times, progress):
         if len(done) == pieces:
             raise KeyboardInterrupt
         done.append(len(times))
         return record(self, times, progress)
 
-    monkeypatch.setattr(kr.Run, "_record", interrupted)
+    monkeypatch.setattr(kr.Run, "_record", record_or_stop)
     times = np.linspace(0, 10, 100_000)
     with pytest.raises(kr.Interrupted) as stopped:
         kr.solve(TOP, times, want=("energy",))

@@ -7,17 +7,17 @@ from tops import TILT, matrix, unit
 
 EPS = 2.0**-52
 NEARLY = {  # lagrange, but for these parts of a whole
-    "com": lambda off: kr.Body(1, (1, 1, 0.5), (off, 0, 1), made_up=True),
-    "moments": lambda off: kr.Body(1, (1, 1 + off, 0.5), (0, 0, 1), made_up=True),
-    "sphere": lambda off: kr.Body(1, (1, 1 + off, 1 - off / 5), (0.6, 0.5, 0.4), made_up=True),
+    "com": lambda off: kr.Body(1, (1, 1, 0.5), (off, 0, 1), unphysical=True),
+    "moments": lambda off: kr.Body(1, (1, 1 + off, 0.5), (0, 0, 1), unphysical=True),
+    "sphere": lambda off: kr.Body(1, (1, 1 + off, 1 - off / 5), (0.6, 0.5, 0.4), unphysical=True),
 }
 
 
-def turned(moments, com, random):
+def random_axes_body(moments, com, random):
     """Return a body described in randomly turned axes, with the roundings of that."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
-    return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, made_up=True)
+    return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, unphysical=True)
 
 
 @pytest.mark.parametrize("size", [0.4, 1e-2, 1e-4, 1e-7, 1e-11])
@@ -25,7 +25,7 @@ def test_a_turned_lagrange_top_is_one(size):
     """The closer the moments, the further roundings turn the axis."""
     random = np.random.default_rng(3)
     for sign in (1, -1) * 100:
-        body = turned((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
+        body = random_axes_body((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
         assert body.kind == "lagrange" and body.is_symmetric
         assert kr.methods["bobenko_suris4"].applies_to(body)
         assert np.linalg.norm(body.principal_com) == pytest.approx(0.7, rel=4 * EPS)
@@ -34,10 +34,10 @@ def test_a_turned_lagrange_top_is_one(size):
 def test_other_turned_kinds_are_theirs():
     random = np.random.default_rng(4)
     for _ in range(200):
-        assert turned((1, 1, 1), (0.3, -0.2, 0.9), random).kind == "lagrange"
-        assert turned((2, 2, 1), (0.3, 0, 0), random).kind == "kowalewski"
-        assert turned((4, 4, 1), (0.3, 0, 0), random).kind == "goryachev_chaplygin"
-        assert turned((1, 2, 1.5), (0, 0, 0), random).kind == "euler"
+        assert random_axes_body((1, 1, 1), (0.3, -0.2, 0.9), random).kind == "lagrange"
+        assert random_axes_body((2, 2, 1), (0.3, 0, 0), random).kind == "kowalewski"
+        assert random_axes_body((4, 4, 1), (0.3, 0, 0), random).kind == "goryachev_chaplygin"
+        assert random_axes_body((1, 2, 1.5), (0, 0, 0), random).kind == "euler"
 
 
 def test_rings_of_points_are_lagrange_tops():
@@ -60,7 +60,7 @@ def test_a_tensor_is_changed_by_roundings_only():
         turn, com = matrix(unit(random.normal(size=4))), random.normal(size=3)
         tensor = turn @ np.diag((1, 1 + off, random.uniform(0.3, 1.8))) @ turn.T
         tensor = 0.5 * (tensor + tensor.T)
-        body = kr.Body(1, tensor, com, made_up=True)
+        body = kr.Body(1, tensor, com, unphysical=True)
         axes = matrix(body.axes)
         again = axes @ np.diag(body.moments) @ axes.T
         assert np.abs(again - tensor).max() < 20 * EPS * np.abs(tensor).max()
@@ -97,7 +97,7 @@ def test_what_is_roundings_is_the_kind(what):
 
 
 def test_a_top_that_falls_by_what_its_body_lacks_falls():
-    scene = kr.Scene(kr.Body(1, (1, 1, 0.5), (0.9e-12, 0, 1), made_up=True), momentum=(0, 0, 1))
+    scene = kr.Scene(kr.Body(1, (1, 1, 0.5), (0.9e-12, 0, 1), unphysical=True), momentum=(0, 0, 1))
     path, true = kr.solve(scene, 35), kr.solve(scene, 35, digits=30)
     assert kr.attitude_error(path.q[-1], true.q[-1]) < 1e-9
     assert true.apex[-1, 2] < 0.9
@@ -108,7 +108,7 @@ def test_without_gravity_no_centre_of_mass_matters(words):
     """A nearly spherical body keeps its own axes."""
     moments, ends = (1, 1 + 0.8e-12, 1 - 0.15e-12), []
     for com in ((0, 0, 0), (0.6, 0.5, 0.4)):
-        body = kr.Body(1, moments, com, made_up=True)
+        body = kr.Body(1, moments, com, unphysical=True)
         scene = kr.Scene(body, momentum=(0.3, -0.9, 1.1), attitude=TILT, gravity=0)
         path = kr.solve(scene, 1000, **words)
         ends.append(path.q[-1])
@@ -121,7 +121,7 @@ def test_without_gravity_no_centre_of_mass_matters(words):
 def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
     """The time is proportional to the logarithm of the tilt, which its square would lose."""
     push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
-    body = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True)
+    body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, push, 0), attitude=(1, lean, 0, 0))
     with pytest.raises(ValueError, match="leans or moves by less than 1e-70"):
         kr.exact(scene)
@@ -136,7 +136,7 @@ def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
 
 
 def test_a_top_that_leans_by_little_or_stands_has_a_closed_form():
-    body, falls = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True), -np.log(1e-69)
+    body, falls = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), -np.log(1e-69)
     little = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 1e-69, 0, 0))
     path = kr.solve(little, [falls - 5, falls + 1])
     assert path.method == "exact" and kr.exact(little).period > falls

@@ -9,7 +9,7 @@ import pytest
 STEPS = 10
 
 
-def thrown(number, kinds, seed):
+def random_bodies(number, kinds, seed):
     """Yield random bodies, each with a step."""
     rng = np.random.default_rng(seed)
     for _ in range(number):
@@ -52,7 +52,7 @@ def test_bobenko_suris4_takes_what_its_series_can():
     few per cent there.
     """
     taken = 0
-    for scene, step in thrown(200, ["lagrange"], 1):
+    for scene, step in random_bodies(200, ["lagrange"], 1):
         i1, i3 = scene.body.moments[0], scene.body.moments[2]
         start = kr.solve(scene, [0.0])
         energy = start.energy[0] / i1 - 0.5 * (1 / i3 - 1 / i1) * start.axial_momentum[0] ** 2 / i1
@@ -77,7 +77,7 @@ def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
     """A step is refused where h^2 |A| over the least moment is above 2, or where the top, as fast
     as its energy allows, may turn by more than `most` [rad] in it."""
     taken = 0
-    for scene, step in thrown(200, kinds, 2):
+    for scene, step in random_bodies(200, kinds, 2):
         least, energy = min(scene.body.moments), kr.solve(scene, [0.0]).energy[0]
         turn = step * np.sqrt(2 * (energy + lever(scene)) / least)
         heavy = step**2 * lever(scene) / least
@@ -98,7 +98,7 @@ def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
 @pytest.mark.parametrize("method", ["strang", "suzuki4", "kahan_li8"])
 def test_steps_of_many_turns_stay_finite(method):
     """The result is inaccurate, but attitudes have unit length."""
-    for scene, step in thrown(100, ["asymmetric"], 3):
+    for scene, step in random_bodies(100, ["asymmetric"], 3):
         path = kr.solve(scene, 3000 * step, method=method, step=10 * step, every=1)
         assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14
 

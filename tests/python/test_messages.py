@@ -25,7 +25,7 @@ class Quantity(np.ndarray):
     unit = "min"
 
 
-class Stripped:
+class QuantityWithUnit:
     """A number whose unit numpy drops, as in pint."""
 
     units = "minute"
@@ -112,9 +112,9 @@ def test_times_with_a_unit_are_refused(call):
     for times in (
         np.array([1.0, 2.0]).view(Quantity),
         np.array(1.0).view(Quantity),
-        Stripped([1.0, 2.0]),
-        [Stripped(1.0), Stripped(2.0)],
-        Stripped(1.0),
+        QuantityWithUnit([1.0, 2.0]),
+        [QuantityWithUnit(1.0), QuantityWithUnit(2.0)],
+        QuantityWithUnit(1.0),
     ):
         if np.ndim(times) or call is not OF_TIMES["stream"]:  # which takes no number
             with pytest.raises(TypeError, match=r"without a unit|must be a number"):
@@ -129,7 +129,7 @@ def test_numbers_with_a_unit_are_refused(name):
     row = {"attitude": (1.0, 0, 0, 0), "attitude_xyzw": (0.0, 0, 0, 1)}.get(name, (1.0, 2.0, 3.0))
     if name in ("steps", "value", "step"):
         row = 1.0
-    for value in (np.array(row).view(Quantity), Stripped(row)):
+    for value in (np.array(row).view(Quantity), QuantityWithUnit(row)):
         with pytest.raises(TypeError, match=r"without a unit|must be a number"):
             CALLS[name](value)
 

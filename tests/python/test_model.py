@@ -99,7 +99,7 @@ NEAR, FAR = unit((0.9, -0.2, 0.3, 0.1)), unit((0.3, -0.5, 0.7, 0.1))
     "name, turn, atol", [*((name, NEAR, 1e-12) for name in FIXED), ("extrap", FAR, 1e-10)]
 )
 def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
-    """In distant frames the principal axes have another order, and fixed steps other errors."""
+    """Distant frames have principal axes in another order, and fixed steps have other errors."""
     bodies = (
         kr.scenes.asymmetric.body,
         kr.scenes.thesis.body,
@@ -108,7 +108,7 @@ def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
     body = next(body for body in bodies if kr.methods[name].applies_to(body))
     axes = matrix(turn)
     tensor = axes @ np.diag(body.inertia) @ axes.T
-    turned = kr.Body(body.mass, tensor, axes @ body.com, made_up=body.made_up)
+    turned = kr.Body(body.mass, tensor, axes @ body.com, unphysical=body.unphysical)
     attitude = unit(quaternion.multiply(TILT, quaternion.conjugate(turn)))
     scenes = [kr.Scene(b, GENERAL.momentum, q) for b, q in ((body, TILT), (turned, attitude))]
     how = {"tol": 1e-13} if name == "extrap" else {"step": 0.01}
@@ -222,7 +222,7 @@ def test_named_scenes_show_what_they_say():
 
 
 def test_a_least_moment_that_roundings_swallow_is_refused():
-    """With a distant fixed point the least moment is a small difference of large numbers."""
+    """A distant fixed point makes the least moment a small difference of large numbers."""
     half, mass = (0.6, 0.8, 1.0), 8 * 0.48
     for far in (1.0, 1e2, 3e3):
         pivot = far * np.array((0.3, -0.4, 0.5))

@@ -14,7 +14,7 @@ TIMES = np.array([1.7, 0.3, 2.0, 0.0, 0.7, 0.7])
 SOME = ("nutation", "frame")
 
 
-def solved(scene, times, *words, **more):
+def solve_unordered(scene, times, *words, **more):
     """Return the states of solve at times in any order."""
     order = np.argsort(np.abs(times), kind="stable")
     path = kr.solve(scene, np.asarray(times)[order], *words, **more)
@@ -35,7 +35,7 @@ def same(a, b):
 def test_times_between_have_the_bits_of_solve(method, back):
     scene, words = scene_for(method), words_for(method)
     path = kr.solve(scene, 2.0 * back, method, **words)
-    assert same(path(TIMES * back), solved(scene, TIMES * back, method, **words))
+    assert same(path(TIMES * back), solve_unordered(scene, TIMES * back, method, **words))
     one_by_one = [path(t).states for t in TIMES * back]
     assert np.array_equal(np.concatenate(one_by_one), path(TIMES * back).states)
 
@@ -44,7 +44,7 @@ def test_times_between_have_the_bits_of_solve(method, back):
 @pytest.mark.parametrize("words", [{}, {"tol": 1e-6}, {"digits": 20}, {"digits": 30}])
 def test_times_between_keep_digits_and_wants(words, want):
     path = kr.solve(TOP, 2.0, **words, want=want)
-    assert same(path(TIMES), solved(TOP, TIMES, **words, want=want))
+    assert same(path(TIMES), solve_unordered(TOP, TIMES, **words, want=want))
     assert path([]).want == want and len(path([])) == 0
     assert same(pickle.loads(pickle.dumps(path))(TIMES), path(TIMES))
 
@@ -53,7 +53,7 @@ def test_times_between_keep_digits_and_wants(words, want):
 def test_times_between_of_a_damped_top(words):
     damped = LAGRANGE.replace(damping=0.1)
     path = kr.solve(damped, -2.0, **words)
-    assert same(path(-TIMES), solved(damped, -TIMES, **words))
+    assert same(path(-TIMES), solve_unordered(damped, -TIMES, **words))
 
 
 def test_times_between_of_more_than_a_piece_are_those_of_solve():
@@ -106,7 +106,7 @@ def test_times_between_of_a_piece_are_those_of_its_run(words):
     for path in kr.stream(TOP, times, chunk=3, **words):
         asked = [float(path.t[-1]), 0.1, 0.0]
         asked = [t for t in asked if t <= path.t[-1]]
-        assert same(path(asked), solved(TOP, asked, **words))
+        assert same(path(asked), solve_unordered(TOP, asked, **words))
     run = kr.start(TOP, "strang", step=0.1, back=True)
     run.to(-1.0)
     assert same(run.to(-2.0)([-0.5, -1.5]), kr.solve(TOP, [-0.5, -1.5], "strang", step=0.1))

@@ -14,7 +14,7 @@ from tops import CORNER, FREE, GENERAL
 
 pytest.importorskip("matplotlib")
 from kreisel._plot import solids
-from kreisel._plot.solids import bar, revolve
+from kreisel._plot.solids import draw_bar, revolve
 from matplotlib.animation import FFMpegWriter
 from matplotlib.figure import Figure
 from PIL import Image
@@ -264,7 +264,7 @@ def test_html(tmp_path):
 def test_mp4(tmp_path):
     file = tmp_path / "top.mp4"
     if not FFMpegWriter.isAvailable():
-        with pytest.raises(OSError, match="needs ffmpeg, which is not here"):
+        with pytest.raises(OSError, match="needs ffmpeg, which was not found"):
             CUSPS.animate(file)
         return
     CUSPS.animate(file, fps=5, size=101)
@@ -325,7 +325,7 @@ def test_the_speed_that_is_advised_will_do():
 
 @pytest.mark.parametrize("t", [[], [1.0], [2.0, 2.0]])
 def test_a_path_of_no_time_is_no_film(t):
-    with pytest.raises(ValueError, match="a film needs a path of some time"):
+    with pytest.raises(ValueError, match="a film needs a path of positive duration"):
         kr.solve(GENERAL, t).animate()
 
 
@@ -338,7 +338,7 @@ def test_a_cuboid_is_drawn_as_it_is():
     assert corners.mean(axis=0) == pytest.approx(CORNER.principal_com, abs=1e-8)
 
 
-BODIES = {name: kr.scenes.named(name).body for name in kr.scenes.about}
+BODIES = {name: kr.scenes.get_scene(name).body for name in kr.scenes.about}
 BODIES["hanging"] = kr.Body.symmetric(1.0, 1.1, 0.5, -0.9)
 
 
@@ -372,7 +372,7 @@ def test_a_bar_of_a_plane_curve_is_a_thirtieth_of_its_length_thick():
     (axes,) = Figure().subplots(1, squeeze=False)[0]
     along = np.linspace(0.0, 3.0, 5)
     centre = np.stack([np.zeros(5), along, np.zeros(5)], axis=-1)
-    bar(centre, np.tile(np.eye(3)[[2, 0, 1]], (5, 1, 1)), (1.0, 1.0), axes, elevation=0.0)
+    draw_bar(centre, np.tile(np.eye(3)[[2, 0, 1]], (5, 1, 1)), (1.0, 1.0), axes, elevation=0.0)
     drawn = axes.collections[0].get_paths()
     heights = np.concatenate([path.vertices[:, 1] for path in drawn])
     assert len(drawn) and np.ptp(heights) == pytest.approx(0.1)
@@ -404,7 +404,7 @@ WHEEL = kr.Body.disk(0.1, (0, 0, -0.15), mass=0.5)
 BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 
-def drawn_corners(film):
+def corners_of_film(film):
     """The corners of the body's faces that the first frame shows, as it is seen."""
     (solid,) = next(film._figures()).axes[0].collections
     return np.concatenate([path.vertices for path in solid.get_paths()])
@@ -417,7 +417,7 @@ def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]
     assert ends[0] > 0.7 and ends[1] < -0.4  # to the right, and towards the eye
-    corners = drawn_corners(film)
+    corners = corners_of_film(film)
     rim = corners[np.hypot(*corners.T) > 0.5]
     assert rim[:, 0].min() > 0.1 and corners[:, 0].min() > -0.05
     assert np.hypot(*corners.T).min() < 0.05  # the axle reaches the fixed point
@@ -473,7 +473,7 @@ def test_a_body_of_any_size_is_drawn_as_what_it_is():
     moments = np.array([2.0, 2.0, 1.0])
     for size in (1e-10, 1.0, 1e10):
         leans, stands = (
-            solids.solid_of(1.0, moments * size**2, size * np.array([x, 0.0, 0.3]))[0]
+            solids.build_solid(1.0, moments * size**2, size * np.array([x, 0.0, 0.3]))[0]
             for x in (0.1, 0.0)
         )
         assert len(leans) == 6 and len(stands) > 100

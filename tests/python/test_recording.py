@@ -191,22 +191,28 @@ def test_threads_run_side_by_side_with_the_bits_of_one():
 def almost_of_a_kind():
     yield (
         "beside the axis",
-        kr.Body(1, (1, 1, 0.5), (0.8e-12, 0, 1), made_up=True),
+        kr.Body(1, (1, 1, 0.5), (0.8e-12, 0, 1), unphysical=True),
         (0, 0, 1.0),
         1.0,
         30.0,
     )
     yield (
         "almost symmetric",
-        kr.Body(1, (1, 1 + 7e-13, 0.6), (0, 0, 1), made_up=True),
+        kr.Body(1, (1, 1 + 7e-13, 0.6), (0, 0, 1), unphysical=True),
         (0.3, 0.1, 2.0),
         1.0,
         50.0,
     )
-    body = kr.Body(1, (1, 1 + 6e-13, 1 - 2e-13), (0.6, 0.5, 0.4), made_up=True)
+    body = kr.Body(1, (1, 1 + 6e-13, 1 - 2e-13), (0.6, 0.5, 0.4), unphysical=True)
     yield "almost spherical", body, (0.3, -0.9, 1.1), 0.0, 1000.0
-    yield "of its kind", kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True), (0.3, 0, 1.0), 1.0, 40.0
-    yield "upright", kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True), (1e-7, 0, 1.0), 1.0, 60.0
+    yield (
+        "of its kind",
+        kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True),
+        (0.3, 0, 1.0),
+        1.0,
+        40.0,
+    )
+    yield "upright", kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True), (1e-7, 0, 1.0), 1.0, 60.0
 
 
 @pytest.mark.parametrize("case", list(almost_of_a_kind()), ids=lambda case: case[0])

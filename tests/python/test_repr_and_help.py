@@ -59,7 +59,7 @@ def test_methods_show_themselves_as_a_table():
 
 
 def test_dir_of_the_scenes_lists_scenes():
-    assert set(dir(kr.scenes)) == {*kr.scenes.about, "about", "named", "name_of"}
+    assert set(dir(kr.scenes)) == {*kr.scenes.about, "about", "get_scene", "name_of"}
     assert all(isinstance(getattr(kr.scenes, name), kr.Scene) for name in kr.scenes.about)
 
 

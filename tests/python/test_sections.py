@@ -20,7 +20,7 @@ def same(one, other):
     return all(np.array_equal(getattr(one, f), getattr(other, f)) for f in FIELDS)
 
 
-def scattered(n):
+def random_ensemble(n):
     momenta = np.random.default_rng(5).normal(size=(n, 3))
     return kr.Ensemble(CORNER, momentum=momenta, attitude=(0.8, 0.4, -0.2, 0.4))
 
@@ -79,7 +79,7 @@ def test_what_is_asked_of_it():
     )
     with pytest.raises(AttributeError, match="did you mean 'nutation'"):
         _ = section.nutatoin
-    with pytest.raises(TypeError, match="no array"):
+    with pytest.raises(TypeError, match="not an array"):
         np.asarray(section)
     square = kr.section(TOPS[:2].reshape(1, 2), n=5)
     assert square.top.shape == (10, 2) and np.array_equal(square.states, section[:2].states)
@@ -87,7 +87,7 @@ def test_what_is_asked_of_it():
 
 
 def test_the_states_of_a_top_are_its_own():
-    tops, words = scattered(120), {"n": 12, "max_wait": 60}
+    tops, words = random_ensemble(120), {"n": 12, "max_wait": 60}
     whole = kr.section(tops, **words)
     assert same(kr.section(tops, threads=1, **words), whole)
     assert same(kr.section(tops, threads=3, **words), whole)
@@ -139,14 +139,14 @@ def test_one_component_alone_is_looked_for(name):
 
 def test_progress_and_interruption():
     heard = []
-    kr.section(scattered(40), n=5, progress=heard.append)
+    kr.section(random_ensemble(40), n=5, progress=heard.append)
     assert heard[-1] == 1.0
 
     def stop(_):
         raise KeyboardInterrupt
 
     with pytest.raises(kr.Interrupted) as stopped:
-        kr.section(scattered(4000), n=2000, progress=stop)
+        kr.section(random_ensemble(4000), n=2000, progress=stop)
     kept = stopped.value.paths
     assert isinstance(kept, kr.Section) and (kept.status_names == "ERR_INTERRUPTED").any()
     assert np.isfinite(kept.states).all() and len(kept.states) == kept.count.sum()

@@ -11,17 +11,17 @@ CYCLES = {0: (0.5, 0.5, 0.5, 0.5), 1: (0.5, -0.5, -0.5, -0.5), 2: (1.0, 0.0, 0.0
 LEAN = (1.0, 2.0**-40, 3.0 * 2.0**-42, 0.0)  # a product with a cycle is exact
 
 
-def named_otherwise(axis, moments, lever=1.0):
+def permute_axes(axis, moments, lever=1.0):
     """Return the scene of one leaning top whose third axis is described as number `axis`."""
     shift = (axis + 1) % 3
-    body = kr.Body(1, np.roll(moments, shift), com=np.roll((0, 0, lever), shift), made_up=True)
+    body = kr.Body(1, np.roll(moments, shift), com=np.roll((0, 0, lever), shift), unphysical=True)
     attitude = multiply(LEAN, conjugate(CYCLES[axis]))
     return kr.Scene(body, momentum=(0, 0, 0.25), attitude=attitude)
 
 
 @pytest.mark.parametrize("moments", [(0.8, 1.0, 1.2), (1.0, 1.2, 0.8), (1.0, 0.8, 1.2)])
 def test_general_bodies_keep_a_lean(moments):
-    body = kr.Body(1, moments, com=(0, 0, 1), made_up=True)
+    body = kr.Body(1, moments, com=(0, 0, 1), unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-13, 3e-13, 0))
     path = kr.solve(scene, [31.0])
     q, _ = Series(scene).to(31.0)
@@ -30,7 +30,7 @@ def test_general_bodies_keep_a_lean(moments):
 
 
 def test_general_bodies_keep_a_lean_beyond_the_digits_of_a_double():
-    body = kr.Body(1, (1.0, 0.8, 1.2), com=(0, 0, 1), made_up=True)
+    body = kr.Body(1, (1.0, 0.8, 1.2), com=(0, 0, 1), unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(1, 5e-21, 3e-21, 0))
     q, _ = Series(scene).to(51.0)
     ensemble = kr.solve(kr.Ensemble.of([scene]), [51.0], "taylor")
@@ -42,7 +42,7 @@ def test_general_bodies_keep_a_lean_beyond_the_digits_of_a_double():
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize("moments", [(0.8, 1.0, 1.2), (1.0, 1.0, 0.7), (1.0, 1.0, 1.0)])
 def test_upright_bodies_keep_a_lean_along_each_axis(axis, moments):
-    scene = named_otherwise(axis, moments)
+    scene = permute_axes(axis, moments)
     assert np.abs(np.array(turn_back(scene.attitude, (0, 0, 1)))[axis - 1]) < 1e-11
     q, _ = Series(scene).to(31.0)
     ensemble = kr.solve(kr.Ensemble.of([scene]), [31.0], "taylor")
@@ -58,9 +58,7 @@ def test_upright_bodies_keep_a_lean_along_each_axis(axis, moments):
 @pytest.mark.parametrize("method", ["strang", "blanes_moan6", "bobenko_suris", "exact", "rk4"])
 def test_methods_give_one_motion_of_a_lagrange_top_however_it_is_named(axis, method):
     words = {} if method == "exact" else {"step": 0.0625}
-    paths = [
-        kr.solve(named_otherwise(i, (1.0, 1.0, 0.7)), [31.0], method, **words) for i in (2, axis)
-    ]
+    paths = [kr.solve(permute_axes(i, (1.0, 1.0, 0.7)), [31.0], method, **words) for i in (2, axis)]
     assert paths[0].nutation[0] > 0.1
     there = multiply(paths[1].q[0], CYCLES[axis])
     assert kr.attitude_error(paths[0].q[0], there) < 1e-11
@@ -68,10 +66,10 @@ def test_methods_give_one_motion_of_a_lagrange_top_however_it_is_named(axis, met
 
 def test_sections_and_tangents_keep_a_lean():
     event = kr.events.nutation(direction=-1)
-    one, other = (kr.section(named_otherwise(i, (0.8, 1.0, 1.2)), event, n=1) for i in (2, 0))
+    one, other = (kr.section(permute_axes(i, (0.8, 1.0, 1.2)), event, n=1) for i in (2, 0))
     assert abs(one.t[0] - other.t[0]) < 1e-10
     tangents = [
-        kr.solve(named_otherwise(i, (0.8, 1.0, 1.2)), [31.0], "taylor", tangents="gravity").tangents
+        kr.solve(permute_axes(i, (0.8, 1.0, 1.2)), [31.0], "taylor", tangents="gravity").tangents
         for i in (2, 0)
     ]
     size = np.abs(tangents[0]).max()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from decimal_series import Series, attitude_error
 
-BODY = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), made_up=True)
+BODY = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), unphysical=True)
 
 
 def scene(damping, **changes):
@@ -58,7 +58,7 @@ def creeping(t, damping, height=1.0):
 
 @pytest.mark.parametrize("damping", [1e6, 1e9, 1e15])
 def test_a_top_creeps_for_as_long_as_it_takes_to_fall(damping):
-    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True)
+    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
     top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
     times = np.array([0.1, 1.0, 3.0]) * damping
@@ -84,7 +84,7 @@ def test_a_free_body_comes_to_rest_and_stays(damping):
 @pytest.mark.parametrize("velocity", [(0.5, 0.2, 3), (0.5, 0.2, 0), (0, 0, 3), (0, 0, 1e-100)])
 @pytest.mark.parametrize("damping", [1e3, 1e5, 1e9])
 def test_a_symmetric_top_comes_to_the_slow_manifold_with_any_spin(damping, velocity):
-    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True)
+    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     attitude = (math.cos(0.25), math.sin(0.25), 0, 0)
     top = kr.Scene(body, body_velocity=velocity, attitude=attitude, damping=damping)
     for settings in ({}, {"tol": 1e-9}, {"digits": 20}):
@@ -109,7 +109,7 @@ def test_every_verb_takes_the_same_steps():
 
 
 def test_events_are_met_on_the_slow_manifold():
-    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), made_up=True)
+    body = kr.Body(1, (1, 1, 0.5), (0, 0, 1), unphysical=True)
     attitude, damping = (math.cos(0.25), math.sin(0.25), 0, 0), 1e8
     top = kr.Scene(body, momentum=(0, 0, 0), attitude=attitude, damping=damping)
     level = kr.events.plane((0, 0, 1), of="apex")

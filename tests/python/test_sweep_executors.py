@@ -10,11 +10,10 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPool
 import kreisel as kr
 import numpy as np
 import pytest
-from crashing_worker import killed_once
+from crashing_worker import kill_once
 from distributed import Client, LocalCluster
-from kreisel._sweep import runner
-from kreisel._sweep import store as folder_of
-from sweeps import PARTS, REDUCED, SOCKETS_LEFT, SOURCE, WATCHED, rows_hash, swept
+from kreisel._sweep import runner, store
+from sweeps import PARTS, REDUCED, SOCKETS_LEFT, SOURCE, WATCHED, hash_rows, run_sweep
 
 pytestmark = pytest.mark.filterwarnings(SOCKETS_LEFT)
 WORDS = {"reduced": REDUCED, "watched": WATCHED}
@@ -22,14 +21,14 @@ SPAWN = multiprocessing.get_context("spawn")
 
 
 @pytest.fixture(scope="module")
-def expected(tmp_path_factory):
+def hashes(tmp_path_factory):
     """Return the hashes of the rows that one thread computes."""
-    place = tmp_path_factory.mktemp("expected")
+    place = tmp_path_factory.mktemp("hashes")
     for name, words in WORDS.items():
-        done = swept(place / name, words, threads=1)
+        done = run_sweep(place / name, words, threads=1)
         assert done.missing == [] and len(done.done) == PARTS
         assert 0 < (done["status"] != 0).sum() < done.size
-    return {name: rows_hash(place / name) for name in WORDS}
+    return {name: hash_rows(place / name) for name in WORDS}
 
 
 @pytest.fixture(scope="module")
@@ -51,61 +50,61 @@ def cluster():
 
 
 @pytest.mark.parametrize("name", WORDS)
-def test_threads_do_not_show(tmp_path, expected, name):
+def test_results_do_not_depend_on_threads(tmp_path, hashes, name):
     words = WORDS[name]
-    swept(tmp_path / "two", words, threads=2)
+    run_sweep(tmp_path / "two", words, threads=2)
     with ThreadPoolExecutor(2) as pool:
-        swept(tmp_path / "pool", words, executor=pool)
-    assert {rows_hash(tmp_path / each) for each in ("two", "pool")} == {expected[name]}
+        run_sweep(tmp_path / "pool", words, executor=pool)
+    assert {hash_rows(tmp_path / each) for each in ("two", "pool")} == {hashes[name]}
 
 
-def test_processes_do_not_show(tmp_path, expected):
+def test_results_do_not_depend_on_processes(tmp_path, hashes):
     with ProcessPoolExecutor(2, SPAWN) as pool:
         for name, words in WORDS.items():
-            swept(tmp_path / name, words, executor=pool)
-            assert rows_hash(tmp_path / name) == expected[name]
+            run_sweep(tmp_path / name, words, executor=pool)
+            assert hash_rows(tmp_path / name) == hashes[name]
 
 
 @pytest.mark.parametrize("name", WORDS)
-def test_a_cluster_does_not_show(tmp_path, expected, cluster, name):
-    swept(tmp_path, WORDS[name], executor=cluster.get_executor())
-    assert rows_hash(tmp_path) == expected[name]
+def test_results_do_not_depend_on_a_cluster(tmp_path, hashes, cluster, name):
+    run_sweep(tmp_path, WORDS[name], executor=cluster.get_executor())
+    assert hash_rows(tmp_path) == hashes[name]
 
 
 @pytest.mark.parametrize("name", WORDS)
-def test_jobs_in_reverse_do_not_show(tmp_path, expected, name):
+def test_results_do_not_depend_on_the_order_of_jobs(tmp_path, hashes, name):
     for i in reversed(range(PARTS)):
-        done = swept(tmp_path, WORDS[name], parts=range(i, i + 1))
+        done = run_sweep(tmp_path, WORDS[name], parts=range(i, i + 1))
         assert done.missing == [*range(i)]
-    assert rows_hash(tmp_path) == expected[name]
+    assert hash_rows(tmp_path) == hashes[name]
 
 
 @pytest.mark.parametrize("moment", ["moves", "writes"])
-def test_a_worker_that_is_killed_loses_no_more_than_it_had(tmp_path, expected, moment):
+def test_a_killed_worker_loses_only_its_own_part(tmp_path, hashes, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
     with (
-        ProcessPoolExecutor(2, SPAWN, initializer=killed_once, initargs=(flag, moment)) as pool,
+        ProcessPoolExecutor(2, SPAWN, initializer=kill_once, initargs=(flag, moment)) as pool,
         pytest.raises(RuntimeError, match=r"broken, with [1-5] parts left.*the same call"),
     ):
-        swept(place, executor=pool)
+        run_sweep(place, executor=pool)
     left = kr.read_sweep(place)
     assert os.path.exists(flag) and 2 in left.missing
     assert {file.name for file in place.glob("*.parquet")} == {
         f"part-{i:06}.parquet" for i in left.done
     }
-    swept(place)
-    assert rows_hash(place) == expected["reduced"]
+    run_sweep(place)
+    assert hash_rows(place) == hashes["reduced"]
 
 
 @pytest.mark.parametrize("moment", ["moves", "writes"])
-def test_a_cluster_makes_anew_what_a_killed_worker_had(tmp_path, expected, cluster, moment):
+def test_a_cluster_computes_the_part_of_a_killed_worker_again(tmp_path, hashes, cluster, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
-    cluster.run(killed_once, flag, moment)
-    swept(place, executor=cluster.get_executor())
-    assert os.path.exists(flag) and rows_hash(place) == expected["reduced"]
+    cluster.run(kill_once, flag, moment)
+    run_sweep(place, executor=cluster.get_executor())
+    assert os.path.exists(flag) and hash_rows(place) == hashes["reduced"]
 
 
-class Losing(Executor):
+class LosingExecutor(Executor):
     """An executor that cancels one part, or reports it as done, several times."""
 
     def __init__(self, times, result):
@@ -126,53 +125,53 @@ class Losing(Executor):
 
 
 @pytest.mark.parametrize("result", [None, "done"])
-def test_a_lost_part_is_made_once_more_and_then_told(tmp_path, expected, result):
+def test_a_lost_part_is_tried_twice_and_then_reported(tmp_path, hashes, result):
     with pytest.raises(RuntimeError, match="lost 1 parts, the first of them part 3;"):
-        swept(tmp_path, executor=Losing(2, result))
+        run_sweep(tmp_path, executor=LosingExecutor(2, result))
     assert kr.read_sweep(tmp_path).missing == [3]
-    swept(tmp_path, executor=Losing(1, result))
-    assert rows_hash(tmp_path) == expected["reduced"]
+    run_sweep(tmp_path, executor=LosingExecutor(1, result))
+    assert hash_rows(tmp_path) == hashes["reduced"]
 
 
-def test_a_part_that_fails_ends_the_others_and_keeps_what_is_done(tmp_path, monkeypatch):
-    put = folder_of.SweepStore.put
+def test_a_failed_part_stops_the_sweep_and_keeps_stored_parts(tmp_path, monkeypatch):
+    put = store.SweepStore.write_part
 
-    def full(self, i, rows):
+    def fail_to_write(self, i, rows):
         if i == 3:
             raise OSError(28, "No space left on device", str(self.file(i)))
         return put(self, i, rows)
 
-    monkeypatch.setattr(folder_of.SweepStore, "put", full)
+    monkeypatch.setattr(store.SweepStore, "write_part", fail_to_write)
     for executor in (None, ThreadPoolExecutor(1)):
         with pytest.raises(OSError, match=r"No space left on device.*part-000003"):
-            swept(tmp_path / str(executor is None), executor=executor)
+            run_sweep(tmp_path / str(executor is None), executor=executor)
     assert kr.read_sweep(tmp_path / "True").done == [0, 1, 2]
 
 
 @pytest.mark.parametrize("executor", [None, ThreadPoolExecutor])
-def test_ctrl_c_keeps_what_is_done_and_the_same_call_goes_on(
-    tmp_path, expected, monkeypatch, executor
+def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
+    tmp_path, hashes, monkeypatch, executor
 ):
     def stop(share):
         if share > 0.5:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner, "_TELL", 0.0)
+    monkeypatch.setattr(runner, "_PROGRESS_SECONDS", 0.0)
     pool = executor and executor(1)
     with pytest.raises(kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; the same") as told:
-        swept(tmp_path, executor=pool, progress=stop)
+        run_sweep(tmp_path, executor=pool, progress=stop)
     found = told.value.sweep
     assert f"interrupted: {len(found.missing)} of 5" in str(told.value) and found.done
     assert pickle.loads(pickle.dumps(told.value)).sweep.done == found.done
     assert found.missing or pool
-    swept(tmp_path)
-    assert rows_hash(tmp_path) == expected["reduced"]
+    run_sweep(tmp_path)
+    assert hash_rows(tmp_path) == hashes["reduced"]
 
 
-def test_what_ctrl_c_calls_off_is_not_made_later(tmp_path, monkeypatch):
-    put, pressed = folder_of.SweepStore.put, threading.Event()
+def test_parts_cancelled_by_ctrl_c_are_not_stored_later(tmp_path, monkeypatch):
+    put, pressed = store.SweepStore.write_part, threading.Event()
 
-    def waiting(self, i, rows):
+    def write_late(self, i, rows):
         assert i == 0 or pressed.wait(60)
         return put(self, i, rows)
 
@@ -180,33 +179,33 @@ def test_what_ctrl_c_calls_off_is_not_made_later(tmp_path, monkeypatch):
         pressed.set()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(folder_of.SweepStore, "put", waiting)
+    monkeypatch.setattr(store.SweepStore, "write_part", write_late)
     with ThreadPoolExecutor(1) as pool, pytest.raises(kr.SweepInterrupted) as told:
-        swept(tmp_path, executor=pool, progress=stop)
+        run_sweep(tmp_path, executor=pool, progress=stop)
     assert kr.read_sweep(tmp_path).done == told.value.sweep.done
 
 
-def test_progress_goes_up_to_one_and_counts_what_this_call_makes(tmp_path):
+def test_progress_rises_to_one_and_counts_the_tops_of_this_call(tmp_path):
     told = []
-    swept(tmp_path, parts=range(2))
-    swept(tmp_path, progress=told.append)
+    run_sweep(tmp_path, parts=range(2))
+    run_sweep(tmp_path, progress=told.append)
     assert told == sorted(told) and told[-1] == 1.0 and told[0] > 0.0
     told.clear()
-    swept(tmp_path, progress=told.append)  # which makes nothing
+    run_sweep(tmp_path, progress=told.append)  # which makes nothing
     assert told == []
 
 
-def test_progress_of_an_executor_is_told_the_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(runner, "_TELL", np.inf)
+def test_progress_of_an_executor_ends_with_one(tmp_path, monkeypatch):
+    monkeypatch.setattr(runner, "_PROGRESS_SECONDS", np.inf)
     told = []
-    swept(tmp_path, executor=Losing(0, None), progress=told.append)
+    run_sweep(tmp_path, executor=LosingExecutor(0, None), progress=told.append)
     assert told == [1.0]
 
 
-def test_a_part_depends_on_the_plan_and_its_number_alone(tmp_path):
+def test_a_part_depends_only_on_the_plan_and_its_number(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
-    swept(one)
-    swept(other, parts=range(4, 5), threads=1)
+    run_sweep(one)
+    run_sweep(other, parts=range(4, 5), threads=1)
     name = "part-000004.parquet"
     assert (one / name).read_bytes() == (other / name).read_bytes()
     tops = SOURCE[256:300]

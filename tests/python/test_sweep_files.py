@@ -4,10 +4,10 @@ import copy
 import math
 import pickle
 import sys
-from types import SimpleNamespace
 
 import duckdb
 import kreisel as kr
+import kreisel._sweep
 import numpy as np
 import polars
 import pyarrow as pa
@@ -15,11 +15,11 @@ import pyarrow.csv as text
 import pyarrow.parquet as parquet
 import pytest
 from argument_values import ENSEMBLES
-from ensembles import MIXED, scattered
+from ensembles import MIXED, random_ensemble
+from kreisel._model.broadcasting import Parameter
 from kreisel._sweep import checksum, sweep_plan
-from kreisel._sweep import store as folder_of
-from kreisel._sweep.sweep_plan import canonical
-from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, rows_hash, swept
+from kreisel._sweep.sweep_plan import dump_canonical
+from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, WATCHED, hash_rows, run_sweep
 
 SHAPE = SOURCE.shape
 TIMES = [0.5, 4.0]
@@ -29,22 +29,16 @@ def ensemble():
     return SOURCE[:].reshape(*SHAPE)
 
 
-@pytest.fixture(params=["parquet", "npy"])
-def form(request, monkeypatch):
-    monkeypatch.setattr(folder_of, "_best_form", lambda: request.param)
-    return request.param
-
-
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     """Return folders with reductions and with states and events."""
     place = tmp_path_factory.mktemp("runs")
-    swept(place / "reduced")
-    swept(place / "watched", WATCHED)
+    run_sweep(place / "reduced")
+    run_sweep(place / "watched", WATCHED)
     return place
 
 
-def test_duckdb_asks_the_parts_without_us(runs):
+def test_duckdb_queries_the_parts(runs):
     found = kr.read_sweep(runs / "reduced")
     went = found["status"] == 0
     sql = """
@@ -67,7 +61,7 @@ def test_duckdb_asks_the_parts_without_us(runs):
     assert all(alike for *_, alike in rows) and len(rows) > 20
 
 
-def test_polars_asks_the_parts_without_us(runs):
+def test_polars_queries_the_parts(runs):
     lazy = polars.scan_parquet(runs / "watched" / "*.parquet")
     long = lazy.select("top", "t", "m_z").explode("t", "m_z").collect()
     paths = kr.solve(ensemble(), TIMES, "taylor", max_steps=14, events=[LOW])
@@ -77,7 +71,7 @@ def test_polars_asks_the_parts_without_us(runs):
     assert least["nutation_min"].min() == np.nanmin(kr.read_sweep(runs / "reduced")["nutation_min"])
 
 
-def test_a_part_tells_what_it_is(runs):
+def test_a_part_describes_itself(runs):
     found = kr.read_sweep(runs / "reduced")
     file = parquet.ParquetFile(runs / "reduced" / "part-000002.parquet")
     told = file.metadata.metadata[b"kreisel"].decode()
@@ -87,9 +81,11 @@ def test_a_part_tells_what_it_is(runs):
     assert units["spin"] == "rad T^-1" and units["reached"] == "T" and units["apex_x_mean"] == ""
 
 
-def test_reductions_are_those_of_the_ensemble(tmp_path, form):
-    found = swept(tmp_path)
-    words = {name: word for name, word in REDUCED.items() if name not in ("t", "part", "reduce")}
+def test_reductions_equal_those_of_the_ensemble(tmp_path):
+    found = run_sweep(tmp_path)
+    words = {
+        name: word for name, word in REDUCED.items() if name not in ("t", "part_size", "reduce")
+    }
     whole = kr.reduce(ensemble(), REDUCED["t"], REDUCED["reduce"], **words)
     columns = {
         "nutation_min": whole["nutation"]["min"],
@@ -110,8 +106,8 @@ def test_reductions_are_those_of_the_ensemble(tmp_path, form):
     assert grid["gravity"].units == "L T^-2" and grid.plan == found.hash
 
 
-def test_states_and_events_are_those_of_the_ensemble(tmp_path, form):
-    found = swept(tmp_path, WATCHED)
+def test_states_and_events_equal_those_of_the_ensemble(tmp_path):
+    found = run_sweep(tmp_path, WATCHED)
     whole = kr.solve(ensemble(), TIMES, "taylor", events=[LOW], max_steps=14)
     assert found["q_w"].shape == (*SHAPE, 2)
     assert np.array_equal(found["q_w"], whole.q[..., 0], equal_nan=True)
@@ -137,8 +133,8 @@ def test_states_and_events_are_those_of_the_ensemble(tmp_path, form):
         {"t": [1.0], "reduce": {"m_x": "variance", "spin": ["where_max", "last"]}},
     ],
 )
-def test_all_that_solve_gives_is_kept(tmp_path, form, words):
-    found = swept(tmp_path, {**words, "part": 5}, kr.Source.of(MIXED[:4]))
+def test_all_results_of_solve_are_stored(tmp_path, words):
+    found = run_sweep(tmp_path, {**words, "part_size": 5}, kr.Source.of(MIXED[:4]))
     if "reduce" in words:
         whole = kr.reduce(MIXED[:4], words["t"], words["reduce"])
         assert np.array_equal(found["m_x_variance"], whole["m_x"]["variance"])
@@ -156,13 +152,15 @@ def test_all_that_solve_gives_is_kept(tmp_path, form, words):
     assert found.to_xarray()["status"].shape == (4,)
 
 
-def test_a_start_whose_name_a_result_has_is_the_given_one(tmp_path):
-    found = swept(tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0]))
+def test_a_start_with_the_name_of_a_result_gets_a_suffix(tmp_path):
+    found = run_sweep(
+        tmp_path, {"t": [1.0], "want": ["spin"]}, kr.Source.grid(TOP, spin=[1.0, 2.0])
+    )
     assert found["spin_given"].tolist() == [1, 2] and found["spin"].shape == (2, 1)
 
 
-def test_an_incomplete_sweep_reads_as_what_there_is(tmp_path):
-    swept(tmp_path, parts=range(1, 3))
+def test_a_partial_sweep_has_the_rows_of_its_parts(tmp_path):
+    run_sweep(tmp_path, parts=range(1, 3))
     found = kr.read_sweep(tmp_path, partial=True)
     assert found["top"].tolist() == [*range(64, 192)] and found["status"].shape == (128,)
     assert len(found.to_pandas()) == 128 and found.missing == [0, 3, 4]
@@ -174,36 +172,41 @@ def test_an_incomplete_sweep_reads_as_what_there_is(tmp_path):
     assert "2 of 5 parts" in repr(found)
 
 
-def test_without_pyarrow_parts_are_of_numpy_and_parquet_is_told_of(tmp_path, runs, monkeypatch):
+def test_without_pyarrow_the_error_names_the_extra_and_nothing_is_written(
+    tmp_path, runs, monkeypatch
+):
+    found = kr.read_sweep(runs / "reduced")
     for name in [name for name in sys.modules if name.split(".")[0] == "pyarrow"]:
         monkeypatch.setitem(sys.modules, name, None)
     monkeypatch.delitem(sys.modules, "kreisel._sweep.parquet")
-    found = swept(tmp_path)
-    assert {file.suffix for file in tmp_path.glob("part-*")} == {".npy"}
-    rows = np.load(tmp_path / "part-000001.npy")
-    assert rows.dtype.names == found.columns and rows["top"][0] == 64
-    with pytest.raises(ModuleNotFoundError, match=r"pip install 'kreisel\[sweep\]'"):
-        kr.read_sweep(runs / "reduced")
-    for call in (found.to_arrow, lambda: kr.Source.columns(TOP, "tops.parquet")):
-        with pytest.raises(ModuleNotFoundError, match=r"kreisel\[sweep\]"):
+    monkeypatch.delattr(kreisel._sweep, "parquet")
+    calls = (
+        lambda: run_sweep(tmp_path / "runs"),
+        lambda: kr.read_sweep(runs / "reduced"),
+        lambda: kr.Source.columns(TOP, "tops.parquet"),
+        found.to_arrow,
+    )
+    for call in calls:
+        with pytest.raises(ModuleNotFoundError, match=r"pyarrow.* pip install 'kreisel\[sweep\]'"):
             call()
+    assert not (tmp_path / "runs").exists()
 
 
-@pytest.mark.parametrize("tops", [*[t for t in ENSEMBLES if t.size], MIXED, scattered(40)])
+@pytest.mark.parametrize("tops", [*[t for t in ENSEMBLES if t.size], MIXED, random_ensemble(40)])
 def test_an_ensemble_is_a_source(tmp_path, tops):
     source = kr.Source.of(tops)
     assert source[:] == tops.ravel() and len(source) == tops.size
     assert source[tops.size - 1] == tops.ravel()[-1]
-    found = kr.sweep(tops, [0.5, 1.0], to=tmp_path, part=7)
+    found = kr.sweep(tops, [0.5, 1.0], folder=tmp_path, part_size=7)
     again = kr.read_sweep(tmp_path)
     assert np.array_equal(again["q_y"], kr.solve(tops, [0.5, 1.0]).q[..., 2])
-    assert again._folder.plan.source[:] == tops.ravel() and again.axes == found.axes
+    assert again._store.plan.source[:] == tops.ravel() and again.axes == found.axes
 
 
 def test_a_large_ensemble_has_a_file_beside_the_plan(tmp_path):
     tops = kr.Ensemble(TOP.body, momentum=np.random.default_rng(3).normal(size=(25000, 3)))
     words = {"t": [0.1], "reduce": {"energy": "last"}, "method": "strang", "step": 0.1}
-    found = kr.sweep(tops, to=tmp_path, **words, part=10000)
+    found = kr.sweep(tops, folder=tmp_path, **words, part_size=10000)
     (file,) = tmp_path.glob("starts-*.npy")
     assert (tmp_path / "plan.json").stat().st_size < 10000
     assert np.array_equal(np.load(file), tops.momentum)
@@ -211,20 +214,20 @@ def test_a_large_ensemble_has_a_file_beside_the_plan(tmp_path):
     assert np.array_equal(found["energy_last"], whole["energy"]["last"])
     assert np.array_equal(found["momentum_y"], tops.momentum[:, 1])
     with pytest.raises(ValueError, match="is of another plan"):
-        kr.sweep(tops[::-1], to=tmp_path, **words, part=10000)
+        kr.sweep(tops[::-1], folder=tmp_path, **words, part_size=10000)
     np.save(file, np.zeros((25000, 3)))
-    with pytest.raises(ValueError, match="damaged: its numbers are not those of its name"):
+    with pytest.raises(ValueError, match="damaged: its numbers do not belong to its name"):
         kr.read_sweep(tmp_path)
 
 
-def test_a_grid_is_what_varies_in_its_order(tmp_path):
+def test_a_grid_has_the_order_of_its_arguments(tmp_path):
     source = kr.Source.grid(TOP, momentum=[(0, 0, 1), (1, 2, 3)], gravity=[1, 2, 3], damping=0.1)
     tops = TOP.vary(
         momentum=np.array([[(0, 0, 1)], [(1, 2, 3)]]), gravity=[1.0, 2.0, 3.0], damping=0.1
     )
     assert source.shape == (2, 3) and source.axes == ("momentum", "gravity")
     assert source[:] == tops.ravel() and source[4] == tops[1, 1] == source[-2]
-    found = swept(tmp_path, {"t": [1.0], "part": 4}, source)
+    found = run_sweep(tmp_path, {"t": [1.0], "part_size": 4}, source)
     assert found["momentum_y"].tolist() == [[0] * 3, [2] * 3]
     steady = kr.Source.grid(kr.scenes.sleeping, spin=[20, 30], tilt=[10, 20], degrees=True)
     assert steady[3] == kr.scenes.sleeping.vary(spin=30, tilt=20, degrees=True)[()]
@@ -233,7 +236,7 @@ def test_a_grid_is_what_varies_in_its_order(tmp_path):
     assert kr.Source.grid(TOP, inertia=np.diag([2, 2, 1]), mass=[1, 2])[1].body.moments == (2, 2, 1)
 
 
-def test_a_random_top_depends_on_the_seed_and_its_number_alone():
+def test_a_random_top_depends_only_on_the_seed_and_its_index():
     words = {"seed": 5, "spin": (1, 3), "momentum": None, "angles": [(0, 0, 0), (1, 2, 3)]}
     del words["spin"]
     many, more = kr.Source.random(TOP, 1000, **words), kr.Source.random(TOP, 10**12, **words)
@@ -250,17 +253,17 @@ def test_a_random_top_depends_on_the_seed_and_its_number_alone():
     assert abs(np.corrcoef(down, angles[:, 0])[0, 1]) < 0.1
 
 
-def test_scattered_tops_are_those_of_the_scene(tmp_path):
+def test_scattered_tops_equal_those_of_the_scene(tmp_path):
     words = {"seed": 3, "attitude": 0.01, "momentum": (0.1, 0.2, 0.3), "gravity": 0.1}
     source = kr.Source.scatter(TOP, 500, **words)
     assert source[100:200] == TOP.scatter(500, **words)[100:200]
-    found = swept(tmp_path, {"t": [1.0], "part": 99}, source)
+    found = run_sweep(tmp_path, {"t": [1.0], "part_size": 99}, source)
     assert np.array_equal(found["gravity"], TOP.scatter(500, **words).gravity)
     assert np.array_equal(found["momentum_z"], TOP.scatter(500, **words).momentum[:, 2])
 
 
-def test_sources_and_sweeps_can_be_copied_and_say_what_they_are(tmp_path):
-    found = swept(tmp_path, parts=range(2))
+def test_sources_and_sweeps_can_be_copied_and_have_a_repr(tmp_path):
+    found = run_sweep(tmp_path, parts=range(2))
     for source in (SOURCE, kr.Source.random(TOP, 7, spin=(0, 1)), kr.Source.of(MIXED)):
         again = pickle.loads(pickle.dumps(source))
         assert again[2:5] == source[2:5] and copy.copy(source)[1] == source[1]
@@ -273,19 +276,18 @@ def test_sources_and_sweeps_can_be_copied_and_say_what_they_are(tmp_path):
         SOURCE[300]
 
 
-def test_columns_of_files_are_words(tmp_path):
+def test_columns_of_files_are_parameters(tmp_path):
     momenta, down = np.random.default_rng(0).normal(size=(40, 3)), np.linspace(0, 1, 40)
     flat = {f"momentum_{axis}": momenta[:, i] for i, axis in enumerate("xyz")} | {"gravity": down}
-    np.savez(tmp_path / "tops.npz", momentum=momenta, gravity=down)
     parquet.write_table(pa.table(flat), tmp_path / "tops.parquet")
     text.write_csv(pa.table(flat), tmp_path / "tops.csv")
     tops = TOP.vary(momentum=momenta, gravity=down)
     hashes = set()
-    for ending in ("npz", "parquet", "csv"):
+    for ending in ("parquet", "csv"):
         source = kr.Source.columns(TOP, tmp_path / f"tops.{ending}")
         assert source[:] == tops and source.shape == (40,)
-        swept(tmp_path / ending, {"t": [1.0], "part": 9}, source)
-        hashes.add(rows_hash(tmp_path / ending))
+        run_sweep(tmp_path / ending, {"t": [1.0], "part_size": 9}, source)
+        hashes.add(hash_rows(tmp_path / ending))
     assert len(hashes) == 1
     odd = tmp_path / "odd.parquet"
     for table, said in {
@@ -302,45 +304,41 @@ def test_columns_of_files_are_words(tmp_path):
     (tmp_path / "twice.csv").write_text("gravity,spin,gravity\n1,2,3\n")
     with pytest.raises(ValueError, match=r"twice\.csv: it has more than one column 'gravity'"):
         kr.Source.columns(TOP, tmp_path / "twice.csv")
-    for ending in ("npz", "parquet"):
-        (tmp_path / f"none.{ending}").write_bytes(b"precious")
-        with pytest.raises(ValueError, match=r"is no archive of numpy|cannot be read"):
-            kr.Source.columns(TOP, tmp_path / f"none.{ending}")
-    np.savez(tmp_path / "two.npz", gravity=down, spin=down[:7])
-    with pytest.raises(ValueError, match="must be rows of one length"):
-        kr.Source.columns(TOP, tmp_path / "two.npz")
+    (tmp_path / "none.parquet").write_bytes(b"precious")
+    with pytest.raises(ValueError, match="cannot be read"):
+        kr.Source.columns(TOP, tmp_path / "none.parquet")
 
 
-def test_a_plan_in_a_file_is_the_plan_in_words(tmp_path):
-    np.savez(tmp_path / "tops.npz", gravity=np.linspace(-1, 1, 9))
+def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path):
+    parquet.write_table(pa.table({"gravity": np.linspace(-1, 1, 9)}), tmp_path / "tops.parquet")
     TOP.to_toml(tmp_path / "top.toml")
-    head = "t = { from = 0, to = 2, n = 3 }\ntol = 1e-9\npart = 4\nscene = "
+    head = "t = { from = 0, to = 2, n = 3 }\ntol = 1e-9\npart_size = 4\nscene = "
     tables = {
         "asymmetric": "[grid]\nspin = [1, 2]\ngravity = { from = 0, to = 1, n = 5 }",
-        "top.toml": "[columns]\nfile = 'tops.npz'",
+        "top.toml": "[columns]\nfile = 'tops.parquet'",
     }
     sources = {
         "asymmetric": kr.Source.grid(TOP, spin=[1, 2], gravity=np.linspace(0, 1, 5)),
-        "top.toml": kr.Source.columns(TOP, tmp_path / "tops.npz"),
+        "top.toml": kr.Source.columns(TOP, tmp_path / "tops.parquet"),
     }
     for name, table in tables.items():
         (tmp_path / "plan.toml").write_text(f"{head}'{name}'\n{table}\n")
-        done = kr.sweep(tmp_path / "plan.toml", to=tmp_path / name.replace(".", "_"))
-        alike = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part=4, to=done.folder)
+        done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / name.replace(".", "_"))
+        alike = kr.sweep(sources[name], [0, 1, 2], tol=1e-9, part_size=4, folder=done.folder)
         assert alike.hash == done.hash
     plan = (
         "t = [1.0]\nmethod = 'taylor'\n[[events]]\nevent = 'crossing'\nfunction = { m_x = 2 }\n"
         "value = 0.1\n[scatter]\nn = 5\nseed = 2\ngravity = 0.1\n[scene]\n" + TOP.to_toml()
     )
     (tmp_path / "plan.toml").write_text(plan.replace("[body]", "[scene.body]"))
-    done = kr.sweep(tmp_path / "plan.toml", to=tmp_path / "events")
+    done = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "events")
     crossing = kr.events.crossing({"m_x": 2}, 0.1)
     source = kr.Source.scatter(TOP, 5, seed=2, gravity=0.1)
-    alike = kr.sweep(source, [1.0], "taylor", events=crossing, to=done.folder)
+    alike = kr.sweep(source, [1.0], "taylor", events=crossing, folder=done.folder)
     assert alike.hash == done.hash and done.events is not None and done.parts < PARTS
 
 
-def test_dampings_of_one_number_are_those_along_all_axes():
+def test_a_damping_of_one_number_applies_to_all_axes():
     source = kr.Source.grid(TOP, damping=[[0.1], [0.2]])
     assert source[1] == TOP.replace(damping=0.2) and source.shape == (2,)
 
@@ -352,9 +350,9 @@ def test_dampings_of_one_number_are_those_along_all_axes():
         (kr.Source.random(TOP, 10**9, spin=(0.0, 20.0)), 1, 10**9),
     ],
 )
-def test_a_plan_of_any_number_of_parts_asks_for_those_that_are_there(tmp_path, source, part, parts):
+def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, parts):
     """A walk over all numbers would take hours, or all memory."""
-    words = {"to": tmp_path, "part": part, "reduce": {"nutation": "max"}}
+    words = {"folder": tmp_path, "part_size": part, "reduce": {"nutation": "max"}}
     if part is None:
         words["parts"] = range(0)
         found = kr.sweep(source, 1.0, **words)
@@ -373,25 +371,25 @@ def test_a_plan_of_any_number_of_parts_asks_for_those_that_are_there(tmp_path, s
 # Boundary values
 
 
-def test_a_seal_may_be_all_that_a_file_has():
-    whole = checksum.add_checksum(bytearray(checksum.OPEN.encode()))
-    assert checksum.is_whole(bytes(whole))
-    assert not checksum.is_whole(b"") and not checksum.is_whole(bytes(whole[1:]))
-    assert not checksum.is_whole(bytes(whole[:-1] + b"?"))
+def test_a_file_may_consist_of_its_checksum():
+    whole = checksum.add_checksum(bytearray(checksum.PLACEHOLDER.encode()))
+    assert checksum.has_checksum(bytes(whole))
+    assert not checksum.has_checksum(b"") and not checksum.has_checksum(bytes(whole[1:]))
+    assert not checksum.has_checksum(bytes(whole[:-1] + b"?"))
 
 
-def test_words_of_a_plan_stand_in_it_up_to_a_size():
-    most = sweep_plan._INLINE
-    ((name, shape, inside),) = sweep_plan._words(
-        {"spin": SimpleNamespace(value=(), values=np.arange(float(most)))}
+def test_long_parameters_have_a_file_beside_the_plan():
+    most = sweep_plan._MAX_INLINE
+    ((name, shape, inside),) = sweep_plan._list_parameters(
+        [Parameter("spin", np.arange(float(most)), ())]
     )
     assert (name, shape, len(inside)) == ("spin", [], most)
-    ((*_, beside),) = sweep_plan._words(
-        {"spin": SimpleNamespace(value=(3,), values=np.arange(float(most + 1)))}
+    ((*_, beside),) = sweep_plan._list_parameters(
+        [Parameter("spin", np.arange(float(most + 1)), (3,))]
     )
     assert isinstance(beside, str)
 
 
-def test_a_plan_tells_no_number_that_json_lacks():
+def test_a_plan_has_no_number_outside_json():
     with pytest.raises(ValueError, match="not JSON compliant"):
-        canonical({"step": math.nan})
+        dump_canonical({"step": math.nan})

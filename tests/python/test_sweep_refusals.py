@@ -7,104 +7,100 @@ import kreisel as kr
 import numpy as np
 import pytest
 from ensembles import MIXED
-from kreisel._sweep import store as folder_of
-from kreisel._sweep import sweep_plan
-from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, child, swept
+from kreisel._sweep import store, sweep_plan
+from sweeps import LOW, PARTS, REDUCED, SOURCE, TOP, run_sweep, start_python
 
 GRID = "t = 1\nscene = 'thesis'\n[grid]\ngravity = [1, 2]\n"
 
 
-def listed(folder):
+def list_files(folder):
     return sorted(each.name for each in folder.iterdir())
 
 
-def test_a_folder_of_something_else_stays_as_it_is(tmp_path):
+def test_a_folder_of_something_else_stays_untouched(tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(FileExistsError, match=r"no folder of a sweep.*has 'thesis\.tex'"):
-        swept(tmp_path)
+        run_sweep(tmp_path)
     with pytest.raises(FileExistsError, match=r"thesis\.tex is no folder"):
-        swept(tmp_path / "thesis.tex")
-    assert listed(tmp_path) == ["thesis.tex"]
+        run_sweep(tmp_path / "thesis.tex")
+    assert list_files(tmp_path) == ["thesis.tex"]
 
 
 @pytest.mark.parametrize(
     "text", ["", "{}", "[1]", "no JSON", '{"kreisel": 1}', "\xff", '{"plan": ' * 99999]
 )
-def test_a_plan_that_is_none_stays_as_it_is(tmp_path, text):
+def test_a_file_that_is_no_plan_stays_untouched(tmp_path, text):
     (tmp_path / "plan.json").write_text(text, encoding="latin-1")
-    for call in (swept, kr.read_sweep):
+    for call in (run_sweep, kr.read_sweep):
         with pytest.raises(ValueError, match=r"plan\.json is no plan of a sweep"):
             call(tmp_path)
     assert (tmp_path / "plan.json").read_text(encoding="latin-1") == text
 
 
-def test_a_plan_that_was_changed_is_not_believed(tmp_path):
-    swept(tmp_path, parts=range(0))
+def test_a_changed_plan_is_refused(tmp_path):
+    run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     text = file.read_text()
-    file.write_text(text.replace('"part": 64', '"part": 32'))
-    for call in (swept, kr.read_sweep):
-        with pytest.raises(ValueError, match="damaged: its plan has not the hash"):
+    file.write_text(text.replace('"part_size": 64', '"part_size": 32'))
+    for call in (run_sweep, kr.read_sweep):
+        with pytest.raises(ValueError, match="damaged: its hash does not belong to its plan"):
             call(tmp_path)
-    file.write_text(text.replace('"parquet"', '"zarr"'))
-    with pytest.raises(ValueError, match="parquet or npy, not 'zarr'"):
-        kr.read_sweep(tmp_path)
 
 
-def test_a_plan_in_other_words_is_of_another_version(tmp_path):
+def test_a_plan_of_another_version_is_refused(tmp_path):
     """The hash of the plan is correct, but this version would write the plan otherwise."""
-    swept(tmp_path, parts=range(0))
+    run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())
     told["plan"]["more"] = 1
-    file.write_text(json.dumps(told | {"hash": sweep_plan.hash_of(told["plan"])}))
-    with pytest.raises(ValueError, match="in other words"):
+    file.write_text(json.dumps(told | {"hash": sweep_plan.hash_plan(told["plan"])}))
+    with pytest.raises(ValueError, match="in another form"):
         kr.read_sweep(tmp_path)
 
 
-def test_another_plan_is_refused_and_both_are_shown(tmp_path):
-    here = swept(tmp_path, parts=range(1))
-    before = {name: (tmp_path / name).read_bytes() for name in listed(tmp_path)}
+def test_another_plan_is_refused_with_the_differences(tmp_path):
+    here = run_sweep(tmp_path, parts=range(1))
+    before = {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
     with pytest.raises(ValueError) as told:
-        swept(tmp_path, REDUCED | {"tol": 1e-9, "part": 32})
+        run_sweep(tmp_path, REDUCED | {"tol": 1e-9, "part_size": 32})
     lines = str(told.value).splitlines()
     assert here.hash[:16] in lines[0] and lines[0].count(" there") == 1
     assert lines[1:3] == [
-        "  part: 64 there, 32 here",
+        "  part_size: 64 there, 32 here",
         '  solve: {"max_steps": 14, "reduce": [["nutation", ["min", "max"]], ["apex", ["mean"]]]} '
         'there, {"tol": 1e-09, "max_steps": 14, "reduce": [["nutation", ["min", "max"]], '
         '["apex", ["mean"]]]} here',
     ]
-    with pytest.raises(ValueError, match=r"made_of: .* there, .* here"):
-        swept(tmp_path, source=kr.Source.grid(TOP, spin=[0, 1], gravity=[1, 2]))
-    assert before == {name: (tmp_path / name).read_bytes() for name in listed(tmp_path)}
+    with pytest.raises(ValueError, match=r"parameters: .* there, .* here"):
+        run_sweep(tmp_path, source=kr.Source.grid(TOP, spin=[0, 1], gravity=[1, 2]))
+    assert before == {name: (tmp_path / name).read_bytes() for name in list_files(tmp_path)}
 
 
-def test_a_folder_in_the_place_of_a_part_stays_as_it_is(tmp_path):
-    swept(tmp_path, parts=range(0))
+def test_a_folder_in_the_place_of_a_part_stays_untouched(tmp_path):
+    run_sweep(tmp_path, parts=range(0))
     (tmp_path / "part-000003.parquet").mkdir()
     with pytest.raises(FileExistsError, match=r"part-000003\.parquet is a folder, in the place of"):
-        swept(tmp_path)
-    assert listed(tmp_path) == ["part-000003.parquet", "plan.json"]
+        run_sweep(tmp_path)
+    assert list_files(tmp_path) == ["part-000003.parquet", "plan.json"]
     found = kr.read_sweep(tmp_path)
-    assert found.look() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
+    assert found.verify() == {"done": [], "foreign": [3], "missing": [0, 1, 2, 4]}
     with pytest.raises(FileExistsError, match=r"is a folder"):
         found.check()
     with pytest.raises(ValueError, match=r"part-000003\.parquet is damaged, or no part"):
         found.part(3)
 
 
-def test_a_part_of_another_plan_stays_as_it_is(tmp_path):
+def test_a_part_of_another_plan_stays_untouched(tmp_path):
     one, other = tmp_path / "one", tmp_path / "other"
-    swept(one, parts=range(2))
-    swept(other, REDUCED | {"tol": 1e-9}, parts=range(0))
+    run_sweep(one, parts=range(2))
+    run_sweep(other, REDUCED | {"tol": 1e-9}, parts=range(0))
     data = (one / "part-000000.parquet").read_bytes()
     (other / "part-000000.parquet").write_bytes(data)
     with pytest.raises(FileExistsError, match=r"part 0 of the plan .* place of part 0 of the plan"):
-        swept(other, REDUCED | {"tol": 1e-9})
+        run_sweep(other, REDUCED | {"tol": 1e-9})
     assert (other / "part-000000.parquet").read_bytes() == data
     found = kr.read_sweep(other)
-    assert found.look() == {"done": [], "foreign": [0], "missing": [1, 2, 3, 4]}
+    assert found.verify() == {"done": [], "foreign": [0], "missing": [1, 2, 3, 4]}
     with pytest.raises(FileExistsError, match="move it away, or delete it"):
         found.check()
     with pytest.raises(ValueError, match="is not part 0 of this plan; the same call of kreisel"):
@@ -115,43 +111,43 @@ def test_a_part_of_another_plan_stays_as_it_is(tmp_path):
 READ_ONLY = """
 import os, sys
 import kreisel as kr, pyarrow.parquet
-from sweeps import swept
-swept(sys.argv[1], parts=range(1))
+from sweeps import run_sweep
+run_sweep(sys.argv[1], parts=range(1))
 os.chmod(sys.argv[1], 0o555)
 if os.geteuid() == 0:
     os.setuid(65534)
 for place in (sys.argv[1], sys.argv[1] + "/new"):
     try:
-        swept(place)
+        run_sweep(place)
     except OSError as error:
         print(type(error).__name__, error)
 """
 
 
-def test_a_folder_that_must_not_be_written_is_told(tmp_path):
+def test_a_read_only_folder_raises_permission_error(tmp_path):
     os.chmod(tmp_path, 0o755)
     place = tmp_path / "runs"
     for folder in (tmp_path, *tmp_path.parents[:2]):
         os.chmod(folder, os.stat(folder).st_mode | 0o055)
-    with child(READ_ONLY, place) as run:
+    with start_python(READ_ONLY, place) as run:
         said, wrong = run.communicate()
     os.chmod(place, 0o755)
     assert said.count("PermissionError") == 2, said + wrong
-    assert listed(place) == ["part-000000.parquet", "plan.json"]
+    assert list_files(place) == ["part-000000.parquet", "plan.json"]
 
 
-def test_a_disk_without_links_takes_a_plan(tmp_path, monkeypatch):
+def test_a_disk_without_links_can_hold_a_plan(tmp_path, monkeypatch):
     def none(*_):
         raise PermissionError(1, "Operation not permitted")
 
-    monkeypatch.setattr(folder_of.os, "link", none)
-    swept(tmp_path / "runs", parts=range(1))
-    assert listed(tmp_path / "runs") == ["part-000000.parquet", "plan.json"]
+    monkeypatch.setattr(store.os, "link", none)
+    run_sweep(tmp_path / "runs", parts=range(1))
+    assert list_files(tmp_path / "runs") == ["part-000000.parquet", "plan.json"]
 
 
-def test_there_must_be_a_place_for_the_folder(tmp_path):
+def test_the_parent_of_the_folder_must_exist(tmp_path):
     with pytest.raises(FileNotFoundError):
-        swept(tmp_path / "none" / "runs")
+        run_sweep(tmp_path / "none" / "runs")
     with pytest.raises(FileNotFoundError, match="there is no folder"):
         kr.read_sweep(tmp_path / "none")
     with pytest.raises(ValueError, match=r"no folder of a sweep: it has no plan\.json"):
@@ -172,9 +168,9 @@ def test_there_must_be_a_place_for_the_folder(tmp_path):
         (ValueError, "fixed step", {"method": "strang"}),
         (ValueError, "unknown quantity", {"reduce": {"nutatoin": "min"}}),
         (ValueError, "either want", {"want": ["energy"]}),
-        (ValueError, "leave reduce out", {"events": [LOW], "method": "taylor"}),
-        (ValueError, "part must be at least 1", {"part": 0}),
-        (TypeError, "part must be a whole number", {"part": 1.5}),
+        (ValueError, "leave out reduce", {"events": [LOW], "method": "taylor"}),
+        (ValueError, "part_size must be at least 1", {"part_size": 0}),
+        (TypeError, "part_size must be a whole number", {"part_size": 1.5}),
         (TypeError, "parts must be a range", {"parts": [1]}),
         (TypeError, "parts must be a range", {"parts": range(0, 4, 2)}),
         (ValueError, "parts must be among 0 to 5", {"parts": range(4, 6)}),
@@ -182,24 +178,27 @@ def test_there_must_be_a_place_for_the_folder(tmp_path):
         (TypeError, "executor must be", {"executor": 3}),
         (ValueError, "either threads or an executor", {"executor": 3, "threads": 1}),
         (TypeError, "progress", {"progress": 3}),
-        (MemoryError, "smaller parts", {"t": np.arange(10**6), "reduce": None, "part": 10**9}),
+        (MemoryError, "smaller parts", {"t": np.arange(10**6), "reduce": None, "part_size": 10**9}),
     ],
 )
-def test_words_that_cannot_be_are_told_before_anything_runs(tmp_path, error, said, words):
+def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, said, words):
     source = kr.Source.grid(TOP, spin=np.linspace(0, 9, 10**5), gravity=np.linspace(-1, 1, 10**4))
-    given = {"tops": source if "part" in words and words["part"] == 10**9 else SOURCE, **REDUCED}
+    given = {
+        "tops": source if "part_size" in words and words["part_size"] == 10**9 else SOURCE,
+        **REDUCED,
+    }
     with pytest.raises(error, match=said):
-        kr.sweep(**given | words, to=tmp_path / "runs")
-    assert listed(tmp_path) == []
+        kr.sweep(**given | words, folder=tmp_path / "runs")
+    assert list_files(tmp_path) == []
 
 
 @pytest.mark.parametrize(
     ("said", "make"),
     [
-        ("unknown word 'spinn'", lambda: kr.Source.grid(TOP, spinn=[1, 2])),
-        ("unknown word 'body'", lambda: kr.Source.grid(TOP, body=TOP.body)),
-        ("at least one word", lambda: kr.Source.grid(TOP, gravity=2.0)),
-        ("at least one word", lambda: kr.Source.random(TOP, 5, gravity=2.0)),
+        ("unknown parameter 'spinn'", lambda: kr.Source.grid(TOP, spinn=[1, 2])),
+        ("unknown parameter 'body'", lambda: kr.Source.grid(TOP, body=TOP.body)),
+        ("at least one parameter", lambda: kr.Source.grid(TOP, gravity=2.0)),
+        ("at least one parameter", lambda: kr.Source.random(TOP, 5, gravity=2.0)),
         ("spin must be finite", lambda: kr.Source.grid(TOP, spin=[1, np.inf])),
         ("spin must be one value or a list", lambda: kr.Source.grid(TOP, spin=[[1, 2]])),
         ("spin must be one value or a list", lambda: kr.Source.grid(TOP, spin=[])),
@@ -212,6 +211,7 @@ def test_words_that_cannot_be_are_told_before_anything_runs(tmp_path, error, sai
         ),
         ("between which it lies", lambda: kr.Source.random(TOP, 5, spin=[2, 1])),
         ("between which it lies", lambda: kr.Source.random(TOP, 5, spin=[1, 2, 3])),
+        ("gravity must .* finite", lambda: kr.Source.random(TOP, 5, gravity=[-1e308, 1e308])),
         ("attitude has no range", lambda: kr.Source.random(TOP, 5, attitude=[(1, 0, 0, 0)] * 2)),
         ("at least 1", lambda: kr.Source.random(TOP, 0, spin=[1, 2])),
         ("seed must be at least 0", lambda: kr.Source.random(TOP, 1, seed=-1, spin=[1, 2])),
@@ -219,31 +219,56 @@ def test_words_that_cannot_be_are_told_before_anything_runs(tmp_path, error, sai
         ("width of its deviations", lambda: kr.Source.scatter(TOP, 5, momentum=-1)),
         ("nothing to sweep", lambda: kr.Source.of(MIXED[:0])),
         ("one after the other", lambda: SOURCE[::2]),
-        ("ends in .parquet, .csv", lambda: kr.Source.columns(TOP, "tops.xlsx")),
+        ("ends in .parquet or .csv", lambda: kr.Source.columns(TOP, "tops.xlsx")),
     ],
 )
-def test_sources_that_cannot_be_are_told(said, make):
+def test_invalid_sources_raise(said, make):
     with pytest.raises(ValueError, match=said):
         make()
 
 
-def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
+def test_an_invalid_scene_is_named_with_its_index(tmp_path):
     masses = np.ones(4000)
     masses[2501] = -1.0
     source = kr.Source.grid(TOP, mass=masses)
     with pytest.raises(ValueError, match=r"^top\[2501\]: body: mass must be positive, not -1"):
-        swept(tmp_path, REDUCED | {"part": 1000}, source)
+        run_sweep(tmp_path, REDUCED | {"part_size": 1000}, source)
     assert kr.read_sweep(tmp_path).done == [0, 1]
     masses[0] = -1.0
     with pytest.raises(ValueError, match=r"^top\[0\]: body: mass must be"):
-        swept(tmp_path / "none", source=kr.Source.grid(TOP, mass=masses))
+        run_sweep(tmp_path / "none", source=kr.Source.grid(TOP, mass=masses))
     grid = kr.Source.grid(TOP, spin=np.arange(50.0), damping=[(0, 0, 0), (1, 1, 1)])
     for words in ({"method": "strang", "step": 0.1}, {"method": "exact"}):
         with pytest.raises(
             ValueError, match=r"^top\[0, [01]\]: the method '\w+' does not apply to"
         ):
-            kr.sweep(grid, 1, **words, to=tmp_path / "none")
+            kr.sweep(grid, 1, **words, folder=tmp_path / "none")
     assert not (tmp_path / "none").exists()
+
+
+def test_a_top_that_the_method_does_not_suit_is_named_with_its_index(tmp_path):
+    """The top is not among those on which the plan is validated."""
+    damping = np.zeros((4000, 3))
+    damping[2501] = 1.0
+    source = kr.Source.grid(TOP, damping=damping)
+    assert 2501 not in source._sample()
+    with pytest.raises(ValueError, match=r"^top\[2501\]: the method 'strang' does not apply to"):
+        kr.sweep(source, 1, "strang", step=0.1, folder=tmp_path, part_size=1000)
+    assert kr.read_sweep(tmp_path).done == [0, 1]
+
+
+def test_starts_beside_a_plan_must_be_finite(tmp_path):
+    values = np.ones(100000)
+    kr.sweep(kr.Source.grid(TOP, gravity=values), 1, folder=tmp_path, parts=range(0))
+    (file,) = tmp_path.glob("starts-*.npy")
+    values[7] = np.nan
+    changed = tmp_path / sweep_plan.content_name(values)
+    np.save(changed, values)
+    plan = json.loads((tmp_path / "plan.json").read_text().replace(file.name, changed.name))
+    plan["hash"] = sweep_plan.hash_plan(plan["plan"])
+    (tmp_path / "plan.json").write_text(json.dumps(plan))
+    with pytest.raises(ValueError, match=r"plan\.json: gravity must be finite"):
+        kr.read_sweep(tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -255,7 +280,7 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
         ("has a scene", GRID.replace("scene = 'thesis'\n", "")),
         ("exactly one of the tables", "t = 1\nscene = 'thesis'\n"),
         ("exactly one of the tables", GRID + "[random]\nn = 4\n"),
-        ("unknown word 'graviti'", GRID.replace("gravity", "graviti")),
+        ("unknown parameter 'graviti'", GRID.replace("gravity", "graviti")),
         ("grid must be a table", "t = 1\nscene = 'thesis'\ngrid = 3\n"),
         ("scene must be a table", GRID.replace("'thesis'", "3")),
         ("No such file", GRID.replace("thesis", "these")),
@@ -272,33 +297,40 @@ def test_a_scene_that_cannot_be_is_told_by_its_part(tmp_path):
         ("unknown event 'loops'", GRID + "[[events]]\nevent = 'loops'\n"),
         ("event loop: .* unexpected .* 'moost'", GRID + "[[events]]\nevent = 'loop'\nmoost = 3\n"),
         ("must be a table", "events = [3]\n" + GRID),
-        ("event must be a table", "verb = 'section'\nevent = 3\n" + GRID[6:]),
-        ("section has no word 't'", "verb = 'section'\n" + GRID),
-        ("unknown verb 'oly'", "verb = 'oly'\n" + GRID),
+        ("event must be a table", "task = 'section'\nevent = 3\n" + GRID[6:]),
+        ("section has no argument 't'", "task = 'section'\n" + GRID),
+        ("unknown task 'oly'", "task = 'oly'\n" + GRID),
         ("reduce must be a table", "reduce = 3\n" + GRID),
         ("unknown quantity in reductions", GRID + "[reduce]\nnutatoin = 'min'\n"),
         ("unknown quantity in want", "want = ['nutatoin']\n" + GRID),
         ("Invalid initial character", GRID + "["),
     ],
 )
-def test_a_plan_with_words_that_cannot_be_is_told_by_its_file(tmp_path, said, text):
+def test_an_invalid_plan_is_named_with_its_file(tmp_path, said, text):
     file = tmp_path / "plan.toml"
     file.write_text(text)
     with pytest.raises((ValueError, TypeError, FileNotFoundError), match=said) as told:
-        kr.sweep(file, to=tmp_path / "runs")
+        kr.sweep(file, folder=tmp_path / "runs")
     assert "plan.toml" in str(told.value) or "these" in str(told.value)
-    assert listed(tmp_path) == ["plan.toml"]
+    assert list_files(tmp_path) == ["plan.toml"]
 
 
-def test_a_plan_in_a_file_has_all_words(tmp_path):
+def test_a_plan_in_a_file_excludes_other_arguments(tmp_path):
     (tmp_path / "plan.toml").write_text(GRID)
-    for words in ({"t": 1}, {"method": "taylor"}, {"part": 3}, {"reduce": {"nutation": "min"}}):
-        with pytest.raises(ValueError, match=r"is a whole plan: give no more words than to"):
-            kr.sweep(tmp_path / "plan.toml", **words, to=tmp_path / "runs")
+    for words in (
+        {"t": 1},
+        {"method": "taylor"},
+        {"part_size": 3},
+        {"reduce": {"nutation": "min"}},
+    ):
+        with pytest.raises(
+            ValueError, match=r"is a whole plan: give no other arguments than folder"
+        ):
+            kr.sweep(tmp_path / "plan.toml", **words, folder=tmp_path / "runs")
 
 
-def test_what_is_missing_is_not_passed_over(tmp_path):
-    found = swept(tmp_path, parts=range(3))
+def test_missing_parts_raise(tmp_path):
+    found = run_sweep(tmp_path, parts=range(3))
     for call in (lambda: found["status"], found.to_pandas, found.to_arrow, found.to_xarray):
         with pytest.raises(ValueError, match="2 of 5 parts are missing: 3, 4; the same call"):
             call()
@@ -306,12 +338,12 @@ def test_what_is_missing_is_not_passed_over(tmp_path):
         found["nutation_maxx"]
     with pytest.raises(IndexError, match="part 3 is not there"):
         found.part(3)
-    none = swept(tmp_path / "none", parts=range(0))
+    none = run_sweep(tmp_path / "none", parts=range(0))
     with pytest.raises(ValueError, match="has no part yet"):
         none.units  # noqa: B018  a look at it is what is refused
     assert none.missing == [*range(PARTS)]
 
 
-def test_a_source_of_tops_wants_an_ensemble():
+def test_a_source_of_tops_needs_an_ensemble():
     with pytest.raises(TypeError, match="tops must be a"):
         kr.Source.of(TOP)

@@ -10,29 +10,29 @@ from sweeps import TOP
     ("said", "words"),
     [
         ("t must be a number or a list of times", {"t": [[1.0, 2.0]]}),
-        ("max_wait must be a number, which all", {"t": None, "verb": "section", "max_wait": [1.0]}),
-        ("solve has no word 'max_wait': it has t, method, step, ", {"t": 1, "max_wait": 3.0}),
+        ("max_wait must be a number, which all", {"t": None, "task": "section", "max_wait": [1.0]}),
+        ("solve has no argument 'max_wait': it has t, method, step, ", {"t": 1, "max_wait": 3.0}),
     ],
 )
-def test_words_are_for_all_tops(tmp_path, said, words):
+def test_arguments_apply_to_all_tops(tmp_path, said, words):
     source = kr.Source.grid(TOP, gravity=[0.5])
     with pytest.raises(ValueError, match=said):
-        kr.sweep(source, to=tmp_path, **words)
+        kr.sweep(source, folder=tmp_path, **words)
 
 
-def test_words_left_out_are_those_given_as_they_are(tmp_path):
+def test_default_arguments_give_the_same_plan_as_none(tmp_path):
     source = kr.Source.grid(TOP, gravity=[0.5, 1.0], steady=False, fast=False, degrees=False)
     plain = kr.Source.grid(TOP, gravity=[0.5, 1.0])
-    one = kr.sweep(plain, 1, to=tmp_path, parts=range(0))
-    again = kr.sweep(source, 1.0, "auto", to=tmp_path, max_steps=0, parts=range(0))
+    one = kr.sweep(plain, 1, folder=tmp_path, parts=range(0))
+    again = kr.sweep(source, 1.0, "auto", folder=tmp_path, max_steps=0, parts=range(0))
     assert one.hash == again.hash and one.plan["flags"] == {}
-    kr.sweep(plain, 1, "auto", to=tmp_path / "oli", verb="oli", max_steps=0, parts=range(0))
+    kr.sweep(plain, 1, "auto", folder=tmp_path / "oli", task="oli", max_steps=0, parts=range(0))
     words = {"want": iter(["energy", "apex"]), "parts": range(1)}
-    wanted = kr.sweep(plain, 1, to=tmp_path / "want", **words)
+    wanted = kr.sweep(plain, 1, folder=tmp_path / "want", **words)
     assert wanted["energy"].shape == (2, 2) and wanted.plan["solve"]["want"] == ["energy", "apex"]
 
 
-def test_a_source_has_so_many_tops():
+def test_the_length_of_a_source_is_its_number_of_tops():
     source = kr.Source.grid(TOP, gravity=[0.5, 1.0, 1.5])
     assert source[-3] == source[0] and source[2].gravity == 1.5
     for i in (3, -4):
@@ -47,27 +47,26 @@ def test_a_source_has_so_many_tops():
 
 
 @pytest.mark.parametrize("name", ["attitude", "attitude_xyzw", "inertia"])
-def test_what_is_not_drawn_may_be_given(name):
+def test_a_parameter_without_a_range_may_have_one_value(name):
     value = [1, 0, 0, 0] if name[0] == "a" else [2, 3, 4]
     assert kr.Source.random(TOP, 2, gravity=(0, 1), **{name: value})[:].size == 2
     with pytest.raises(ValueError, match=f"^{name} has no range: give one value, or make"):
         kr.Source.random(TOP, 2, **{name: [value, value]})
 
 
-def test_columns_have_the_flags_that_are_given(tmp_path):
-    np.savez(tmp_path / "tops.npz", spin=[20.0, 30.0], tilt=[0.1, 0.2])
+def test_columns_take_flags(tmp_path):
+    (tmp_path / "TOPS.CSV").write_text("spin,tilt\n20.0,0.1\n30.0,0.2\n")
     scene, (spin, tilt) = kr.scenes.sleeping, ([20.0, 30.0], [0.1, 0.2])
-    (tmp_path / "tops.npz").rename(tmp_path / "TOPS.NPZ")
     for words in ({}, {"degrees": True}, {"steady": True}, {"steady": True, "fast": True}):
-        source = kr.Source.columns(scene, tmp_path / "TOPS.NPZ", **words)
+        source = kr.Source.columns(scene, tmp_path / "TOPS.CSV", **words)
         assert source[:] == scene.vary(spin=spin, tilt=tilt, **words)
     found = kr.sweep(
-        kr.Source.columns(scene, tmp_path / "TOPS.NPZ", degrees=True), 1, to=tmp_path / "runs"
+        kr.Source.columns(scene, tmp_path / "TOPS.CSV", degrees=True), 1, folder=tmp_path / "runs"
     )
     assert [found.units[name] for name in ("spin", "tilt")] == ["deg T^-1", "deg"]
 
 
-def test_columns_of_matrices_and_dampings_are_put_together(tmp_path):
+def test_columns_of_components_are_joined(tmp_path):
     words = [f"inertia_{i}" for i in range(9)]
     matrix = np.diag([2.0, 2.5, 3.0]).ravel()
     rows = [",".join([*words, "damping_0"]), ",".join(map(str, [*matrix, 0.1]))]
@@ -92,19 +91,19 @@ def test_columns_of_matrices_and_dampings_are_put_together(tmp_path):
         ("events are tables ", "[grid]\nspin = [1]\n[events]\nevent = 'loop'\n"),
     ],
 )
-def test_tables_of_a_plan_are_told_apart(tmp_path, said, table):
+def test_a_plan_has_one_table_of_tops(tmp_path, said, table):
     (tmp_path / "plan.toml").write_text("t = 1\nscene = 'thesis'\n" + table)
     with pytest.raises((ValueError, TypeError), match=said):
-        kr.sweep(tmp_path / "plan.toml", to=tmp_path / "runs")
+        kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
 
 
-def test_a_plan_may_go_from_a_vector_to_a_vector_and_have_one_value(tmp_path):
+def test_values_of_a_plan_may_be_spaced_between_vectors(tmp_path):
     (tmp_path / "plan.toml").write_text(
         "t = 1\nscene = 'thesis'\n[grid]\ngravity = { from = 0.5, to = 2, n = 1 }\n"
         "momentum = { from = [0, 0, 1], to = [1, 2, 3], n = 3 }\n"
     )
-    found = kr.sweep(tmp_path / "plan.toml", to=tmp_path / "runs")
+    found = kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs")
     assert found["momentum_y"].tolist() == [[0, 1, 2]] and found["gravity"].tolist() == [[0.5] * 3]
-    for words in ({"verb": "oli"}, {"part": 3}, {"t": 1}):
+    for words in ({"task": "oli"}, {"part_size": 3}, {"t": 1}):
         with pytest.raises(ValueError, match=r"plan\.toml is a whole plan"):
-            kr.sweep(tmp_path / "plan.toml", to=tmp_path / "runs", **words)
+            kr.sweep(tmp_path / "plan.toml", folder=tmp_path / "runs", **words)

@@ -10,7 +10,7 @@ FIXED = [name for name, method in kr.methods.items() if not method.adaptive]
 SCENE = kr.scenes.thesis.replace(attitude=TILT)
 BODIES = {
     "lagrange": SCENE,
-    "general": SCENE.replace(body=kr.Body(1, (7.9, 6.5, 2.2), (0.5, -1, 3), made_up=True)),
+    "general": SCENE.replace(body=kr.Body(1, (7.9, 6.5, 2.2), (0.5, -1, 3), unphysical=True)),
     "free": kr.scenes.dzhanibekov,
 }
 NUDGE = 2e-5
@@ -22,7 +22,7 @@ CASES = [
 ]
 
 
-def moved(scene, name, step, turned, pushed):
+def step_from(scene, name, step, turned, pushed):
     """Return the state after a step from a start turned by a small vector and pushed."""
     angle = np.linalg.norm(turned)
     small = np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) * turned / 2)
@@ -40,13 +40,13 @@ def form(m):
 
 def defect(scene, name, step):
     """Return by how much a step changes the form, in units of the moments and the step."""
-    q, m = moved(scene, name, step, np.zeros(3), np.zeros(3))
+    q, m = step_from(scene, name, step, np.zeros(3), np.zeros(3))
     columns = []
     for nudge in NUDGE * np.eye(6):
         column = np.zeros(6)
         for weight in (8, -8, -1, 1):  # at one nudge and two, of either sign
             sign = np.sign(weight) * (1 if abs(weight) == 8 else -2)
-            p, n = moved(scene, name, step, sign * nudge[:3], sign * nudge[3:])
+            p, n = step_from(scene, name, step, sign * nudge[:3], sign * nudge[3:])
             turn = np.array(quaternion.multiply(p, quaternion.conjugate(tuple(q.tolist()))))
             vector = 2 * np.sign(turn[0]) * turn[1:]
             column += weight * np.concatenate([vector * (1 + vector @ vector / 24), n - m])

@@ -196,11 +196,11 @@ def test_rotations_take_the_arrays_of_the_path(path):
         assert np.array_equal(again.apply(path.apex), turns.apply(path.apex))
 
 
-def pickled(path):
+def pickle_copy(path):
     return pickle.loads(pickle.dumps(path))
 
 
-@pytest.mark.parametrize("through", [copy.copy, copy.deepcopy, pickled])
+@pytest.mark.parametrize("through", [copy.copy, copy.deepcopy, pickle_copy])
 @pytest.mark.parametrize("words", [{}, {"want": ("q", "apex")}, {"digits": 20}])
 def test_arrays_stay_read_only(through, words):
     path = kr.solve(TOP, TIMES, **words, events=[kr.events.nutation()])

@@ -58,11 +58,11 @@ def test_sixteen_digits_are_the_default():
         ({"digits": 31}, ValueError, "digits must be at most 30, not 31"),
         ({"digits": 0}, ValueError, "digits must be at least 1"),
         ({"digits": 20.0}, TypeError, "digits must be a whole number, not 20.0"),
-        ({"digits": 20, "tol": 1e-9}, ValueError, "digits and tol exclude each other"),
+        ({"digits": 20, "tol": 1e-9}, ValueError, "give either digits or tol, not both"),
         (
             {"digits": 20, "method": "extrap"},
             ValueError,
-            "'extrap' has no digits to choose: that is for method='taylor'",
+            "'extrap' has a fixed precision: digits need method='taylor'",
         ),
     ],
 )

@@ -127,12 +127,12 @@ def scene_of(body, **start):
             kr.Body(1, inertia_about_com=(2, 2, 1), com=(0, 0, 1)),
         ),
         (
-            "symmetric = { mass = 1, i1 = 1, i3 = 0.5, height = 1, made_up = true }",
-            kr.Body.symmetric(1, 1, 0.5, 1, made_up=True),
+            "symmetric = { mass = 1, i1 = 1, i3 = 0.5, height = 1, unphysical = true }",
+            kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True),
         ),
         (
-            "mass = 1\ninertia = [1, 2, 3.01]\ncom = [0, 0, 0]\nrounded = 0.004",
-            kr.Body(1, (1, 2, 3.01), (0, 0, 0), rounded=0.004),
+            "mass = 1\ninertia = [1, 2, 3.01]\ncom = [0, 0, 0]\ninertia_rtol = 0.004",
+            kr.Body(1, (1, 2, 3.01), (0, 0, 0), inertia_rtol=0.004),
         ),
     ],
 )
@@ -247,7 +247,7 @@ def test_a_scene_may_be_so_long(tmp_path):
         assert file.stat().st_size == (1 << 20) + over
         for read in (kr.Scene.from_toml, kr.load):
             if over:
-                with pytest.raises(ValueError, match=r"more than 1048576 bytes|would be shorter"):
+                with pytest.raises(ValueError, match=r"at most 1048576 bytes|would be shorter"):
                     read(file)
             else:
                 assert read(file) == THESIS

@@ -89,16 +89,20 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 
 
 @pytest.fixture
-def opened(monkeypatch):
+def browser_addresses(monkeypatch):
     """Replace the browser, and return the addresses opened in it."""
     found = []
     monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
     return found
 
 
-def test_a_page_opens_in_a_browser(opened):
+def test_a_page_opens_in_a_browser(browser_addresses):
     kr.view(TOP)
-    assert len(opened) == 1 and opened[0].startswith("file:///") and opened[0].endswith(".html")
+    assert (
+        len(browser_addresses) == 1
+        and browser_addresses[0].startswith("file:///")
+        and browser_addresses[0].endswith(".html")
+    )
 
 
 class ZMQInteractiveShell:
@@ -112,11 +116,11 @@ class TerminalInteractiveShell:
 @pytest.mark.parametrize(
     ("shell", "pages"), [(ZMQInteractiveShell(), 0), (TerminalInteractiveShell(), 1), (None, 1)]
 )
-def test_a_notebook_shows_the_page_itself(opened, monkeypatch, shell, pages):
+def test_a_notebook_shows_the_page_itself(browser_addresses, monkeypatch, shell, pages):
     told = types.SimpleNamespace(get_ipython=lambda: shell)
     monkeypatch.setitem(sys.modules, "IPython", told)
     kr.view(TOP)
-    assert len(opened) == pages
+    assert len(browser_addresses) == pages
 
 
 # Boundary values

@@ -134,11 +134,11 @@ def test_geometric_keeps_what_is_wanted():
 # Plans
 
 
-def left_out(scene, *t, **words):
+def plan_omissions(scene, *t, **words):
     return dict(kr.plan(scene, *t, **words).left_out)
 
 
-def kept(scene, **words):
+def plan_surplus(scene, **words):
     return dict(kr.plan(scene, **words).kept)
 
 
@@ -159,15 +159,17 @@ def test_plan_says_what_is_used():
 
 
 def test_plan_says_what_is_left_out():
-    out = left_out(TOP, want=("nutation", "energy"))
+    out = plan_omissions(TOP, want=("nutation", "energy"))
     assert "turned about the vertical" in out["attitude"]
-    assert "attitude" not in left_out(TOP, 100) and "states on the way" in left_out(TOP, 100)
-    assert "states on the way" not in left_out(TOP, [1, 2, 3])
-    assert "attitude" in kept(TOP, want=("energy",), digits=30)
-    assert "attitude" in kept(TOP, want=("energy",), method="strang", step=0.1)
-    assert "gravity" in left_out(FREE.replace(gravity=0))
-    assert "torque" in kept(TOP.replace(gravity=0), method="taylor")
-    turns = left_out(kr.scenes.thesis, method="strang", step=0.1)
+    assert "attitude" not in plan_omissions(TOP, 100) and "states on the way" in plan_omissions(
+        TOP, 100
+    )
+    assert "states on the way" not in plan_omissions(TOP, [1, 2, 3])
+    assert "attitude" in plan_surplus(TOP, want=("energy",), digits=30)
+    assert "attitude" in plan_surplus(TOP, want=("energy",), method="strang", step=0.1)
+    assert "gravity" in plan_omissions(FREE.replace(gravity=0))
+    assert "torque" in plan_surplus(TOP.replace(gravity=0), method="taylor")
+    turns = plan_omissions(kr.scenes.thesis, method="strang", step=0.1)
     assert "two of a drift's four turns" in turns
 
 
@@ -179,7 +181,9 @@ def test_plan_refuses_what_solve_refuses():
     with pytest.raises(TypeError, match=r"scene must be a kreisel\.Scene"):
         kr.plan(3)
     for words in ({"threads": 2}, {"reduce": {"energy": "min"}}):
-        with pytest.raises(ValueError, match=rf"^{next(iter(words))}: for a kreisel\.Ensemble"):
+        with pytest.raises(
+            ValueError, match=rf"^{next(iter(words))}: only for a kreisel\.Ensemble"
+        ):
             kr.plan(TOP, **words)
 
 
@@ -204,9 +208,9 @@ def test_plan_is_what_a_path_did():
 def test_plan_says_what_a_drift_leaves_out(name):
     asymmetric, what = kr.scenes.asymmetric, "two of a drift's four turns"
     assert kr.scenes.thesis.body.is_symmetric and not asymmetric.body.is_symmetric
-    assert what in left_out(kr.scenes.thesis, method=name, step=0.1)
+    assert what in plan_omissions(kr.scenes.thesis, method=name, step=0.1)
     if kr.methods[name].suits(asymmetric):
-        assert what not in left_out(asymmetric, method=name, step=0.1)
+        assert what not in plan_omissions(asymmetric, method=name, step=0.1)
 
 
 # Boundary values
@@ -222,11 +226,11 @@ def test_a_plan_measures_tops_at_their_own_times(monkeypatch):
     seen = []
     lanes = ensemble_plan.LANES
 
-    def filled(rows, few, some, begin, end, times, work):
+    def run_and_note(rows, few, some, begin, end, times, work):
         seen.append(np.array(times))
         return lanes.run(rows, few, some, begin, end, times, work)
 
-    monkeypatch.setattr(ensemble_plan, "LANES", lanes._replace(run=filled))
+    monkeypatch.setattr(ensemble_plan, "LANES", lanes._replace(run=run_and_note))
     own = np.arange(1.0, 101.0)[:, None] * np.array([0.001, 0.002])
     kr.plan(THESIS.vary(spin=np.linspace(1.0, 2.0, 100)), own)
     at = np.linspace(0, 99, 16).astype(int)
@@ -240,24 +244,24 @@ def test_up_to_sixteen_digits_nothing_is_left_out_of_what_is_wanted():
 
 
 def test_the_plan_keeps_an_attitude_only_where_a_method_computes_it_anyway():
-    def kept(method, want, **words):
+    def plan_surplus(method, want, **words):
         return dict(kr.plan(TOP, method=method, want=want, **words).kept)
 
-    assert "strang computes it" in kept("strang", ("energy",), step=0.01)["attitude"]
-    assert "attitude" not in kept("strang", ("apex",), step=0.01)
-    assert "attitude" not in kept("strang", None, step=0.01)
-    assert "attitude" not in kept("taylor", ("energy",))
-    assert "no form without it" in kept("taylor", ("energy",), digits=30)["attitude"]
+    assert "strang computes it" in plan_surplus("strang", ("energy",), step=0.01)["attitude"]
+    assert "attitude" not in plan_surplus("strang", ("apex",), step=0.01)
+    assert "attitude" not in plan_surplus("strang", None, step=0.01)
+    assert "attitude" not in plan_surplus("taylor", ("energy",))
+    assert "no form without it" in plan_surplus("taylor", ("energy",), digits=30)["attitude"]
     symmetric = kr.plan(kr.scenes.thesis, method="exact", want=("energy",))
     assert "attitude" not in dict(symmetric.kept)
 
 
 def test_the_plan_keeps_what_two_equal_moments_or_no_torque_would_save():
-    def kept(scene, **words):
+    def plan_surplus(scene, **words):
         return set(dict(kr.plan(scene, method="taylor", **words).kept))
 
-    assert kept(TOP) == set() and kept(kr.scenes.thesis) == {"general form"}
-    assert kept(TOP.replace(gravity=0.0)) == {"torque"}
+    assert plan_surplus(TOP) == set() and plan_surplus(kr.scenes.thesis) == {"general form"}
+    assert plan_surplus(TOP.replace(gravity=0.0)) == {"torque"}
     assert "general form" not in dict(kr.plan(kr.scenes.thesis, method="strang", step=0.1).kept)
 
 

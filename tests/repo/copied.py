@@ -54,7 +54,7 @@ class House:
         run("gcc", "-std=c99", f"-I{self.folder / 'csrc'}", program, library, "-lm", "-o", to)
 
     def python(self, *lines):
-        """What a program prints that runs with the package of the copy."""
+        """Return the output of a program that runs with the package of the copy."""
         program = "\n".join([*APART, *lines])
         return run(sys.executable, "-c", program, self.folder / "python", self.folder, cwd="/")
 

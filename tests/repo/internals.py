@@ -28,6 +28,6 @@ __all__ = [
 
 def solid_of(body):
     """Return the solid that plots draw for a body. Needs matplotlib."""
-    from kreisel._plot.solids import solid_of
+    from kreisel._plot.solids import build_solid
 
-    return solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))
+    return build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))

@@ -73,11 +73,11 @@ def names(*trees):
     ]
 
 
-def repeated_basenames(tree):
+def find_repeated_basenames(tree):
     """Return the module names that two files below `tree` share, each with its files."""
     places = defaultdict(list)
     for file in python_files(tree):
-        if file.name not in {"__init__.py", "__main__.py"}:
+        if file.name not in {"__init__.py", "__main__.py", "conftest.py"}:
             places[file.stem].append(file.relative_to(ROOT).as_posix())
     return {stem: files for stem, files in places.items() if len(files) > 1}
 
@@ -91,7 +91,7 @@ def report():
         print(
             f"{tree}: {len(openers)} of {len(texts)} docstrings open badly, "
             f"{len(participles)} of {len(found)} names are participles, "
-            f"{len(repeated_basenames(tree))} file names are used twice"
+            f"{len(find_repeated_basenames(tree))} file names are used twice"
         )
         print("  openers:", Counter(text.split()[0] for p, text in texts if p in set(openers)))
         for place in participles:

@@ -1,5 +1,7 @@
-"""What ARCHITECTURE.md says of the layers, and what the files really use: includes in C, imports
-in Python wherever they stand, and imports in the page's scripts."""
+"""The layers of ARCHITECTURE.md, and the uses of each file.
+
+Uses are includes in C, imports in Python wherever they stand, and imports in the page's scripts.
+"""
 
 import ast
 import re
@@ -14,7 +16,7 @@ C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
 
 @cache
 def layers():
-    """For each tree its layers from the ground up, each the names that stand there."""
+    """Return the layers of each tree from the ground up, each with its names."""
     found = {}
     for tree, text in re.findall(r"^```layers (\S+)\n(.*?)^```", PLAN.read_text(), re.M | re.S):
         rows = [re.split(r"\s{2,}", line.strip())[0].split() for line in text.splitlines()]
@@ -47,23 +49,29 @@ def layer(file, tree):
 
 def targets(file, tree):
     """The files of the same tree that a file uses."""
-    uses = included if file.suffix in C else imported if file.suffix in PYTHON else scripted
+    uses = (
+        c_includes
+        if file.suffix in C
+        else python_imports
+        if file.suffix in PYTHON
+        else script_imports
+    )
     folder = ROOT / tree
     return {other for other in uses(file) if other != file and other.is_relative_to(folder)}
 
 
-def included(file):
+def c_includes(file):
     for name in re.findall(r'^\s*#\s*include\s+"(.+)"', file.read_text(), re.M):
         beside = (file.parent / name).resolve()
         yield beside if beside.exists() else ROOT / "csrc" / name
 
 
-def scripted(file):
+def script_imports(file):
     for name in re.findall(r'^(?:import|\} from)\b.*"(\./.+\.js)";', file.read_text(), re.M):
         yield (file.parent / name).resolve()
 
 
-def imported(file):
+def python_imports(file):
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.Import):
             for alias in node.names:

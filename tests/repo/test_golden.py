@@ -5,7 +5,7 @@ snapshot.txt numbers to six digits. `.ci/snapshots` rewrites golden.txt and snap
 """
 
 import pytest
-from toolbox import CSRC, ROOT, compiled, core_sources, installed, need, run
+from toolbox import CSRC, ROOT, compile_objects, core_sources, install_library, need, run
 
 PROGRAM = ROOT / "tests/c/golden.c"
 FLAGS = ["-std=c99", "-ffp-contract=off", f"-I{CSRC}"]
@@ -19,7 +19,9 @@ def golden():
 @pytest.mark.parametrize(("compiler", "optimization"), [("gcc", "-O0"), ("clang", "-O3")])
 def test_every_compiler_gives_the_golden_bits(golden, compiler, optimization, tmp_path):
     need(compiler)
-    objects = compiled(compiler, [optimization, *FLAGS], [*core_sources(), PROGRAM], tmp_path)
+    objects = compile_objects(
+        compiler, [optimization, *FLAGS], [*core_sources(), PROGRAM], tmp_path
+    )
     run(compiler, *objects, "-lm", "-o", tmp_path / "golden")
     assert run(tmp_path / "golden") == golden
 
@@ -27,7 +29,7 @@ def test_every_compiler_gives_the_golden_bits(golden, compiler, optimization, tm
 def of_the_library(program, to):
     """Return the output of `program`, linked with the installed library."""
     need("cmake", "gcc")
-    run("gcc", *FLAGS, program, installed() / "lib/libkreisel.a", "-lm", "-o", to)
+    run("gcc", *FLAGS, program, install_library() / "lib/libkreisel.a", "-lm", "-o", to)
     return run(to)
 
 

@@ -4,14 +4,14 @@ import ast
 import re
 
 import pytest
-from layers import included
+from layers import c_includes
 from toolbox import (
     CSRC,
     ROOT,
     VERSION,
-    compiled,
+    compile_objects,
     core_sources,
-    installed,
+    install_library,
     need,
     run,
 )
@@ -38,12 +38,14 @@ def name(file):
 
 
 def test_no_source_is_included():
-    assert [name(file) for file in SOURCES if any(of.suffix == ".c" for of in included(file))] == []
+    assert [
+        name(file) for file in SOURCES if any(of.suffix == ".c" for of in c_includes(file))
+    ] == []
 
 
 def test_python_sees_the_public_header_only():
     for file in BINDING:
-        assert set(included(file)) <= {CSRC / "kreisel.h", *BINDING}, name(file)
+        assert set(c_includes(file)) <= {CSRC / "kreisel.h", *BINDING}, name(file)
 
 
 def symbols(library, *options):
@@ -59,7 +61,7 @@ def symbols(library, *options):
 @pytest.fixture(scope="module")
 def static():
     need("cmake", "gcc", "nm")
-    return installed() / "lib/libkreisel.a"
+    return install_library() / "lib/libkreisel.a"
 
 
 def test_shared_library_exports_the_public_header(static):
@@ -110,7 +112,7 @@ STRICT = ["-std=c99", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"
 def test_the_page_s_code_has_no_warnings(tmp_path):
     """Compile what only zig compiles; .ci/test compiles all else with these warnings as errors."""
     need("gcc")
-    compiled("gcc", ["-O2", *STRICT], [CSRC / "viewer/wasm.c"], tmp_path)
+    compile_objects("gcc", ["-O2", *STRICT], [CSRC / "viewer/wasm.c"], tmp_path)
 
 
 @pytest.mark.parametrize("word", WARNINGS)

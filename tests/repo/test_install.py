@@ -3,7 +3,7 @@
 import shutil
 
 import pytest
-from toolbox import ROOT, VERSION, compile_and_run, installed, need, need_gsl, run
+from toolbox import ROOT, VERSION, compile_and_run, install_library, need, need_gsl, run
 
 HERE = ROOT / "tests/repo/install"
 
@@ -13,7 +13,7 @@ def prefix(request):
     need("cmake", "gcc")
     if request.param == "ON":
         need_gsl()
-    return installed(request.param)
+    return install_library(request.param)
 
 
 def test_cmake_finds_the_package(prefix, tmp_path):

@@ -1,16 +1,23 @@
 """Limits on the language of the Python code; lower them as names and docstrings improve."""
 
 import pytest
-from language import docstrings, has_banned_opener, is_participle, names, repeated_basenames
+from language import (
+    TREES,
+    docstrings,
+    find_repeated_basenames,
+    has_banned_opener,
+    is_participle,
+    names,
+)
 
-FINISHED = ("python/kreisel", "validation")
+FINISHED = ("python/kreisel", "validation", "tests")
 OPENERS_MOST = 0.02  # share of docstrings
 PARTICIPLES_MOST = {
-    "python/kreisel": 0.054,
+    "python/kreisel": 0.024,
     "validation": 0.01,
-    "tests": 0.185,
+    "tests": 0.015,
 }
-REPEATED_MOST = {"python/kreisel": 4, "validation": 1}
+COMMANDS = {"compare", "solve", "sweep"}  # files of _cli that share a name with what they run
 
 
 @pytest.mark.parametrize("tree", FINISHED)
@@ -27,9 +34,10 @@ def test_few_names_are_participles(tree):
     assert len(found) <= PARTICIPLES_MOST[tree] * len(named), found
 
 
-@pytest.mark.parametrize("tree", REPEATED_MOST)
+@pytest.mark.parametrize("tree", TREES)
 def test_file_names_are_unique(tree):
-    assert len(repeated_basenames(tree)) <= REPEATED_MOST[tree], repeated_basenames(tree)
+    found = find_repeated_basenames(tree)
+    assert found.keys() <= (COMMANDS if tree == "python/kreisel" else set()), found
 
 
 def test_openers_and_participles_are_recognized():

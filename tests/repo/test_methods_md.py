@@ -1,4 +1,4 @@
-"""METHODS.md is the table of the methods that are built."""
+"""Tests that METHODS.md agrees with `kreisel methods --markdown`, except in its measured costs."""
 
 import kreisel as kr
 from internals import page_of_methods, table_of_costs
@@ -23,7 +23,7 @@ def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
 
 
 def test_methods_md_is_up_to_date():
-    """All but the measured costs: made again by `kreisel methods --markdown > METHODS.md`."""
+    """Compare all but the measured costs; `kreisel methods --markdown > METHODS.md` repairs it."""
 
     def cells(text):
         lines = [line for line in text.splitlines() if line.startswith("| ") and "---" not in line]

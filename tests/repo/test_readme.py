@@ -7,7 +7,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from toolbox import ROOT, compile_and_run, installed, need, run
+from toolbox import ROOT, compile_and_run, install_library, need, run
 
 
 def blocks(*languages):
@@ -62,7 +62,7 @@ def test_c_blocks_compile_and_run(tmp_path):
         source = tmp_path / f"block{i}.c"
         source.write_text(text)
         compile_and_run(
-            source, installed(), "-std=c99", libraries=["-lm"], to=source.with_suffix("")
+            source, install_library(), "-std=c99", libraries=["-lm"], to=source.with_suffix("")
         )
 
 

@@ -130,7 +130,7 @@ def test_its_own_test_passes(house):
 
 
 def test_no_reference_is_counted_without_the_lock_of_python(house):
-    """In a build without NDEBUG, as this one is, pybind11 looks at each."""
+    """pybind11 checks each reference in a build without NDEBUG, as this one is."""
     (extension,) = (house.folder / "python/kreisel").glob("_core*.so")
     assert b"PyGILState_Check" in extension.read_bytes()
     tests = [f"tests/python/test_{name}.py" for name in OF_THREADS]

@@ -1,5 +1,8 @@
-"""What comes from elsewhere: versions and hashes of what pip installs, licences, a .venv that is
-somebody else's, a page that asks nobody for anything."""
+"""Tests of everything from elsewhere.
+
+They check versions and hashes of what pip installs, licences, a .venv of another checkout, and a
+page that makes no request.
+"""
 
 import importlib.metadata
 import json
@@ -21,7 +24,7 @@ def requirements(monkeypatch):
 
 
 def test_all_that_pip_installs_has_a_version_and_hashes(requirements):
-    """What fails here is made right by .ci/lock."""
+    """`.ci/lock` repairs a failure of this test."""
     text = (ROOT / ".ci/locked.txt").read_text()
     assert "//" not in text and "index" not in text
     versions = {}
@@ -74,7 +77,7 @@ def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
 
 @pytest.fixture
 def checkout(tmp_path):
-    """What decides on a .venv, and one that was made for another place."""
+    """Return a copy of the files that check a .venv, with a .venv of another place."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / ".venv/bin/activate").write_text("VIRTUAL_ENV=/somewhere/else/.venv\n")

@@ -1,4 +1,4 @@
-"""What all tests share: running commands, asking for tools, an installed copy of the library."""
+"""Tools that all tests share: running commands, finding tools, an installed copy of the library."""
 
 import functools
 import os
@@ -31,7 +31,7 @@ def run(*command, cwd=ROOT, **environment):
     return done.stdout
 
 
-def compiled(compiler, flags, sources, folder):
+def compile_objects(compiler, flags, sources, folder):
     """Object files of all sources, compiled on all processors."""
     objects = [Path(folder) / f"{i}.o" for i in range(len(sources))]
 
@@ -70,7 +70,7 @@ def need_gsl():
 
 
 def core_sources(csrc=CSRC):
-    """What the library is made of, the adapters to GSL and the page's own file apart."""
+    """Return the sources of the library, without the adapters to GSL and the page's own file."""
     return sorted(
         file for file in csrc.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
     )
@@ -81,7 +81,7 @@ def c_tests():
 
 
 @functools.cache
-def installed(gsl="OFF"):
+def install_library(gsl="OFF"):
     """The folder into which the library was installed just now, as a user would; processes that
     share the tests have one each."""
     name = f"gsl-{gsl}-{os.environ.get('PYTEST_XDIST_WORKER', 'alone')}"

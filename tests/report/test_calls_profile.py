@@ -4,7 +4,11 @@ import pytest
 
 from validation.benchmarks.calls_profile import CASES, count_calls
 
-LIMITS = {"solve(scene, [1.0])": (12, 1), "reduce(ensemble)": (40, 8)}
+LIMITS = {
+    "solve(scene, [1.0])": (12, 1),
+    "reduce(ensemble)": (40, 8),
+    "sweep of one part, one column": (350, 80),
+}
 
 
 @pytest.mark.parametrize("case", LIMITS)

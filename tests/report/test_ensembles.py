@@ -118,7 +118,7 @@ def test_the_tightest_error_is_reached_by_both():
 def test_the_map_shows_where_a_top_sleeps():
     found = part.compute_sleeping_map(9)
     spins, tilts = np.linspace(0, part.FASTEST, 9), np.linspace(part.LEAST, part.LARGEST, 9)
-    top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, made_up=True)
+    top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     for i, j in ((0, 0), (3, 5), (8, 8)):
         one = kr.exact(kr.Scene.spinning(top, spin=spins[i], tilt=tilts[j]))
         assert found[i, j] == pytest.approx(one.greatest_nutation, rel=1e-12)

@@ -60,7 +60,7 @@ def test_the_tangents_of_two_ways_are_those_of_both():
 
 
 def test_a_separatrix_has_no_period():
-    body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), made_up=True)
+    body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), unphysical=True)
     falls = kr.Scene(body, attitude=(0.0, 1.0, 0.0, 0.0), momentum=(2.0, 0.0, 0.0))
     with pytest.raises(ValueError, match="lies on a separatrix"):
         floquet_tangents(falls, 1e4)
@@ -70,7 +70,7 @@ def test_a_separatrix_has_no_period():
 
 @pytest.mark.parametrize("tilt", [1e-13, 1e-14, 1e-15])
 def test_a_top_that_leaves_the_vertical_at_once_has_no_period(tilt):
-    body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), made_up=True)
+    body = kr.Body(mass=1.0, inertia=(1.0, 1.0, 0.5), com=(0.0, 0.0, 1.0), unphysical=True)
     leaves = kr.Scene(body, attitude=(1.0, tilt, 0.0, 0.0), momentum=(0.0, 0.0, 0.3))
     with pytest.raises(ValueError, match="lies on a separatrix"):
         floquet_tangents(leaves, 1e3)
@@ -89,7 +89,7 @@ def test_a_free_body_at_rest_has_no_period():
 
 
 def test_times_within_the_first_period_need_no_tangents_of_a_whole_one():
-    body = kr.Body(1.0, (1.2, 1.2, 1.1), (0.0, 0.0, 1.5), made_up=True)
+    body = kr.Body(1.0, (1.2, 1.2, 1.1), (0.0, 0.0, 1.5), unphysical=True)
     slow = kr.Scene(body, momentum=(0.0, 0.0, -0.03))
     for t in (-0.43, 0.43, -3.0):
         path = kr.solve(slow, [t], digits=30, tangents="start")

@@ -19,7 +19,7 @@ REST = {"momentum": (0.0, 0.0, 0.0)}
 
 
 def nearly():
-    return kr.Body(1.0, (1.0, 1.0 + 7e-13, 0.5), (4e-13, 0.0, 1.0), made_up=True)
+    return kr.Body(1.0, (1.0, 1.0 + 7e-13, 0.5), (4e-13, 0.0, 1.0), unphysical=True)
 
 
 FAMILIES = {

@@ -65,7 +65,7 @@ def test_a_truth_of_60_digits_is_that_of_all_others():
         apart = reference.rotation_angle(numbers(map(str, told)), numbers(kept["attitude"]))
         assert apart < 1e-31, name
     described_anyhow = kr.scenes.kowalewski.replace(
-        body=kr.scenes.kowalewski.body.turned((0.1, 0.7, -0.5, 0.5)), gravity=9.81
+        body=kr.scenes.kowalewski.body.turn((0.1, 0.7, -0.5, 0.5)), gravity=9.81
     )
     path = kr.solve(described_anyhow, [-1.0, -2.0], digits=30)
     truth = exactly(described_anyhow, path.t)
@@ -120,7 +120,7 @@ def test_a_truth_computed_on_the_way_does_not_depend_on_units_or_frame():
             2.0**-60,
             [x * 2.0**-100 for x in scene.body.inertia],
             [z * 2.0**-20 for z in scene.body.com],
-            made_up=True,
+            unphysical=True,
         ),
         [m * 2.0**-90 for m in scene.momentum],
         gravity=1.0,
@@ -154,7 +154,7 @@ def test_energies_are_those_of_kreisel(name):
 
 @pytest.mark.parametrize("damping", [(0.0, 0.0, 0.0), (0.2, 0.5, 1.0), (10.0, 30.0, 0.0)])
 def test_collocation_agrees_with_heyoka_in_128_bits(damping):
-    body = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), made_up=True)
+    body = kr.Body(1, (1, 1.2, 1.7), (0.1, 0.2, 1), unphysical=True)
     top = kr.Scene(body, momentum=(0.3, 0.4, 1.0), attitude=(0.8, 0.6, 0, 0), damping=damping)
     problem = problem_of_scene("damped", top)
     (q,), (m,) = radau.integrate(problem, [5.0])

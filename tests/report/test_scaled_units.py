@@ -64,7 +64,7 @@ def test_scaled_units_scale_damping():
 
 
 def test_scaled_units_keep_an_unphysical_body():
-    body = kr.Body.symmetric(1, 1, 0.5, 1, made_up=True)
+    body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 1))
     units = scaled_units(body)
-    assert units.back(units.into(scene)).body.made_up
+    assert units.back(units.into(scene)).body.unphysical

@@ -160,6 +160,8 @@ def scene_in_python(given, second=False):
     if "half" in body:
         made = kr.Body.cuboid(**body)
     else:
-        made = kr.Body(body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"], made_up=True)
+        made = kr.Body(
+            body["mass"], np.reshape(body["inertia"], (3, 3)), body["com"], unphysical=True
+        )
     start = given["second"] if second else [*given["attitude"], *given["momentum"]]
     return kr.Scene(made, start[4:], start[:4], given["gravity"])

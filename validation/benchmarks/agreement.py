@@ -42,7 +42,7 @@ def permute(rng, *vectors):
 
 
 def make_body(moments, com):
-    return kr.Body(1.0, moments, com, made_up=True)
+    return kr.Body(1.0, moments, com, unphysical=True)
 
 
 def make_scene(rng, body, **parameters):
@@ -67,7 +67,7 @@ def damped_sphere(rng):
 
 
 def sleeping(rng):
-    body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, made_up=True)
+    body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, unphysical=True)
     spin = math.copysign(10 ** rng.uniform(1.2, 2.7), rng.normal())
     return kr.Scene(body, body_velocity=(0, 0, spin))
 
@@ -81,13 +81,13 @@ def free_about_an_axis(rng):
 
 
 def steady_precession(rng):
-    body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, made_up=True)
+    body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, unphysical=True)
     spin, tilt = rng.uniform(10, 30), rng.uniform(0.2, 1.4)
     return kr.Scene.spinning(body, spin, tilt, steady=True, fast=bool(rng.random() < 0.3))
 
 
 def lagrange_turned(rng):
-    body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, made_up=True)
+    body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, unphysical=True)
     return make_scene(rng, body.turned(random_attitude(rng)))
 
 

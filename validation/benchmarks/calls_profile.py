@@ -47,7 +47,7 @@ def sweep_part() -> object:
     spin, tilt = np.linspace(0, 20, 10), np.linspace(0.1, 1, 10)
     source = kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt)
     with tempfile.TemporaryDirectory() as folder:
-        result = kr.sweep(source, TIMES, to=folder, reduce={"nutation": "max"})
+        result = kr.sweep(source, TIMES, folder=folder, reduce={"nutation": "max"})
         return result["nutation_max"]
 
 

@@ -108,7 +108,7 @@ def middle_axis(rng):
 def near_a_rod(rng):
     """Draw a body with one tiny moment, or two almost equal, and a slow start."""
     least, apart = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
-    body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), made_up=True)
+    body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), unphysical=True)
     speed = 10 ** rng.uniform(-8, 0)
     q = rng.normal(size=4)
     momentum = rng.normal(size=3) * (1.0, 1.0, least)
@@ -139,11 +139,11 @@ def nearly_of_a_kind(rng):
     apart, beside = off[rng.integers(3)]
     if rng.random() < 0.3:
         body = kr.Body(
-            1.0, (1.0, 1.0 + first, 1.0 + second), tuple(rng.normal(size=3)), made_up=True
+            1.0, (1.0, 1.0 + first, 1.0 + second), tuple(rng.normal(size=3)), unphysical=True
         )
     else:
         body = kr.Body(
-            1.0, (1.0, 1.0 + apart, rng.uniform(0.1, 1.9)), (beside, 0.0, 1.0), made_up=True
+            1.0, (1.0, 1.0 + apart, rng.uniform(0.1, 1.9)), (beside, 0.0, 1.0), unphysical=True
         )
     q = rng.normal(size=4) * (1.0, *(10 ** rng.uniform(-8, 0, 2)), 1.0)
     gravity = float(rng.choice([1.0, 0.0], p=[0.8, 0.2]))

@@ -43,8 +43,11 @@ class Top(NamedTuple):
 
 
 def draw(number, rng):
-    """Draw a top whose moments are 2 : 2 : 1 exactly: any order of the axes, the centre of mass
-    along an equal axis or between the two, both signs of gravity and both directions of time."""
+    """Draw a top whose moments are exactly 2 : 2 : 1.
+
+    The order of the axes, the signs of gravity and the direction of time vary. The centre of mass
+    lies along an equal axis or between the two.
+    """
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLES[number % 3]
     across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
     com = np.zeros(3)

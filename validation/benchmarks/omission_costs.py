@@ -133,7 +133,7 @@ def problem_cases():
     still, body = symmetric.replace(gravity=0.0), symmetric.body
     i1, i2, i3 = body.inertia
     general = symmetric.replace(
-        body=kr.Body(body.mass, (i1, i2 * 1.001, i3), body.com, made_up=True)
+        body=kr.Body(body.mass, (i1, i2 * 1.001, i3), body.com, unphysical=True)
     )
     yield (
         "gravity, taylor a step: the kernel keeps its lanes",

@@ -18,7 +18,7 @@ from ..competitors import timing
 from ..parts import chaos, frequency_data
 from .ensemble_speed import print_grade
 
-BODY = kr.Body(1.0, (2.0, 1.6, 1.1), (0.3, 0.1, 0.7), made_up=True)
+BODY = kr.Body(1.0, (2.0, 1.6, 1.1), (0.3, 0.1, 0.7), unphysical=True)
 TOPS, CROSSINGS, ROUNDS = 100, 500, 7
 LOW = kr.events.nutation(direction=1, max_count=CROSSINGS, terminal=True)
 

@@ -3,7 +3,7 @@
     python -m validation.benchmarks.sweep_costs [cost memory plan stop check]
 
 `must` is the required figure. Both ways of `cost` compute the same tops part by part, timed in
-turn, round by round. The files are on the disk of --to.
+turn, round by round. The files are on the disk of --folder.
 """
 
 import argparse
@@ -30,7 +30,7 @@ import sys
 import kreisel as kr, numpy as np
 tops = kr.Source.random(kr.scenes.sleeping, int(sys.argv[2]), spin=(0, 20), tilt=(0.01, 1))
 kept = {"nutation": ("min", "max", "mean")}
-kr.sweep(tops, np.linspace(0, 100, 101), to=sys.argv[1], reduce=kept)
+kr.sweep(tops, np.linspace(0, 100, 101), folder=sys.argv[1], reduce=kept)
 print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM")).split()[1])
 """
 STOPPED = """
@@ -57,15 +57,17 @@ def make_source(n):
     return kr.Source.random(kr.scenes.sleeping, n, seed=1, spin=(0, 20), tilt=(0.01, 1))
 
 
-def run_sweep(to, n, **more):
-    return kr.sweep(make_source(n), TIMES, to=to, reduce=KEPT, **more)
+def run_sweep(folder, n, **more):
+    return kr.sweep(make_source(n), TIMES, folder=folder, reduce=KEPT, **more)
 
 
 def cost(options):
     """Print the time of a sweep over that of the same ensembles without files."""
     tops, ratios = make_source(options.tops), []
-    with tempfile.TemporaryDirectory(dir=options.to) as folder:
-        part = kr.sweep(tops, TIMES, to=f"{folder}/plan", reduce=KEPT, parts=range(0)).plan["part"]
+    with tempfile.TemporaryDirectory(dir=options.folder) as folder:
+        part = kr.sweep(tops, TIMES, folder=f"{folder}/plan", reduce=KEPT, parts=range(0)).plan[
+            "part_size"
+        ]
 
         def without():
             for begin in range(0, len(tops), part):
@@ -82,7 +84,7 @@ def cost(options):
 
 def memory(options):
     """Print the peak memory of a process that sweeps."""
-    with tempfile.TemporaryDirectory(dir=options.to) as folder:
+    with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         command = [sys.executable, "-c", MEMORY, f"{folder}/runs", str(options.tops)]
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
     print_grade(
@@ -104,24 +106,24 @@ def plan(options):
     for name, make in makers.items():
         seconds = []
         for _ in range(options.rounds):
-            with tempfile.TemporaryDirectory(dir=options.to) as folder:
+            with tempfile.TemporaryDirectory(dir=options.folder) as folder:
                 seconds.append(timing.time_once(lambda f=folder, m=make: make_plan(m(), f)))
         print_grade(f"1e8 tops planned: {name}", median(seconds), 1, unit=" s", at_most=True)
 
 
 def make_plan(tops, folder):
-    found = kr.sweep(tops, TIMES, to=f"{folder}/runs", reduce=KEPT, parts=range(0))
+    found = kr.sweep(tops, TIMES, folder=f"{folder}/runs", reduce=KEPT, parts=range(0))
     assert found.size == 10**8 and found.done == []
 
 
 def stop(options):
     """Print the time that Ctrl-C takes to end a sweep within a part."""
-    with tempfile.TemporaryDirectory(dir=options.to) as folder:
+    with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         command = [sys.executable, "-c", STOPPED, f"{folder}/here", str(10**7)]
         time_interrupt("by threads", command, subprocess.PIPE)
         file = Path(folder, "plan.toml")
         file.write_text(PLAN % 10**7)
-        command = [sys.executable, "-m", "kreisel", "sweep", str(file), "--to", f"{folder}/by"]
+        command = [sys.executable, "-m", "kreisel", "sweep", str(file), "--folder", f"{folder}/by"]
         time_interrupt("by 2 processes", [*command, "--workers", "2"], None, Path(folder, "by"))
 
 
@@ -141,7 +143,7 @@ def time_interrupt(what, command, said, parts=None):
 
 def check(options):
     """Print the rate at which parts are verified."""
-    with tempfile.TemporaryDirectory(dir=options.to) as folder:
+    with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         found = run_sweep(f"{folder}/runs", options.tops)
         size = sum(file.stat().st_size for file in Path(found.folder).iterdir())
         seconds = median(timing.time_once(found.check) for _ in range(options.rounds))
@@ -160,7 +162,7 @@ def main(argv=None):
     )
     parser.add_argument("--tops", type=int, default=MILLION)
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--to", default=None, help="parent of the temporary folders")
+    parser.add_argument("--folder", default=None, help="parent of the temporary folders")
     options = parser.parse_args(argv)
     if (load := os.getloadavg()[0]) > BUSY:
         print(f"the machine is busy (load {load:.1f}); times are inaccurate")

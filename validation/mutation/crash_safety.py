@@ -37,16 +37,16 @@ def make_writers(folder):
         runs.append(run)
         views.append(kr.view(scene, open=False))
     sweep = folder / "sweep"
-    kr.sweep(top.vary(spin=[1.0, 2.0, 3.0, 4.0]), 1.0, to=sweep, part=2, threads=1)
+    kr.sweep(top.vary(spin=[1.0, 2.0, 3.0, 4.0]), 1.0, folder=sweep, part_size=2, threads=1)
     parts = open_store(sweep)
-    rows = [parts.get(i) for i in (0, 1)]
+    rows = [parts.read_part(i) for i in (0, 1)]
     return {
         "run": ("run", [run.save for run in runs]),
         "path": ("path", [path.save for path in paths]),
         "table": ("table.csv", [path.to_csv for path in paths]),
         "scene": ("top.toml", [top.to_toml, other.to_toml]),
         "page": ("page.html", [view.save for view in views]),
-        "part": (parts.file(0), [lambda _, r=r: parts.put(0, r) for r in rows]),
+        "part": (parts.file(0), [lambda _, r=r: parts.write_part(0, r) for r in rows]),
     }
 
 

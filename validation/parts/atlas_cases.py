@@ -39,11 +39,11 @@ def tilt_attitude(angle):
 
 
 def lagrange(i1=1.0, i3=0.5, mass=1.0, height=1.0):
-    return kr.Body.symmetric(mass, i1, i3, height, made_up=True)
+    return kr.Body.symmetric(mass, i1, i3, height, unphysical=True)
 
 
 def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
-    return kr.Body(1.0, moments, com, made_up=True)
+    return kr.Body(1.0, moments, com, unphysical=True)
 
 
 def scene_factory(body, tilt=0.5, **start):

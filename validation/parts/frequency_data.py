@@ -50,7 +50,7 @@ def largest_frequency_error(n):
     worst, rng = 0.0, np.random.default_rng(11)
     for _ in range(n):
         i1 = rng.uniform(0.5, 2.0)
-        made = kr.Body.symmetric(1.0, i1, rng.uniform(0.1, 2.0 * i1), 1.0, made_up=True)
+        made = kr.Body.symmetric(1.0, i1, rng.uniform(0.1, 2.0 * i1), 1.0, unphysical=True)
         q = rng.normal(size=4)
         scene = kr.Scene(made, 2.0 * rng.normal(size=3), q / np.linalg.norm(q))
         exact = kr.exact(scene)

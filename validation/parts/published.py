@@ -74,7 +74,7 @@ def load_bruels_cardona(entry):
 
 def load_gni(entry):
     scene = kr.Scene(
-        kr.Body(1.0, entry["inertia"], (0.0, 0.0, entry["mgl"]), made_up=True),
+        kr.Body(1.0, entry["inertia"], (0.0, 0.0, entry["mgl"]), unphysical=True),
         body_momentum=entry["L0"],
         attitude=entry["q0"],
     )
@@ -101,7 +101,7 @@ def load_gni(entry):
 
 def load_simo_wong(entry):
     scene = kr.Scene(
-        kr.Body.symmetric(1.0, *entry["inertia"][1:], entry["mgl"], made_up=True),
+        kr.Body.symmetric(1.0, *entry["inertia"][1:], entry["mgl"], unphysical=True),
         body_velocity=entry["w0"],
         attitude=(cos(0.025), sin(0.025), 0.0, 0.0),
     )

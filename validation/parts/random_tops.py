@@ -46,12 +46,12 @@ def draw_body(kind, random):
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)
-        return kr.Body.symmetric(1.0, i1, i3, height, made_up=True)
+        return kr.Body.symmetric(1.0, i1, i3, height, unphysical=True)
     if kind == "Kowalewski":
-        return kr.Body(1.0, KOWALEWSKI, (0.0, *random.normal(0.0, 0.5, 2)), made_up=True)
+        return kr.Body(1.0, KOWALEWSKI, (0.0, *random.normal(0.0, 0.5, 2)), unphysical=True)
     a, b = random.uniform(0.5, 1.0, 2)
     com = random.normal(0.0, 0.5, 3) * (kind != "Euler")
-    return kr.Body(1.0, (a, b, random.uniform(abs(a - b) + 0.05, a + b)), com, made_up=True)
+    return kr.Body(1.0, (a, b, random.uniform(abs(a - b) + 0.05, a + b)), com, unphysical=True)
 
 
 def draw_scene(kind, random):

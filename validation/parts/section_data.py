@@ -19,7 +19,7 @@ BODIES = {  # increasingly different from a Lagrange top
 
 def make_body(name):
     moments, aside = BODIES[name]
-    return kr.Body(1.0, moments, (aside, 0.0, 1.0), made_up=True)
+    return kr.Body(1.0, moments, (aside, 0.0, 1.0), unphysical=True)
 
 
 def compute_section(name, orbits, crossings):

@@ -199,7 +199,7 @@ def inertia_and_lever(case):
 def case_scene(case):
     """Return a case as a kreisel scene."""
     inertia, lever = inertia_and_lever(case)
-    body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)), made_up=True)
+    body = kr.Body(mass=1.0, inertia=inertia, com=(0.0, 0.0, abs(lever)), unphysical=True)
     gravity = math.copysign(1.0, lever)
     return kr.Scene(body, momentum=case[-1], attitude=normalize(case[-2]), gravity=gravity)
 

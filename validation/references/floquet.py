@@ -38,7 +38,7 @@ def _each(numbers: Array) -> Decimals:
 
 
 def _turn(q: Decimals) -> Decimals:
-    """The matrix of the turn by a quaternion of about unit length."""
+    """Return the rotation matrix of a quaternion of about unit length."""
     w, x, y, z = q
     n = w * w + x * x + y * y + z * z
     rows = [
@@ -57,21 +57,24 @@ def _cross(a: Decimals, b: Decimals) -> Decimals:
 
 
 def _hat(a: Decimals) -> Decimals:
-    """The matrix of a x."""
+    """Return the matrix of the cross product a x."""
     zero = Decimal(0)
     rows = [[zero, -a[2], a[1]], [a[2], zero, -a[0]], [-a[1], a[0], zero]]
     return np.array(rows, dtype=object)
 
 
 def _both(block: Decimals, other: Decimals | None = None) -> Decimals:
-    """The matrix that does this to theta, and this or another to N."""
+    """Return the matrix that applies `block` to theta and `other` (default: `block`) to N."""
     zero = _each(np.zeros((3, 3)))
     return np.block([[block, zero], [zero, block if other is None else other]])
 
 
 class _Body(NamedTuple):
-    """Moments, mass gravity com, and the axis about which the body is symmetric, if any, along the
-    principal axes; and these in the frame of description."""
+    """A body in decimals.
+
+    `moments`, `lever` (mass gravity com) and `axis` (of symmetry, if any) are along the principal
+    axes. `frame` rotates these to the frame of description.
+    """
 
     moments: Decimals
     lever: Decimals
@@ -97,8 +100,7 @@ class _Body(NamedTuple):
 
 
 class _Point(NamedTuple):
-    """Where the motion is: P and M seen along the principal axes, and the turn from there to
-    space."""
+    """A point of the motion: P and M along the principal axes, and the rotation to space."""
 
     vertical: Decimals
     momentum: Decimals
@@ -119,14 +121,16 @@ class _Point(NamedTuple):
         )
 
     def generator(self, body: _Body) -> Decimals:
-        """The matrix A of (theta, N)' = A (theta, N)."""
+        """Return the matrix A of (theta, N)' = A (theta, N)."""
         per, hat = np.diag(Decimal(1) / body.moments), _hat(self.momentum / body.moments)
         turn = per @ _hat(self.momentum) - hat
         return np.block([[turn, per], [_hat(self.vertical) @ -_hat(body.lever), -hat]])
 
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """What comes back with the period: of a symmetric body what does not change as it turns
-        about its axis."""
+        """Return numbers that recur with the period.
+
+        For a symmetric body they do not change as it turns about its axis.
+        """
         if axis is None:
             return self.momentum
         return np.array(
@@ -143,7 +147,7 @@ class _Point(NamedTuple):
 
 
 def _symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
-    """The turn about the axis that takes P and M of one point to those of another."""
+    """Return the rotation about the axis that takes P and M of one point to those of another."""
     if axis is None:
         return _each(_AXES)
     pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
@@ -180,8 +184,10 @@ def _in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, i: int) -
 
 
 def _rate_of_axis(point: _Point, body: _Body) -> float | None:
-    """The rate at which P and M, seen from the body, turn about its axis; None where they move
-    otherwise."""
+    """Return the rate at which P and M, seen from the body, turn about its axis.
+
+    Returns None if they move in another way.
+    """
     rates = [np.array(rate, dtype=float) for rate in point.rates(body)]
     rate = 0.0
     if body.axis is not None:
@@ -199,7 +205,10 @@ def _rate_of_axis(point: _Point, body: _Body) -> float | None:
 
 
 def _period_about(point: _Point, body: _Body, rate: float, fastest: float) -> float:
-    """The time in which a neighbour of a steady motion comes back to it; any, where none does."""
+    """Return the time in which a neighbour of a steady motion returns to it.
+
+    If no neighbour returns, the time is that of the fastest rate.
+    """
     axis = _each(_AXES[2]) if body.axis is None else body.axis
     turning = rate * np.array(_both(_hat(axis)), dtype=float)
     swing = np.abs(np.linalg.eigvals(np.array(point.generator(body), dtype=float) - turning).imag)
@@ -217,7 +226,7 @@ def _about_one_period(scene: kr.Scene, body: _Body, start: _Point, period: float
     """Return the period up to rounding errors. Raises ValueError on a separatrix."""
     turning = _rate_of_axis(start, body)
     if turning is not None:
-        about = _period_about(start, body, turning, scene._fastest)
+        about = _period_about(start, body, turning, scene._rate_bound)
     else:
         about = period * (1.0 if body.axis is not None else 2.0)
     if not math.isfinite(about):

@@ -18,7 +18,7 @@ of H. R. Dullin, M. Juhnke, P. H. Richter, Int. J. Bifurcation and Chaos 4 (1994
 import kreisel as kr
 import numpy as np
 
-BODY = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), made_up=True)
+BODY = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
 REGIONS = (  # one (g, h) of each
     (0.9, 0.2),
     (0.57, 0.67),

@@ -27,7 +27,7 @@ PUSH, PUSHES = 1e-5, 16  # momentum across the upright, and its directions
 
 
 def make_body(e):
-    return kr.Body(1.0, (I1 / (1.0 - e), I1 / (1.0 + e), I3), (0.0, 0.0, 1.0), made_up=True)
+    return kr.Body(1.0, (I1 / (1.0 - e), I1 / (1.0 + e), I3), (0.0, 0.0, 1.0), unphysical=True)
 
 
 def lowest_scene():

@@ -45,7 +45,7 @@ class Problem:
         if self.user:
             return self.user
         return kr.Scene(
-            kr.Body(1.0, self.inertia, self.lever, made_up=True),
+            kr.Body(1.0, self.inertia, self.lever, unphysical=True),
             momentum=self.momentum,
             attitude=self.attitude,
             damping=self.damping,

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..drawing.style import plt
 
-BODY = kr.Body(1.0, (1.0, 1.2, 0.5), com=(0.2, 0.0, 1.0), made_up=True)
+BODY = kr.Body(1.0, (1.0, 1.2, 0.5), com=(0.2, 0.0, 1.0), unphysical=True)
 SPINS, TILTS = np.linspace(0.0, 8.0, 2000), np.linspace(0.001, 1.5, 1000)
 TIMES = np.geomspace(1.0, 100.0, 101)  # not a multiple of a nutation period
 TARGET = Path(__file__).with_name("sweep.png")
@@ -24,7 +24,7 @@ def run_sweep(folder, spins=SPINS, tilts=TILTS):
     """Return the greatest nutation of each top, a row per spin [rad]."""
     top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0))
     source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)  # released
-    kr.sweep(source, TIMES, to=folder, reduce={"nutation": "max"}, tol=1e-9)
+    kr.sweep(source, TIMES, folder=folder, reduce={"nutation": "max"}, tol=1e-9)
     return kr.read_sweep(folder).to_xarray()["nutation_max"]
 
 

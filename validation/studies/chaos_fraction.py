@@ -16,9 +16,9 @@ import numpy as np
 
 BOUND, END = 8.0, 1000.0
 BODIES = {
-    "kowalewski": kr.Body(mass=1.0, inertia=(2.0, 2.0, 1.0), com=(1.0, 0.0, 0.0), made_up=True),
+    "kowalewski": kr.Body(mass=1.0, inertia=(2.0, 2.0, 1.0), com=(1.0, 0.0, 0.0), unphysical=True),
     "goryachev_chaplygin": kr.Body(
-        mass=1.0, inertia=(4.0, 4.0, 1.0), com=(1.0, 0.0, 0.0), made_up=True
+        mass=1.0, inertia=(4.0, 4.0, 1.0), com=(1.0, 0.0, 0.0), unphysical=True
     ),
     "lagrange": kr.Body(mass=1.0, inertia=(1.5, 1.5, 0.7), com=(0.0, 0.0, 0.5)),
     "euler": kr.Body(mass=1.0, inertia=(1.0, 1.6, 2.1), com=(0.0, 0.0, 0.0)),

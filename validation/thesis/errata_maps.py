@@ -91,7 +91,7 @@ def moments():
 
 def scale_scene(i1, alpha, p):
     """Return the scene with momentum m / i1, moments 1, 1, alpha, and weight times lever p."""
-    body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), made_up=True)
+    body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), unphysical=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0
     )

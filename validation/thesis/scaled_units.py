@@ -20,11 +20,11 @@ class Units:
     mass: float
 
     def into(self, scene: kr.Scene) -> kr.Scene:
-        """The scene in these units."""
+        """Return the scene in these units."""
         return _scaled(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
-        """A scene that is given in these units, in the old ones."""
+        """Return a scene that is given in these units, in the original units."""
         return _scaled(scene, self.length, self.mass)
 
 
@@ -41,13 +41,14 @@ def scaled_units(body: kr.Body) -> Units:
 
 
 def h_eps(path: kr.Path, step: float) -> np.ndarray:
-    """(n,) what bobenko_suris keeps at this step, in the scaled units and the text's words (6.1.4)
-    [T^-2]:
+    """Return (n,) the invariant H_eps of bobenko_suris at this step, in scaled units [T^-2].
+
+    In the text's terms (6.1.4) it is
 
         H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
 
     The energy is I1 times its first two terms and the constant (1 / alpha - 1) <m, a>^2 / 2. `path`
-    in any units.
+    may be in any units.
     """
     i1, i3 = _lagrange(path.scene.body)
     kept: np.ndarray = (
@@ -57,7 +58,7 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
 
 
 def _lagrange(body: kr.Body) -> tuple[float, float]:
-    """The double moment and the one about the symmetry axis."""
+    """Return the double moment and the one about the symmetry axis."""
     if body.kind != "lagrange":
         raise ValueError(
             f"the scaled units are for Lagrange tops, not for a body of kind {body.kind!r}"
@@ -73,8 +74,8 @@ def _scaled(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
         mass * body.mass,
         inertia * np.array(body.inertia),
         length * np.array(body.com),
-        rounded=body.rounded,
-        made_up=body.made_up,
+        inertia_rtol=body.inertia_rtol,
+        unphysical=body.unphysical,
     )
     return scene.replace(
         body=new,

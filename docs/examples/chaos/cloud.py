@@ -16,7 +16,7 @@ figure, axes = plt.subplots(
 )
 around = np.linspace(0, 2 * np.pi, 200)
 for row, name in zip(axes, ("asymmetric_regular", "asymmetric"), strict=True):
-    cloud = kr.scenes.named(name).scatter(1000, seed=1, momentum=0.02)
+    cloud = kr.scenes.get_scene(name).scatter(1000, seed=1, momentum=0.02)
     paths = kr.solve(cloud, t=times, want=("apex",))
     for chart, apex, t in zip(row, np.moveaxis(paths.apex, 1, 0), times, strict=True):
         chart.plot(np.cos(around), np.sin(around), color="lightgray", linewidth=0.8)

@@ -13,7 +13,7 @@ import numpy as np
 t = np.linspace(0, 400, 8001)
 figure, axes = plt.subplots(2, 1, sharex=True, figsize=(7.6, 4.8), layout="constrained")
 for chart, name in zip(axes, ("cusps", "asymmetric"), strict=True):
-    path = kr.solve(kr.scenes.named(name), t, "taylor")
+    path = kr.solve(kr.scenes.get_scene(name), t, "taylor")
     window = np.hanning(len(t))
     signal = window * (path.apex[:, 0] + 1j * path.apex[:, 1])
     power = np.abs(np.fft.fftshift(np.fft.fft(signal))) / window.sum()

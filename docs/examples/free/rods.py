@@ -10,7 +10,7 @@ import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
 
-body = kr.Body.symmetric(mass=1, i1=1, i3=0.6, height=1, made_up=True)
+body = kr.Body.symmetric(mass=1, i1=1, i3=0.6, height=1, unphysical=True)
 starts = {
     "helix": kr.Scene.spinning(body, spin=3.2, tilt=1.0, steady=True),
     "loops": kr.Scene.spinning(body, spin=2.5, tilt=0.9, precession=-1.5),

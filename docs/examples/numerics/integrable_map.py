@@ -11,7 +11,7 @@ import kreisel as kr
 import matplotlib.pyplot as plt
 import numpy as np
 
-body, step = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, made_up=True), 1.1
+body, step = kr.Body.symmetric(mass=1, i1=1, i3=0.5, height=1, unphysical=True), 1.1
 tilts = np.concatenate([np.linspace(0.02, 3.1, 22), np.full(8, np.pi)])
 swings = np.concatenate([np.zeros(22), np.linspace(2.1, 3.2, 4), -np.linspace(2.1, 3.2, 4)])
 attitude = np.stack([np.cos(tilts / 2), np.sin(tilts / 2), 0 * tilts, 0 * tilts], axis=-1)

@@ -18,14 +18,14 @@ source = kr.Source.grid(
 )
 folder = TemporaryDirectory()
 runs = Path(folder.name) / "runs"
-options = {"reduce": {"nutation": ("max", "mean")}, "part": 10000}
-print(kr.sweep(source, np.linspace(0, 20, 201), to=runs, parts=range(2), **options))
+options = {"reduce": {"nutation": ("max", "mean")}, "part_size": 10000}
+print(kr.sweep(source, np.linspace(0, 20, 201), folder=runs, parts=range(2), **options))
 
 # %%
 # The same call computes the missing parts only. The bits do not depend on who computes which part,
 # when, or on how many threads:
 
-done = kr.sweep(source, np.linspace(0, 20, 201), to=runs, **options)
+done = kr.sweep(source, np.linspace(0, 20, 201), folder=runs, **options)
 print(done)
 table = done.to_xarray()
 
@@ -39,7 +39,7 @@ for chart, (name, title) in zip(axes, titles.items(), strict=True):
 axes[0].set_ylabel("spin")
 
 # %%
-# In the shell, as separate jobs: ``kreisel sweep plan.toml --to runs --parts 0:8``. The folder
+# In the shell, as separate jobs: ``kreisel sweep plan.toml --folder runs --parts 0:8``. The folder
 # contains Parquet files, which many tools read.
 
 folder.cleanup()

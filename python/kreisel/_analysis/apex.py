@@ -1,5 +1,4 @@
-"""The trace of a top's axis on the unit sphere, and the nutation and precession that are read from
-it."""
+"""The trace of a top's axis on the unit sphere, and its nutation and precession."""
 
 from __future__ import annotations
 
@@ -20,8 +19,11 @@ _FEWEST = 4  # states in a nutation: of three the period can be a hundredth off,
 
 
 class Nutation(NamedTuple):
-    """Between which nutations the apex moves, 0 .. pi [rad], in what time it falls and rises again
-    [T], and how fast it goes round the vertical meanwhile [T^-1]."""
+    """The nutation and precession of a Lagrange top.
+
+    `least` and `greatest` nutation are angles 0 .. pi [rad], `period` is that of the nutation [T],
+    and `precession` is the mean rate about the vertical [T^-1].
+    """
 
     least: float
     greatest: float
@@ -59,8 +61,11 @@ class Apex:
 
     @cached_property
     def azimuth(self) -> Array:
-        """(n,) angle about the vertical from e1 on, without jumps of whole turns [rad]. A trace
-        through the vertical has none there, and is known beyond it up to whole turns only."""
+        """(n,) angle about the vertical from e1 on, without jumps of whole turns [rad].
+
+        It is undefined where the trace goes through the vertical, and known beyond that point up to
+        whole turns only.
+        """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:
@@ -83,9 +88,9 @@ class Apex:
         if not len(self.t):
             raise ValueError("a path without states has no nutation: solve for times")
         if np.ptp(self.height) < _LEVEL:
-            return self._level()
-        self._refuse_sparse()
-        low, high = self._turns(1.0), self._turns(-1.0)
+            return self._level_nutation()
+        self._check_sampling()
+        low, high = self._turning_times(1.0), self._turning_times(-1.0)
         if len(low) < 2:
             raise ValueError(
                 f"the axis has {len(low)} lowest points in this path, and two make a nutation: "
@@ -93,18 +98,22 @@ class Apex:
             )
         first, last = low[0], low[-1]
         period = (last - first) / (len(low) - 1)
-        turned = self._at(self.azimuth, last) - self._at(self.azimuth, first)
-        greatest, least = (float(np.mean([self._angle(t) for t in times])) for times in (low, high))
+        turned = self._interpolate_at(self.azimuth, last) - self._interpolate_at(
+            self.azimuth, first
+        )
+        greatest, least = (
+            float(np.mean([self._nutation_at(t) for t in times])) for times in (low, high)
+        )
         return Nutation(least, greatest, period, turned / (last - first))
 
-    def _level(self) -> Nutation:
+    def _level_nutation(self) -> Nutation:
         nutation = np.arctan2(np.hypot(*self.trace[:, :2].T), self.height)
         turned, took = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
         rate = float(turned / took) if took else math.nan
         return Nutation(float(nutation.min()), float(nutation.max()), math.nan, rate)
 
-    def _refuse_sparse(self) -> None:
-        """Turning points between states too far apart are other ones, or none."""
+    def _check_sampling(self) -> None:
+        """Raise ValueError if the states are too far apart to resolve the turning points."""
         top = exact(self.scene.replace(damping=(0, 0, 0)))
         period, apart = (
             2.0 * abs(top.t_least - top.t_greatest),
@@ -116,35 +125,40 @@ class Apex:
                 f"{_FEWEST} states in each or more, or kr.exact(path.scene)"
             )
 
-    def _turns(self, sign: float) -> list[float]:
-        """When the height is lowest (1) or highest (-1)."""
+    def _turning_times(self, sign: float) -> list[float]:
+        """Return the times at which the height is lowest (1) or highest (-1)."""
         rise = sign * self.rate[:, 2]
         after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
-        return [_zero(*self._near(i, rise)) for i in after.tolist()]
+        return [_find_zero(*self._neighbours(i, rise)) for i in after.tolist()]
 
-    def _near(self, i: int, values: Array) -> tuple[Array, Array]:
-        """The four states about t[i - 1] .. t[i]; fewer in a path of fewer."""
+    def _neighbours(self, i: int, values: Array) -> tuple[Array, Array]:
+        """Return the four states about t[i - 1] .. t[i], or all if the path has fewer."""
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
-    def _angle(self, t: float) -> float:
-        """The nutation between states, from two smooth functions that lose no digit at a pole."""
-        square = self._at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
-        return math.atan2(math.sqrt(max(square, 0.0)), self._at(self.height, t))
+    def _nutation_at(self, t: float) -> float:
+        """Return the nutation between states.
 
-    def _at(self, values: Array, t: float) -> float:
-        return _lagrange(*self._near(int(np.searchsorted(self.t, t)), values), t)
+        It follows from two smooth functions that lose no digit at a pole.
+        """
+        square = self._interpolate_at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
+        return math.atan2(math.sqrt(max(square, 0.0)), self._interpolate_at(self.height, t))
+
+    def _interpolate_at(self, values: Array, t: float) -> float:
+        return _interpolate(*self._neighbours(int(np.searchsorted(self.t, t)), values), t)
 
 
 def apex(path: Path) -> Apex:
-    """The trace of the centre of mass, of T where it is the fixed point, with what can be read from
-    it."""
+    """Return the trace of the centre of mass on the unit sphere.
+
+    If the centre of mass is the fixed point, it is the trace of T.
+    """
     check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 
-def _lagrange(t: Array, values: Array, at: float) -> float:
-    """The polynomial through these points."""
+def _interpolate(t: Array, values: Array, at: float) -> float:
+    """Evaluate the polynomial through these points at `at`."""
     total = 0.0
     for i, value in enumerate(values.tolist()):
         others = np.delete(t, i)
@@ -152,11 +166,11 @@ def _lagrange(t: Array, values: Array, at: float) -> float:
     return total
 
 
-def _zero(t: Array, values: Array) -> float:
+def _find_zero(t: Array, values: Array) -> float:
     """Find the rising zero of the polynomial through these points by bisection."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if _lagrange(t, values, middle) < 0.0 else (low, middle)
+        low, high = (middle, high) if _interpolate(t, values, middle) < 0.0 else (low, middle)
     return 0.5 * (low + high)

@@ -71,8 +71,10 @@ class Table:
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
-        """The table as CSV with all digits, written to a file if one is named; what is not there is
-        empty."""
+        """Return the table as CSV with all digits, and write it to a file if one is named.
+
+        Missing values are empty.
+        """
         text = io.StringIO(newline="")
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(_COLUMNS)
@@ -140,7 +142,7 @@ class _Run:
             median=float(np.median(self.seconds)) if good else math.nan,
             steps=stats.steps,
             evaluations=stats.evaluations,
-            attitude_error=_apart(path, truth) if path and good else math.nan,
+            attitude_error=_max_attitude_error(path, truth) if path and good else math.nan,
             energy_error=path.energy_error if path and good else math.nan,
             failure=self.failure,
         )
@@ -156,8 +158,10 @@ def compare(
     repeats: int = 5,
     progress: Progress | None = None,
 ) -> Table:
-    """Error and run time of methods on one scene; the repeats are interleaved, so that what
-    disturbs, disturbs all alike.
+    """Measure error and run time of methods on one scene.
+
+    The repeats of the methods are interleaved, so that a disturbance of the machine affects all
+    methods alike.
 
     t        as in kreisel.solve; errors are the largest over the states at these times, and no
              others: of a number that is the end alone, of numpy.linspace(0, 10, 101) all of the way
@@ -184,7 +188,7 @@ def compare(
     tell = parse_progress(progress)
     reference: Path | None = None
     try:
-        reference = truth if isinstance(truth, Path) else _truth(scene, t, truth, by_step)
+        reference = truth if isinstance(truth, Path) else _solve_truth(scene, t, truth, by_step)
         for done in range(rounds * len(runs)):
             runs[done % len(runs)].repeat()
             if tell is not None:
@@ -197,7 +201,7 @@ def compare(
 
 
 def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """The rows of all that was run; none without a truth to tell their errors."""
+    """Return the rows of all finished runs; none without a truth to compute errors."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]
@@ -244,12 +248,12 @@ def _runs(
     return runs
 
 
-def _apart(path: Path, truth: Path) -> float:
-    """The largest angle between the attitudes [rad]."""
+def _max_attitude_error(path: Path, truth: Path) -> float:
+    """Return the largest angle between the attitudes [rad]."""
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 
 
-def _truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[float]) -> Path:
+def _solve_truth(scene: Scene, t: Numbers, method: MethodName, by_step: list[float]) -> Path:
     chosen = resolve_method(method, scene)
     if chosen.digits:
         return solve(scene, t, method, digits=20)

@@ -22,7 +22,7 @@ from .._options.methods import EXACT, is_kowalewski
 from .._results.path import Path
 from .._solve.exact import exact
 from .._utils.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
-from .turns import Waves, count_turns, motion_of
+from .turns import Waves, compute_motion, count_turns
 
 _SHARPNESS = 11.0  # of the window, whose side lobes are below exp(-pi times this)
 _FEWEST = 64  # states
@@ -66,14 +66,15 @@ class Frequencies(ReadOnlyArrays):
 
 
 def frequencies(path: Path, n: int = 12) -> Frequencies:
-    """The frequencies of a path whose states are equally far apart in time, in n lines.
+    """Compute the frequencies of a path with evenly spaced times, and its `n` strongest lines.
 
-    Of a path in closed form, method='exact', the rates are those of kreisel.exact. Otherwise lines
-    are told apart that are more than 23 / T turns apart, T the length of the path: that should be
-    many nutations, with more than two states in each turn of whatever is fastest. A rate is as
-    exact as the path where the motion is regular. Near a pole, states between those of the path are
-    computed until the turns can be counted. Where no torque acts it is that about the angular
-    momentum, of the axis that circulates, as in kreisel.exact; elsewhere of the apex.
+    For a path in closed form, method='exact', the rates are those of kreisel.exact. For other
+    methods, lines are separated if they are more than 23 / T turns apart, where T is the length of
+    the path. The path should have many nutations, and more than two states in each turn of the
+    fastest angle. A rate is as exact as the path if the motion is regular. Near a pole, states
+    between those of the path are computed until the turns can be counted. Without torque the rates
+    are about the angular momentum, of the axis that circulates, as in kreisel.exact; otherwise of
+    the apex.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -83,15 +84,15 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         >>> abs(found.precession / truth.precession - 1.0) < 1e-12
         True
 
-    Raises TypeError for what is no path; ValueError for fewer than 64 states, for times that are
-    not even, and for a damped top.
+    Raises TypeError if `path` is not a path; ValueError for fewer than 64 states, for times that
+    are not even, and for a damped top.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
     if count > len(t) >= _FEWEST:
         raise ValueError(f"n must be at most the number of states, {len(t)}, not {count}")
     if path.scene._is_damped:
-        raise ValueError("a damped top has no frequencies: its motion dies away")
+        raise ValueError("a damped top has no frequencies, because its motion decays")
     if len(t) < _FEWEST:
         raise ValueError(f"the path must have at least {_FEWEST} states, not {len(t)}")
     even = np.linspace(t[0], t[-1], len(t))
@@ -113,10 +114,10 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
 def _rates(path: Path) -> tuple[float, float, float]:
     """Compute precession, nutation and spin."""
     t, (up, along) = path.t, _axes(path)
-    principal, east = path.frame, _aside(up)
-    axis, first = along @ principal, _aside(along) @ principal
+    principal, east = path.frame, _perpendicular(up)
+    axis, first = along @ principal, _perpendicular(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
-    motion = motion_of(path, up, along, east)
+    motion = compute_motion(path, up, along, east)
     level = motion.height - float(_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:
@@ -135,12 +136,15 @@ def _rates(path: Path) -> tuple[float, float, float]:
 
 
 def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
-    """Compute the mean rate of an angle from `turned`, the angles between states. The strongest
-    line of `signal`, less a multiple of `part`, is more exact, where it is so near to the mean that
-    the multiple is certain. NaN where it is not, and the angle does not grow evenly."""
+    """Compute the mean rate of an angle from `turned`, the angles between states.
+
+    The strongest line of `signal`, less a multiple of `part`, is more exact if it lies so near the
+    mean that the multiple is certain. The rate is NaN if the multiple is uncertain and the angle
+    does not grow evenly.
+    """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_window(len(turned)) @ turned) / step
-    is_smooth = span * _aliased(turned / step) < _SMOOTH
+    is_smooth = span * _alias_bound(turned / step) < _SMOOTH
     [line], _, _ = _lines(t, signal, 1)
     found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
     if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
@@ -148,9 +152,11 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     return mean if is_smooth else math.nan
 
 
-def _aliased(rate: Array) -> float:
-    """Return the strongest line of `rate` in the upper half of the frequencies that its values can
-    tell apart: a bound of what faster ones, which they cannot, add to its mean."""
+def _alias_bound(rate: Array) -> float:
+    """Return a bound of the contribution of unresolved frequencies to the mean of `rate`.
+
+    It is the strongest line in the upper half of the frequencies that the values resolve.
+    """
     strengths = np.abs(np.fft.rfft(_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())
 
@@ -176,8 +182,8 @@ def _axes(path: Path) -> tuple[Array, Array]:
     return path.m[0] / (np.linalg.norm(path.m[0]) or 1.0), axis
 
 
-def _aside(v: Array) -> Array:
-    """A unit vector at right angles to a unit vector."""
+def _perpendicular(v: Array) -> Array:
+    """Return a unit vector at right angles to the unit vector `v`."""
     made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
     return made / float(np.linalg.norm(made))
 
@@ -189,7 +195,7 @@ def _window(n: int) -> Array:
 
 
 def _lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
-    """The n strongest lines of a signal: frequencies, amplitudes, and the rest."""
+    """Return the n strongest lines of a signal: frequencies, amplitudes, and the remainder."""
     window, left = _window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):

@@ -22,18 +22,19 @@ def plot(
     axes: Iterable[Axes] | None = None,
     degrees: bool = False,
 ) -> Picture:
-    """The trace of the apex on a sphere, its nutation and its precession over the time, drawn with
-    matplotlib; the three axes, which a notebook shows.
+    """Draw the trace of the apex on a sphere, its nutation and its precession with matplotlib.
 
-    path     or up to 8 of them, as a list or one after the other, to be drawn beside each other:
-             then three axes for each
-    axes     to draw in instead of a new figure, three a path; it may follow the path without its
-             name
-    degrees  angles in degrees rather than in radians
+    Returns the three axes, which a notebook shows.
 
-    Where the closed form tells the turning points, broken lines are the nutations between which the
-    motion stays; the events of a path are marked. It is unknown to pyplot: to a file goes
-    `kr.plot(path).figure.savefig("top.png")`.
+    path     one path or up to 8, as a list or one after the other, which are drawn beside each
+             other, with three axes for each
+    axes     to draw in instead of a new figure, three for each path; it may follow the path without
+             its name
+    degrees  True: angles in degrees instead of radians
+
+    Broken lines are the least and the greatest nutation if the closed form has turning points. The
+    events of a path are marked. The figure is unknown to pyplot;
+    `kr.plot(path).figure.savefig("top.png")` writes a file.
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
@@ -43,7 +44,7 @@ def plot(
 
     Raises ValueError for a path without states, ImportError without matplotlib.
     """
-    paths, axes = _arguments(path, more, axes)
+    paths, axes = _split_arguments(path, more, axes)
     for i, one in enumerate(paths):
         check_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
@@ -54,7 +55,7 @@ def plot(
     return plot_paths(both, axes, degrees)
 
 
-def _arguments(
+def _split_arguments(
     path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
 ) -> tuple[Sequence[Path], Any]:
     """Return the paths, and the axes. Raises TypeError if the first argument is no path."""

@@ -1,5 +1,4 @@
-"""Kirchhoff's kinetic analogy: the frames of a top's path, laid along a curve, are those of an
-elastic rod."""
+"""Elastic rods by Kirchhoff's kinetic analogy: a top's frames, laid along a curve."""
 
 from __future__ import annotations
 
@@ -20,8 +19,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Rod:
-    """An elastic rod in equilibrium; its arc length s is the top's time, its tangent T points to
-    the centre of mass.
+    """An elastic rod in equilibrium.
+
+    Its arc length s is the top's time, and its tangent T points to the centre of mass.
 
     s          (n,) arc length [T]
     centre     (n, 3) centre line, from the origin: the integral of T, by cubics in each interval
@@ -51,30 +51,39 @@ class Rod:
 
     @property
     def isotropic(self) -> bool:
-        """Equally stiff in all directions of bending, up to 7e-15 relative: the rod of a Lagrange
-        top."""
+        """True if bending is equally stiff in all directions, up to 7e-15 relative.
+
+        The rod of a Lagrange top is isotropic.
+        """
         one, two, _ = self.stiffness
         return abs(one - two) <= KIND_RTOL * max(one, two)
 
     @property
     def elastic(self) -> Array:
-        """(n,) energy of bending and twist per length, (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha
-        tau^2) / 2: the top's kinetic energy [M L^2 T^-2]."""
+        """(n,) energy of bending and twist per length [M L^2 T^-2], the top's kinetic energy.
+
+        It is (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
+        """
         one, two, twist = self.stiffness
         density: Array = (self.curvature**2 @ np.array((one, two)) + twist * self.torsion**2) / 2.0
         return density
 
     @property
     def density(self) -> Array:
-        """(n,) elastic + <load, T>, whose integral the rod makes stationary: the top's Lagrangian
-        [M L^2 T^-2]."""
+        """(n,) elastic + <load, T>, the top's Lagrangian [M L^2 T^-2].
+
+        The rod makes its integral stationary.
+        """
         total: Array = self.elastic + self.frame[:, 2] @ np.array(self.load)
         return total
 
     @property
     def section(self) -> tuple[float, float]:
-        """Thickness along N and along B, the larger 1: a rectangle is as stiff towards a side as
-        that side is thick, squared, hence sqrt(alpha1) : sqrt(alpha2)."""
+        """The thickness along N and along B, the larger one 1.
+
+        The stiffness of a rectangle towards a side is proportional to the squared thickness of that
+        side. Hence the ratio is sqrt(alpha1) : sqrt(alpha2).
+        """
         one, two, _ = self.stiffness
         largest = max(one, two)
         return (one / largest) ** 0.5, (two / largest) ** 0.5
@@ -88,29 +97,36 @@ class Rod:
         elevation: float = 20.0,
         azimuth: float = 0.0,
     ) -> Axes:
-        """Draw the rod as a solid with matplotlib, and return the axes. An isotropic rod has a
-        round section, any other a rectangle with the sides of `section`.
+        """Draw the rod as a solid with matplotlib, and return the axes.
 
-        thickness           of its larger side [T]; left out: a thirtieth of the rod's extent
-        elevation, azimuth  from where it is seen [degrees]
+        An isotropic rod has a round section, any other a rectangle with the sides of `section`.
 
-        States must be so close that each bends little to the next. ImportError without matplotlib.
+        thickness           of its larger side [T]; default: a thirtieth of the rod's extent
+        elevation, azimuth  direction of view [degrees]
+
+        States must be so close that the rod bends little from one to the next. Raises ImportError
+        without matplotlib.
         """
         from .._plot.charts import new_axes
-        from .._plot.solids import ORANGE, bar, drawable, tube
+        from .._plot.solids import ORANGE, draw_bar, draw_tube, drawable
 
         drawn = new_axes() if axes is None else drawable(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
         if self.isotropic:
-            tube(self.centre, self.frame[:, 2], drawn, side, colour or ORANGE, *turned)
+            draw_tube(self.centre, self.frame[:, 2], drawn, side, colour or ORANGE, *turned)
         else:
-            bar(self.centre, self.frame, self.section, drawn, side, colour or ORANGE, *turned)
+            draw_bar(self.centre, self.frame, self.section, drawn, side, colour or ORANGE, *turned)
         return drawn
 
 
 def rod(path: Path) -> Rod:
-    """The rod that belongs to a path (Kirchhoff's analogy).
+    """Return the elastic rod that belongs to a path by Kirchhoff's analogy.
+
+    It is isotropic for a Lagrange top, and anisotropic for any other top with the centre of mass on
+    a principal axis. It is free of load if the centre of mass is the fixed point. Raises ValueError
+    for a damped top, and for a centre of mass off the axes: no force at the ends of a rod acts as
+    the weight then does.
 
     Isotropic for a Lagrange top, anisotropic for any other with the centre of mass on a principal
     axis; free of load where it is the fixed point. Raises ValueError for a centre of mass off the
@@ -124,7 +140,7 @@ def rod(path: Path) -> Rod:
     """
     check_type("path", path, Path)
     if path.scene._is_damped:
-        raise ValueError("no rod belongs to a damped top: nothing along a rod answers to damping")
+        raise ValueError("no rod belongs to a damped top")
     body = path.scene.body
     axes = _axes(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)

@@ -59,8 +59,10 @@ class Turns(NamedTuple):
 
 
 class _Arcs(NamedTuple):
-    """Parts of the way between states: `parent` is the number of the state before, `begin` and
-    `end` are times since that state."""
+    """Arcs between states.
+
+    `parent` is the number of the state before; `begin` and `end` are times since that state.
+    """
 
     parent: Indices
     begin: Array
@@ -84,8 +86,11 @@ class _Arcs(NamedTuple):
 
 
 class _Verdicts(NamedTuple):
-    """Angles of arcs, and whether each is known; whether it goes through a pole, at its end or
-    between its ends; and its least distance from a pole."""
+    """Angles of arcs.
+
+    `is_known` is True if the angle is certain. `through` is 1 if the arc goes through a pole, at
+    its end or between its ends. `distance` is the least distance from a pole.
+    """
 
     angle: Array
     is_known: Flags
@@ -93,11 +98,15 @@ class _Verdicts(NamedTuple):
     distance: Array
 
 
-def motion_of(path: Path, up: Array, along: Array, east: Array) -> Motion:
-    """Compute the motion of the axis `along`, in the body's principal axes, about `up`; `east` is
-    at right angles to `up`, and z is real there."""
+def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
+    """Compute the motion of the axis `along`, in the body's principal axes, about `up`.
+
+    `east` is at right angles to `up`, and z is real there.
+    """
     axis, velocity = along @ path.frame, path.velocity
-    return Motion(*_seen(axis, velocity, up, east), axis @ up, velocity @ up, _dot(velocity, axis))
+    return Motion(
+        *_project(axis, velocity, up, east), axis @ up, velocity @ up, _dot(velocity, axis)
+    )
 
 
 def count_turns(
@@ -110,7 +119,7 @@ def count_turns(
     angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
     nearest, gap = np.full(n, np.inf), np.zeros(n)
     for k in range(_ROUNDS):
-        found = _judged(arcs)
+        found = _judge_arcs(arcs)
         known = arcs.parent[found.is_known]
         np.add.at(angle, known, found.angle[found.is_known])
         np.add.at(through, known, found.through[found.is_known])
@@ -119,25 +128,30 @@ def count_turns(
         if not arcs.parent.size:
             break
         times = np.stack([0.5 * (arcs.begin + arcs.end), arcs.end], axis=1)
-        half, whole = _ahead(path, arcs.parent, times, up, along, east)
+        half, whole = _compute_ahead(path, arcs.parent, times, up, along, east)
         if k == 0:
-            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _is_closed(arcs, whole)
+            angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_gaps(arcs, whole)
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
         arcs = arcs.split(*half)
     # Errors of a path add up. One that goes through a pole to THROUGH does so for a reason.
     is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
     unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
     unknown[arcs.parent] = True
-    return Turns(angle, _spin(motion, about, apart, angle, through), through, unknown)
+    return Turns(angle, _spin_angles(motion, about, apart, angle, through), through, unknown)
 
 
-def _is_closed(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
-    """Compute the angle from where each state leads to the state that follows, whether a pole is
-    between both, and how far they are apart: more than roundings if steps of the path were coarse.
-    The gap is inf if it may turn about a pole either way."""
+def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
+    """Compute the gaps between the ends of arcs and the states that follow.
+
+    Returns the angle of each gap, 1 if a pole is between both points, and the size of the gap. It
+    exceeds roundings if the steps of the path were coarse, and is inf if the gap may turn about a
+    pole either way.
+    """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
-    is_on_line = np.maximum(_aside(arcs.z1, arcs.rate1), _aside(*whole)) < THROUGH
+    is_on_line = (
+        np.maximum(_distance_to_line(arcs.z1, arcs.rate1), _distance_to_line(*whole)) < THROUGH
+    )
     aside, gap = z1 * whole[0].conj(), np.abs(arcs.z1 - whole[0])
     is_between = is_on_line & (aside.real < 0.0)
     is_wide = ~is_on_line & (_SAFETY * gap > np.abs(arcs.z1))
@@ -145,7 +159,7 @@ def _is_closed(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices,
     return angle, is_between.astype(np.int64), np.where(is_wide, np.inf, gap)
 
 
-def _aside(z: Waves, rate: Waves) -> Array:
+def _distance_to_line(z: Waves, rate: Waves) -> Array:
     """Compute how far from 0 the line along `rate` through z passes."""
     size = np.abs(rate)
     across: Array = np.abs((z * rate.conj()).imag)
@@ -153,9 +167,14 @@ def _aside(z: Waves, rate: Waves) -> Array:
     return np.divide(across, size, out=start, where=size > 0.0)
 
 
-def _spin(motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices) -> Array:
-    """Compute the angles of spin. At the pole nearer to the axis the sum of the two angles, or
-    their difference, has a rate without a peak."""
+def _spin_angles(
+    motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices
+) -> Array:
+    """Compute the angles of spin.
+
+    The sum of spin and precession, or their difference, has a rate without a peak at the pole
+    nearer to the axis.
+    """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
     rates = [
@@ -169,7 +188,7 @@ def _spin(motion: Motion, about: Waves, apart: Array, turned: Array, through: In
     return np.where(is_seen, exact, thought)
 
 
-def _judged(arcs: _Arcs) -> _Verdicts:
+def _judge_arcs(arcs: _Arcs) -> _Verdicts:
     """Judge arcs by their chords, as they are seen at rest and in a frame that turns with them."""
     angle, distance, bend = _chord(arcs)
     at_rest = distance > _SAFETY * bend
@@ -206,8 +225,10 @@ def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
 
 
 def _chord(arcs: _Arcs) -> tuple[Array, Array, Array]:
-    """Compute the angle of each chord about 0, its distance from 0, and a bound of how far the arc
-    is from it."""
+    """Compute the angle of each chord about 0, its distance from 0, and its distance from the arc.
+
+    The distance from the arc is an upper bound.
+    """
     chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
     size = np.abs(chord) ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -225,20 +246,22 @@ def _pace(z: Waves, rate: Waves) -> Array:
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
 
 
-def _ahead(
+def _compute_ahead(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute z and its rate at times after some states, for each column of `times`; NaN where
-    that fails."""
+    """Compute z and its rate at times after some states, for each column of `times`.
+
+    They are NaN if the run fails.
+    """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)
     axis = along @ came.frame
-    z, rate = _seen(axis, came.velocity, up, east)
+    z, rate = _project(axis, came.velocity, up, east)
     z[came.status != 0] = np.nan
     return [(z[:, k], rate[:, k]) for k in range(times.shape[1])]
 
 
-def _seen(axis: Array, velocity: Array, up: Array, east: Array) -> tuple[Waves, Waves]:
+def _project(axis: Array, velocity: Array, up: Array, east: Array) -> tuple[Waves, Waves]:
     north, change = np.cross(up, east), np.cross(velocity, axis)
     return axis @ east + 1j * (axis @ north), change @ east + 1j * (change @ north)
 

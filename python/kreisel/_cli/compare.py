@@ -11,7 +11,7 @@ from .._analysis.compare import CompareInterrupted, Table
 from .._analysis.compare import compare as compared
 from .._model.scene import Scene
 from .._utils.literals import MethodName
-from . import times
+from . import time_option
 from .output_files import FILE, check_outputs
 from .parsers import (
     A_METHOD,
@@ -30,16 +30,18 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
 
 @click.command()
 @click.argument("scene", type=a_scene, shell_complete=A_SCENE)
-@click.option("--t", type=times.times, required=True, metavar=times.METAVAR, help=times.HELP)
+@click.option(
+    "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
+)
 @click.option(
     "--methods",
     type=several_methods,
     metavar="NAME[,...]",
     shell_complete=METHODS,
-    help="Which; all that apply to the body if left out.",
+    help="Names of methods; default: all that apply to the body.",
 )
-@click.option("--steps", type=numbers, metavar=SEVERAL, help="For methods of fixed step.")
-@click.option("--tols", type=numbers, metavar=SEVERAL, help="For adaptive methods.")
+@click.option("--steps", type=numbers, metavar=SEVERAL, help="The step, for methods of fixed step.")
+@click.option("--tols", type=numbers, metavar=SEVERAL, help="The tolerance, for adaptive methods.")
 @click.option(
     "--truth",
     type=method,
@@ -47,13 +49,19 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     show_default=True,
     metavar="NAME",
     shell_complete=A_METHOD,
-    help="A method, taken with 20 digits, tol 1e-13 or a fine step.",
+    help="The method of the reference, with 20 digits, tol 1e-13 or a fine step.",
 )
-@click.option("--repeats", type=int, default=5, show_default=True, help="The fastest counts.")
+@click.option(
+    "--repeats",
+    type=int,
+    default=5,
+    show_default=True,
+    help="Runs of each method: the fastest counts.",
+)
 @click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
 def compare(
     scene: Scene,
-    t: times.Times,
+    t: time_option.Times,
     methods: list[MethodName] | None,
     steps: list[float] | None,
     tols: list[float] | None,

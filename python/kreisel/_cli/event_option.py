@@ -15,7 +15,7 @@ _TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
 
 
 def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
-    """The events of these words; none where there are no words."""
+    """Return the events that the words of --event describe, or None if there are no words."""
     return [_event(scene, word) for word in words] or None
 
 
@@ -34,9 +34,9 @@ def _event(scene: Scene, word: str) -> Event:
             key, equals, value = field.partition("=")
             if not equals and field != "terminal":
                 if not free:
-                    raise ValueError(f"{field!r} is one argument too many")
+                    raise ValueError(f"{field!r} is an argument too many")
                 key, value = free.pop(0), field
-            given[key] = _read(key, value)
+            given[key] = _parse_value(key, value)
         return maker(**given)
     except (TypeError, ValueError) as error:
         said = str(error).replace(f"{name}()", "it")
@@ -44,16 +44,16 @@ def _event(scene: Scene, word: str) -> Event:
 
 
 def _arguments(maker: Callable[..., Event]) -> list[str]:
-    """The names of the arguments that need no name."""
+    """Return the names of the positional arguments of `maker`."""
     parameters = inspect.signature(maker).parameters.values()
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
-def _read(key: str, value: str) -> object:
-    """An argument in Python."""
+def _parse_value(key: str, value: str) -> object:
+    """Parse the value of an argument."""
     if key == "terminal":
         if value:
-            raise ValueError("terminal stands alone, without a value")
+            raise ValueError("terminal takes no value")
         return True
     if key in ("direction", "max_count"):
         return int(value)
@@ -61,11 +61,11 @@ def _read(key: str, value: str) -> object:
         return float(value)
     if key == "normal":
         return numbers(value)
-    return _function(value) if key in ("function", "where") else value
+    return _parse_function(value) if key in ("function", "where") else value
 
 
-def _function(text: str) -> dict[str, float]:
-    """The terms of a sum such as 2*m_x+apex_z*apex_z-0.5."""
+def _parse_function(text: str) -> dict[str, float]:
+    """Parse the terms of a sum such as 2*m_x+apex_z*apex_z-0.5."""
     terms: dict[str, float] = {}
     for term in _TERM.findall(text.replace(" ", "")):
         factor, names = -1.0 if term[0] == "-" else 1.0, []

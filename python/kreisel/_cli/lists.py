@@ -1,4 +1,4 @@
-"""Lists of what can be named: methods, scenes, quantities."""
+"""Lists of names: methods, scenes and quantities."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from rich.console import Console
 from rich.table import Table as Grid
 
 from .._analysis.method_table import page
-from .._options.methods import Method, unknown_method
+from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
 from .._utils.errors import suggest
-from ..scenes import about, named
-from .parsers import UsageError, one_of
+from ..scenes import about, get_scene
+from .parsers import UsageError, complete_one
 
 
-def _listed(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
+def _print_grid(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
     grid = Grid(box=box.SIMPLE_HEAD)
     for i, column in enumerate(columns):
         grid.add_column(column, no_wrap=i == 0)
@@ -28,19 +28,21 @@ def _listed(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
 
 
 @click.command()
-@click.argument("name", required=False, shell_complete=one_of(known))
+@click.argument("name", required=False, shell_complete=complete_one(known))
 @click.option(
-    "--markdown", is_flag=True, help="METHODS.md: a table with the cost of a step, measured now."
+    "--markdown",
+    is_flag=True,
+    help="Print a Markdown table with measured costs of a step (METHODS.md).",
 )
 def methods(name: str | None, markdown: bool) -> None:
-    """The methods of this build, or all that is known of one."""
+    """List the methods of this build, or describe one."""
     if markdown:
         click.echo(page(known), nl=False)
     elif name is None:
         rows = [(m.name, _order(m), _kind(m), m.text) for m in known.values()]
-        _listed(("method", "order", "kind", "what it is"), rows)
+        _print_grid(("method", "order", "kind", "what it is"), rows)
     elif name not in known:
-        raise UsageError(unknown_method(name))
+        raise UsageError(unknown_method_message(name))
     else:
         _describe(known[name])
 
@@ -69,19 +71,19 @@ def _kind(method: Method) -> str:
 
 
 @click.command()
-@click.argument("name", required=False, shell_complete=one_of(about))
+@click.argument("name", required=False, shell_complete=complete_one(about))
 def scenes(name: str | None) -> None:
-    """The scenes of kreisel's own, or one as TOML, to begin a file with."""
+    """List the named scenes, or print one as TOML to start a file from."""
     if name is None:
-        _listed(("scene", "what to look at"), list(about.items()))
+        _print_grid(("scene", "what to look at"), list(about.items()))
     elif name not in about:
         raise UsageError(f"unknown scene {name!r}; {suggest(name, about)}")
     else:
-        click.echo(f"# {about[name]}\n{named(name).to_toml()}", nl=False)
+        click.echo(f"# {about[name]}\n{get_scene(name).to_toml()}", nl=False)
 
 
 @click.command()
 def quantities() -> None:
-    """The quantities that --want can name."""
+    """List the quantities that --want can name."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
-    _listed(("quantity", "[M L T]", "what it is"), rows)
+    _print_grid(("quantity", "[M L T]", "what it is"), rows)

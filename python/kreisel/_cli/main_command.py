@@ -110,10 +110,10 @@ def drop_unwritable_stdout() -> None:
 )
 @click.version_option(version, prog_name="kreisel")
 def main() -> None:
-    """The motion of spinning tops.
+    """Compute the motion of spinning tops.
 
-    A SCENE is a TOML file, the name of one of kreisel's own (see `kreisel scenes`), or - for TOML
-    from standard input; where a file is written, - is standard output.
+    A SCENE is a TOML file, the name of a scene (see `kreisel scenes`), or - for TOML from standard
+    input. As an output file, - is standard output.
     """
 
 

@@ -1,4 +1,4 @@
-"""The files that a command writes: looked at before anything runs."""
+"""Validation of the files that a command writes, before anything runs."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class OutputFile(NamedTuple):
     file: str
 
     @property
-    def shown(self) -> bool:
+    def is_stdout(self) -> bool:
         """True if the output is standard output."""
         return self.file == "-"
 
@@ -45,44 +45,49 @@ class OutputFile(NamedTuple):
 def check_outputs(
     places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
 ) -> list[OutputFile]:
-    """The places that are asked for; refused where one could not be written, where two are the
-    same, or one is the file of these that is read."""
-    asked = [_named(OutputFile(option, file)) for option, file in places if file is not None]
-    taken = {_real(file): file for file in read if file != "-"}
+    """Return the requested output files.
+
+    Raises UsageError if a file cannot be written, if two are the same, or if one is among the files
+    in `read`.
+    """
+    asked = [
+        _complete_name(OutputFile(option, file)) for option, file in places if file is not None
+    ]
+    taken = {_real_path(file): file for file in read if file != "-"}
     for place in asked:
-        if not place.shown:
-            _refuse_no_place(place.file)
-        same = _real(place.file)
+        if not place.is_stdout:
+            _check_writable(place.file)
+        same = _real_path(place.file)
         if same in taken and not _is_endless(place.file):
-            raise UsageError(f"{place.option} {place.file}: {taken[same]} is that file already")
+            raise UsageError(f"{place.option} {place.file}: {taken[same]} is the same file")
         taken[same] = f"{place.option} {place.file}"
     return asked
 
 
-def _named(place: OutputFile) -> OutputFile:
-    """The place with the ending that numpy's archives have; refused with one of another form."""
-    _refuse_ending(place)
-    whole = place.option != "--npz" or place.shown or place.file.endswith(".npz")
+def _complete_name(place: OutputFile) -> OutputFile:
+    """Return `place` with the ending of NumPy's archives; raise UsageError for a wrong ending."""
+    _check_ending(place)
+    whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
     return place if whole else OutputFile(place.option, f"{place.file}.npz")
 
 
-def _real(file: str) -> str:
+def _real_path(file: str) -> str:
     return "-" if file in ("-", "/dev/stdout") else os.path.realpath(file)
 
 
 def _is_endless(file: str) -> bool:
-    """A device such as /dev/null takes more than one."""
+    """Return True for a device such as /dev/null, which several outputs may share."""
     return file != "-" and File(file).is_char_device()
 
 
-def _refuse_no_place(file: str) -> None:
+def _check_writable(file: str) -> None:
     try:
         check_writable(file)
     except (OSError, ValueError) as error:
         raise UsageError(str(error)) from None
 
 
-def _refuse_ending(place: OutputFile) -> None:
+def _check_ending(place: OutputFile) -> None:
     ending = File(place.file).suffix.lower()
     if ending in _FORMATS and ending not in _ENDINGS[place.option]:
         option = place.option.split()[-1]

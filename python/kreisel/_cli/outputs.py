@@ -39,11 +39,11 @@ class Output(Protocol):
     """An output that takes a path in pieces."""
 
     def add(self, piece: Path) -> None:
-        """The next states."""
+        """Take the next states."""
 
 
-def put(file: str, data: bytes) -> None:
-    """The bytes in a file, or on standard output."""
+def write_bytes(file: str, data: bytes) -> None:
+    """Write bytes to a file, or to standard output."""
     if file != "-":
         atomic_write(file, data)
         return
@@ -53,18 +53,18 @@ def put(file: str, data: bytes) -> None:
     sys.stdout.buffer.flush()
 
 
-def selected_names(path: Path) -> tuple[str, ...]:
-    """The names of what a path has been asked for, beside t."""
+def output_names(path: Path) -> tuple[str, ...]:
+    """Return the names of the quantities to write, besides t."""
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
 def to_list(table: Mapping[str, Array]) -> dict[str, list[float]]:
-    """The columns as lists."""
+    """Return the columns as lists."""
     return {name: column.tolist() for name, column in table.items()}
 
 
 def as_csv(table: Columns, head: bool = True) -> bytes:
-    """Rows of all digits, below the names of the columns."""
+    """Return rows with all digits as CSV, below the names of the columns if `head` is True."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     if head:
@@ -73,7 +73,7 @@ def as_csv(table: Columns, head: bool = True) -> bytes:
     return text.getvalue().encode()
 
 
-class Csv:
+class CsvOutput:
     """A table that grows by the rows of each piece, in constant memory."""
 
     def __init__(self, file: str, angles: AngleOptions, files: ExitStack) -> None:
@@ -81,16 +81,16 @@ class Csv:
         self._grow: Callable[[bytes], None] | None = None
 
     def add(self, piece: Path) -> None:
-        """The next rows."""
-        table = to_list(self._angles.columns(piece, selected_names(piece)))
+        """Write the next rows."""
+        table = to_list(self._angles.columns(piece, output_names(piece)))
         rows = as_csv(table, head=self._grow is None)
         if self._grow is None:
-            self._grow = self._opened()
+            self._grow = self._open_file()
         self._grow(rows)
 
-    def _opened(self) -> Callable[[bytes], None]:
+    def _open_file(self) -> Callable[[bytes], None]:
         if self._file == "-":
-            return lambda rows: put("-", rows)
+            return lambda rows: write_bytes("-", rows)
         return self._files.enter_context(atomic_open(self._file)).add
 
 
@@ -101,7 +101,7 @@ class PathCollector:
     pieces: list[Path] = field(default_factory=list)
 
     def add(self, piece: Path) -> None:
-        """The next states."""
+        """Append the next states."""
         self.pieces.append(piece)
 
     @property
@@ -136,11 +136,11 @@ class EventCollector:
     parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
 
     def add(self, piece: Path) -> None:
-        """The events of the next states."""
-        self.parts.append((piece.events, selected_names(piece)))
+        """Append the events of the next states."""
+        self.parts.append((piece.events, output_names(piece)))
 
     def table(self) -> dict[str, list[object]]:
-        """A row for each event: which, the time, the direction, and what the path has."""
+        """Return columns with a row for each event: its name, time, direction and quantities."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
             table = to_list(columns(events.path, names, self.degrees))
@@ -154,7 +154,7 @@ class EventCollector:
         return whole
 
     def show(self) -> None:
-        """The first events, on standard output."""
+        """Print the first events on standard output."""
         table = self.table()
         names = ("event", "t", "direction")
         rows = list(zip(*(table[name] for name in names), strict=True))
@@ -175,12 +175,12 @@ class Summary:
         self._last: Path | None = None
 
     def add(self, piece: Path) -> None:
-        """The next states."""
+        """Take the next states."""
         if not len(piece):
             self._last = self._last or piece
             return
         self._last = piece
-        self._table.add(piece, selected_names(piece))
+        self._table.add(piece, output_names(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
             size = _energy(piece)
             self._change = max(self._change, piece.energy_error * size)
@@ -213,7 +213,7 @@ def _energy(path: Path) -> float:
 def as_json(
     path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
 ) -> bytes:
-    """The path as one object: what made it, then its quantities, each a list of numbers or rows."""
+    """Return the path as one JSON object: its origin, then its quantities as lists."""
     head = {
         "kreisel": version,
         "scene": tomllib.loads(path.scene.to_toml()),
@@ -225,16 +225,14 @@ def as_json(
         "stopped": stopped,
     }
     found = {"t": path.t.tolist()}
-    for quantity, values in quantity_rows(
-        path, selected_names(path), angles.degrees, angles.unwrap
-    ):
+    for quantity, values in quantity_rows(path, output_names(path), angles.degrees, angles.unwrap):
         found[quantity.name] = _finite(values.tolist())
     events = {} if met is None else {"events": _finite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
 
 
 def _finite(value: object) -> object:
-    """The value, with null for what JSON has no number for."""
+    """Return `value` with null in place of numbers that JSON cannot represent."""
     if isinstance(value, dict):
         return {name: _finite(part) for name, part in value.items()}
     if isinstance(value, list):

@@ -9,7 +9,7 @@ from pathlib import Path as File
 import click
 
 from .._model.scene import Scene
-from .._view import opened
+from .._view import open_page
 from .._view import view as viewed
 from .output_files import FILE, check_outputs
 from .parsers import A_SCENE, UsageError, translate_errors
@@ -22,11 +22,11 @@ _REPORT = "validation.__main__"
 @click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
 @click.option("--save", "file", type=FILE, help="Write the page to a file, and open nothing.")
 def view(scene: Scene, file: str | None) -> None:
-    """The top in a browser.
+    """Open the scene in the browser page.
 
-    There it can be turned and changed, and methods compared on it. The page is one HTML file that
-    needs nothing else. Where it stands is said; without a browser (and without a display) open it
-    in one elsewhere, or write it to a place of your own by --save.
+    The page turns and changes the top, and compares methods on it. It is one HTML file without
+    further needs. Its place is printed; without a browser (or a display) open that file elsewhere,
+    or write it to a place of your own with --save.
     """
     check_outputs([("view --save", file)])
     with translate_errors(()):
@@ -40,7 +40,7 @@ def view(scene: Scene, file: str | None) -> None:
     elif file:
         page.save(file)
     else:
-        place, shown = opened(page)
+        place, shown = open_page(page)
         click.echo(f"the page is {place}" + ("" if shown else "; no browser was found to open it"))
 
 

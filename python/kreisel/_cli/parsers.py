@@ -13,10 +13,10 @@ from click.shell_completion import CompletionItem
 
 from .._model.scene import Scene, parse_toml
 from .._model.toml import prefix_errors, read_limited
-from .._options.methods import methods, unknown_method
+from .._options.methods import methods, unknown_method_message
 from .._options.quantities import RECORDABLE
 from .._utils.errors import suggest
-from ..scenes import about, named
+from ..scenes import about, get_scene
 
 Completion = list[CompletionItem[str]]
 Completer = Callable[[click.Context, click.Parameter, str], Completion]
@@ -37,7 +37,7 @@ def numbers(words: str) -> list[float]:
         return [float(word) for word in words.split(",")]
     except ValueError:
         raise click.BadParameter(
-            f"{words!r} is not a number, nor numbers with commas between them"
+            f"{words!r} is not a number or a list of numbers separated by commas"
         ) from None
 
 
@@ -47,9 +47,9 @@ def names(words: str) -> list[str]:
 
 
 def scene(word: str) -> Scene:
-    """The scene of a name, of a file, or of - for standard input."""
+    """Return the scene of a name, of a file, or of - for standard input."""
     if word in about:
-        return named(word)
+        return get_scene(word)
     with warnings.catch_warnings(record=True) as said:
         read = _read(word)
     for warning in said:
@@ -74,10 +74,10 @@ def _read(word: str) -> Scene:
 
 
 def method(name: str) -> str:
-    """The name of a method that there is."""
+    """Return `name` if a method has this name."""
     if name in methods or name in _AUTO:
         return name
-    raise click.BadParameter(unknown_method(name))
+    raise click.BadParameter(unknown_method_message(name))
 
 
 def several_methods(words: str) -> list[str]:
@@ -85,7 +85,7 @@ def several_methods(words: str) -> list[str]:
     return [method(name) for name in names(words)]
 
 
-def one_of(known: Iterable[str], files: bool = False) -> Completer:
+def complete_one(known: Iterable[str], files: bool = False) -> Completer:
     """Completes a word by names, or by those of files too."""
     words = list(known)
 
@@ -96,7 +96,7 @@ def one_of(known: Iterable[str], files: bool = False) -> Completer:
     return complete
 
 
-def some_of(known: Iterable[str]) -> Completer:
+def complete_list(known: Iterable[str]) -> Completer:
     """Completes the last of several words with commas between them."""
     words = list(known)
 
@@ -107,10 +107,10 @@ def some_of(known: Iterable[str]) -> Completer:
     return complete
 
 
-A_METHOD = one_of([*_AUTO, *methods])
-METHODS = some_of(methods)
-QUANTITIES = some_of(RECORDABLE)
-A_SCENE = one_of(about, files=True)
+A_METHOD = complete_one([*_AUTO, *methods])
+METHODS = complete_list(methods)
+QUANTITIES = complete_list(RECORDABLE)
+A_SCENE = complete_one(about, files=True)
 
 
 @contextmanager
@@ -119,23 +119,23 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
     try:
         yield
     except (TypeError, ValueError) as error:
-        raise UsageError(in_a_shell(str(error), options)) from None
+        raise UsageError(to_cli_terms(str(error), options)) from None
     except MemoryError as error:
-        raise UsageError(in_a_shell(str(error), options) or "it needs more memory") from None
+        raise UsageError(to_cli_terms(str(error), options) or "it needs more memory") from None
 
 
-def in_a_shell(message: str, options: Collection[str]) -> str:
-    """A message of the package with its arguments as a shell has them: step=0.01 is --step 0.01."""
+def to_cli_terms(message: str, options: Collection[str]) -> str:
+    """Return a message of the package with options for arguments: --step 0.01 for step=0.01."""
     if not options:
         return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))
     value = r"\[[^]]*\]|\([^)]*\)|'[^']*'|[^\s,;:)]+"
 
-    def written(found: re.Match[str]) -> str:
+    def format_option(found: re.Match[str]) -> str:
         plain = re.sub(r"[\[\]()' ]", "", found[2]).rstrip(",")
         return f"--{found[1].replace('_', '-')} {plain}"
 
-    said = re.sub(rf"(?<![\w.])({alternatives})=({value})", written, message)
+    said = re.sub(rf"(?<![\w.])({alternatives})=({value})", format_option, message)
     said = said.replace("give t as a list", "give --t as a grid, as in --t 0:10:0.01")
-    said = re.sub(rf"\b(give|leave) ({alternatives})\b", r"\1 --\2", said)
+    said = re.sub(rf"\b(give|leave out|leave) ({alternatives})\b", r"\1 --\2", said)
     return re.sub(rf"^({alternatives}) (?=is |needs |must |and )", r"--\1 ", said)

@@ -1,4 +1,4 @@
-"""A run that a shell watches: its progress, what ends it early, and the outputs that it feeds."""
+"""Runs under a shell: progress, signals, and the outputs that receive the states."""
 
 from __future__ import annotations
 
@@ -16,17 +16,20 @@ from .._solve.run import Run
 from .outputs import Output
 
 
-class Stops:
-    """Ctrl-C and SIGTERM: a run ends at its last good state when it next tells how far it has come,
-    and what is being written is written to its end. A second one ends all at once."""
+class SignalHandler:
+    """A handler of Ctrl-C and SIGTERM during a run.
+
+    The first signal ends the run at its last good state, and outputs are written to their ends. A
+    second signal ends the process.
+    """
 
     def __init__(self, end: float) -> None:
         self._end, self.asked = end, False
         self._bar: Progress | None = None
 
     @contextmanager
-    def heeded(self) -> Iterator[None]:
-        """While this lasts a signal is no exception."""
+    def defer_signals(self) -> Iterator[None]:
+        """Return a context in which a signal is noted instead of raised."""
         before = {
             number: signal.getsignal(number)
             for number in (signal.SIGINT, signal.SIGTERM)
@@ -34,7 +37,7 @@ class Stops:
         }
         try:
             for number in before:
-                signal.signal(number, self._told)
+                signal.signal(number, self._note_signal)
         except ValueError:  # in another thread than the main one, which alone may ask
             before = {}
         try:
@@ -43,13 +46,13 @@ class Stops:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
-    def _told(self, number: int, frame: FrameType | None) -> None:
+    def _note_signal(self, number: int, frame: FrameType | None) -> None:
         self.asked = True
         signal.signal(number, signal.SIG_DFL)
 
     @contextmanager
-    def watched(self) -> Iterator[None]:
-        """While this lasts a bar shows how far the run has come, where somebody watches."""
+    def show_progress(self) -> Iterator[None]:
+        """Return a context with a progress bar if standard error is a terminal."""
         console = Console(stderr=True)
         with (
             Progress(console=console, transient=True)
@@ -61,7 +64,7 @@ class Stops:
             yield
 
     def progress(self, t: float) -> None:
-        """To be told how far the run has come."""
+        """Report the time that the run has reached; raise KeyboardInterrupt after a signal."""
         if self._bar is not None:
             self._bar.update(self._task, completed=abs(t))
         if self.asked and t != self._end:
@@ -79,7 +82,9 @@ class Outcome:
     checkpoint: bytes | None = None
 
 
-def feed(outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: Stops) -> Outcome:
+def feed(
+    outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
+) -> Outcome:
     """Feed all pieces of a path to the outputs; checkpoints are those of `run`."""
     while True:
         checkpoint = run.checkpoint if run else None

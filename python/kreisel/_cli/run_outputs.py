@@ -10,7 +10,7 @@ import click
 
 from .output_files import FILE, check_outputs
 from .outputs import (
-    Csv,
+    CsvOutput,
     EventCollector,
     Output,
     PathCollector,
@@ -18,7 +18,7 @@ from .outputs import (
     as_csv,
     as_json,
     as_npz,
-    put,
+    write_bytes,
 )
 from .parsers import UsageError
 from .progress import Outcome
@@ -27,7 +27,7 @@ from .table import AngleOptions
 _Command = TypeVar("_Command", bound=Callable[..., object])
 
 
-class To(TypedDict):
+class OutputOptions(TypedDict):
     """The options that say where to."""
 
     csv_file: str | None
@@ -41,9 +41,11 @@ class To(TypedDict):
 
 
 _OPTIONS = (
-    click.option("--csv", "csv_file", type=FILE, help="Write the states, or what is wanted."),
     click.option(
-        "--json", "json_file", type=FILE, help="Write them, and all that made them, as one object."
+        "--csv", "csv_file", type=FILE, help="Write the states, or the quantities of --want."
+    ),
+    click.option(
+        "--json", "json_file", type=FILE, help="Write them, with scene and options, as one object."
     ),
     click.option(
         "--npz",
@@ -58,19 +60,19 @@ _OPTIONS = (
         type=FILE,
         help="Write the run at its end, or where it was stopped, for `kreisel resume`.",
     ),
-    click.option("--degrees", is_flag=True, help="Angles in degrees, but in .npz."),
+    click.option("--degrees", is_flag=True, help="Write angles in degrees, except in .npz."),
     click.option(
         "--unwrap",
         is_flag=True,
-        help="Angles that go on beyond a turn, but in .npz and at events; states must be less than "
-        "half a turn apart.",
+        help="Write angles without jumps of whole turns, except in .npz and at events; states "
+        "must be less than half a turn apart.",
     ),
-    click.option("--all-rows", is_flag=True, help="Print the table of states whole."),
+    click.option("--all-rows", is_flag=True, help="Print all rows of the table of states."),
 )
 
 
-def to(command: _Command) -> _Command:
-    """A command with the options that say where to."""
+def output_options(command: _Command) -> _Command:
+    """Add the options of output files to a command."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
@@ -79,9 +81,11 @@ def to(command: _Command) -> _Command:
 class RunOutputs:
     """The outputs of one run: they are fed, and then finished."""
 
-    def __init__(self, where: To, read: tuple[str, ...], events: tuple[str, ...]) -> None:
+    def __init__(
+        self, where: OutputOptions, read: tuple[str, ...], events: tuple[str, ...]
+    ) -> None:
         if where["events_file"] and not events:
-            raise UsageError("--events-csv writes what --events asks for: give that too")
+            raise UsageError("--events-csv needs --events")
         places = check_outputs(
             [
                 ("--csv", where["csv_file"]),
@@ -93,7 +97,7 @@ class RunOutputs:
             read,
         )
         self.files = {place.option: place.file for place in places}
-        self._shows = not any(place.shown for place in places)
+        self._shows = not any(place.is_stdout for place in places)
         self._open, self._where = ExitStack(), where
         self._summary, self._collector = (
             Summary(self._angles(), where["all_rows"]),
@@ -110,14 +114,14 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def outputs(self) -> list[Output]:
-        """The outputs, those that cannot fail first."""
+        """Return the outputs, those that cannot fail first."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
         if self.is_whole:
             outputs.append(self._collector)
         if "--csv" in self.files:
-            outputs.append(Csv(self.files["--csv"], self._angles(), self._open))
+            outputs.append(CsvOutput(self.files["--csv"], self._angles(), self._open))
         return outputs
 
     def discard(self) -> None:
@@ -139,7 +143,7 @@ class RunOutputs:
                 failures.append(error)
         save = self.files.get("--save")
         if save and end.checkpoint and failures == ([end.stopped] if end.stopped else []):
-            put(save, end.checkpoint)
+            write_bytes(save, end.checkpoint)
         if self._shows:
             self._summary.show()
             if self._met:
@@ -153,10 +157,10 @@ class RunOutputs:
         path = self._collector.path
         why = str(end.stopped) if end.stopped else None
         if "--npz" in self.files:
-            put(self.files["--npz"], as_npz(path))
+            write_bytes(self.files["--npz"], as_npz(path))
         if "--json" in self.files:
-            put(self.files["--json"], as_json(path, self._met, self._angles(), why))
+            write_bytes(self.files["--json"], as_json(path, self._met, self._angles(), why))
 
     def _events(self) -> None:
         if self._met and "--events-csv" in self.files:
-            put(self.files["--events-csv"], as_csv(self._met.table()))
+            write_bytes(self.files["--events-csv"], as_csv(self._met.table()))

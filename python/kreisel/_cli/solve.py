@@ -18,7 +18,7 @@ from .._solve.run import resume as resumed
 from .._solve.solve import solve as solved
 from .._utils.validation import Array
 from ..events import MAKERS
-from . import times
+from . import time_option
 from .event_option import parse_event_option
 from .output_files import FILE
 from .parsers import (
@@ -26,19 +26,19 @@ from .parsers import (
     A_SCENE,
     QUANTITIES,
     UsageError,
+    complete_one,
     method,
     names,
-    one_of,
     translate_errors,
 )
 from .parsers import scene as a_scene
-from .progress import Stops, feed
-from .run_outputs import RunOutputs, To, to
+from .progress import SignalHandler, feed
+from .run_outputs import OutputOptions, RunOutputs, output_options
 
 _LONGEST = 1 << 24  # bytes: no checkpoint comes near
 
 
-class _Words(To):
+class _Words(OutputOptions):
     """The words of kreisel.solve that the command line has, and where to."""
 
     method: str
@@ -52,16 +52,21 @@ class _Words(To):
     events: tuple[str, ...]
 
 
-class _More(To):
+class _More(OutputOptions):
     """The words of a run that goes on, and where to."""
 
     every: int | None
     max_steps: int | None
 
 
-_OPTIONS = ("t", *(word for word in _Words.__annotations__ if word not in To.__annotations__))
-_T = click.option("--t", type=times.times, required=True, metavar=times.METAVAR, help=times.HELP)
-_EVERY = click.option("--every", type=int, help="Record each so many steps, up to the time --t.")
+_OPTIONS = (
+    "t",
+    *(word for word in _Words.__annotations__ if word not in OutputOptions.__annotations__),
+)
+_T = click.option(
+    "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
+)
+_EVERY = click.option("--every", type=int, help="Record every so many steps, up to the time --t.")
 
 
 @click.command()
@@ -76,44 +81,46 @@ _EVERY = click.option("--every", type=int, help="Record each so many steps, up t
     shell_complete=A_METHOD,
     help="See `kreisel methods`; geometric chooses one that meets --error.",
 )
-@click.option("--step", type=float, help="For methods of fixed step.")
-@click.option("--tol", type=float, help="For adaptive methods.")
+@click.option("--step", type=float, help="The step, for methods of fixed step.")
+@click.option("--tol", type=float, help="The tolerance, for adaptive methods.")
 @click.option("--digits", type=int, help="For taylor, in place of --tol: 16, 20 or 30.")
 @click.option("--error", type=float, help="For geometric: the attitude error allowed [rad].")
 @_EVERY
-@click.option("--max-steps", type=int, default=0, help="Give up after so many steps.")
+@click.option(
+    "--max-steps", type=int, default=0, help="Stop with an error after so many steps; 0: no limit."
+)
 @click.option(
     "--want",
     type=names,
     metavar="NAME[,...]",
     shell_complete=QUANTITIES,
-    help="Quantities instead of states, as nutation,energy: see `kreisel quantities`.",
+    help="Quantities to record instead of states, as nutation,energy (see `kreisel quantities`).",
 )
 @click.option(
     "--events",
     multiple=True,
     metavar="NAME[:ARGUMENT...][:WORD=VALUE...]",
-    shell_complete=one_of(MAKERS),
-    help="What to look for, once or more often, in the words of kreisel.events: nutation, "
+    shell_complete=complete_one(MAKERS),
+    help="An event to search for, as in kreisel.events; repeatable: nutation, "
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
-@to
-def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
-    """The motion of a scene.
+@output_options
+def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
+    """Compute the motion of a scene.
 
-    Files are written whole, or as far as a failed or interrupted run has come. Only --json and
-    --npz need memory for all states.
+    Files are written completely, or up to the last state of a failed or interrupted run. Only
+    --json and --npz need memory for all states.
     """
-    top, stops = a_scene(scene), Stops(t.end)
+    top, stops = a_scene(scene), SignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])
     with translate_errors(_OPTIONS):
         events = parse_event_option(top, words["events"])
         if words["method"] == "geometric" or words["error"] is not None:
             if "--save" in left.files:
-                raise UsageError("--save is for runs of one method of your choice")
+                raise UsageError("--save needs one method, and neither geometric nor --error")
             if events:
-                raise UsageError("--events are for taylor: geometric and --error have none")
-            _go(_at_once(top, t, words, stops), None, left, stops)
+                raise UsageError("--events need taylor: they exclude geometric and --error")
+            _run_pieces(_solve_whole(top, t, words, stops), None, left, stops)
             return
         begin: Callable[..., Run] = start  # which checks what the words are
         run = begin(
@@ -127,46 +134,50 @@ def solve(scene: str, t: times.Times, **words: Unpack[_Words]) -> None:
             events=events,
             back=t.end < 0.0,
         )
-        _go(_pieces(run, t, words["every"], left, stops), run, left, stops)
+        _run_pieces(_run_in_pieces(run, t, words["every"], left, stops), run, left, stops)
 
 
 @click.command()
 @click.argument("run", type=FILE)
 @_T
 @_EVERY
-@click.option("--max-steps", type=int, help="Another limit of steps.")
-@to
-def resume(run: str, t: times.Times, **words: Unpack[_More]) -> None:
+@click.option("--max-steps", type=int, help="A new limit of the steps.")
+@output_options
+def resume(run: str, t: time_option.Times, **words: Unpack[_More]) -> None:
     """Continue a saved RUN, with the same bits.
 
     RUN is a file written by --save. Times that it has passed are left out, so --t may be that of
     the whole run. With --save the run may be written to its own file again.
     """
-    stops = Stops(t.end)
+    stops = SignalHandler(t.end)
     with translate_errors(_OPTIONS):
-        top = _read(run, words["max_steps"])
+        top = _read_run(run, words["max_steps"])
         sought = tuple(f"event {i + 1}" for i in range(len(top.events or ())))
         left = RunOutputs(words, (), sought)
-        _go(_pieces(top, t, words["every"], left, stops), top, left, stops)
+        _run_pieces(_run_in_pieces(top, t, words["every"], left, stops), top, left, stops)
 
 
-def _go(pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: Stops) -> None:
-    """The run, from its first piece to all that it leaves."""
-    with stops.heeded():
+def _run_pieces(
+    pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: SignalHandler
+) -> None:
+    """Run all pieces and write the outputs."""
+    with stops.defer_signals():
         try:
-            with stops.watched():
+            with stops.show_progress():
                 end = feed(left.outputs(), pieces, run if "--save" in left.files else None, stops)
         except MemoryError:
             left.discard()
-            raise click.ClickException("there is not memory enough") from None
+            raise click.ClickException("not enough memory") from None
         except BaseException:
             left.discard()
             raise
         left.finish(end)
 
 
-def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Iterator[Path]:
-    """The path of what is no run that goes on in pieces, as the only piece."""
+def _solve_whole(
+    scene: Scene, t: time_option.Times, words: _Words, stops: SignalHandler
+) -> Iterator[Path]:
+    """Yield the whole path as the only piece, for a solve that is not a run."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,
@@ -183,14 +194,14 @@ def _at_once(scene: Scene, t: times.Times, words: _Words, stops: Stops) -> Itera
     )
 
 
-def _pieces(
-    run: Run, t: times.Times, every: int | None, left: RunOutputs, stops: Stops
+def _run_in_pieces(
+    run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
-    """The path of a run in pieces, without the times that it has passed."""
+    """Yield the path of a run in pieces, without the times that it has passed."""
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.beyond(run.t)
     if not rest.grids:
-        raise UsageError(f"the run has come to t = {run.t!r} already: give a --t beyond that")
+        raise UsageError(f"the run has already reached t = {run.t!r}: give a later --t")
     size = run._options.size + 8
     given: float | Array | Iterator[float] = iter(rest)
     if not t.one:
@@ -211,8 +222,8 @@ def _on_the_grid(run: Run, end: float, every: int, size: int) -> Array:
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 
-def _read(file: str, max_steps: int | None) -> Run:
-    """The run in a file, or in standard input."""
+def _read_run(file: str, max_steps: int | None) -> Run:
+    """Read the run in a file, or in standard input."""
     try:
         if file == "-":
             data = sys.stdin.buffer.read(_LONGEST)

@@ -18,12 +18,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
 from .._sweep.store import DONE, MISSING
-from .._sweep.sweep import sweep as swept
-from .._sweep.sweep_result import SweepResult, gaps, read_sweep
+from .._sweep.sweep import sweep as run_sweep
+from .._sweep.sweep_result import SweepResult, list_gaps, read_sweep
 from .._utils.optional import optional_dependency
 from .parsers import UsageError, translate_errors
 
-_OPTIONS = "parts", "to"
+_OPTIONS = "parts", "folder"
 _SHOWN = 6  # ranges of parts
 Watch = Callable[[float], object]
 
@@ -39,52 +39,62 @@ class _Sweep(click.Group):
 
 @click.group("sweep", cls=_Sweep)
 def sweep() -> None:
-    """Many tops in parts on the disk: kreisel sweep PLAN --to FOLDER.
+    """Many tops in parts on the disk: kreisel sweep PLAN --folder FOLDER.
 
     The word run may be left out. The same line goes on where a sweep was ended.
     """
 
 
 def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
-    """The parts A:B, from A on and without B."""
+    """Parse A:B, the parts from A on and without B."""
     if word is None:
         return None
     first, colon, last = word.partition(":")
     if not (colon and first.isdecimal() and last.isdecimal() and int(first) <= int(last)):
-        raise click.BadParameter(f"{word!r} is no range of parts, as 0:100, which is without 100")
+        raise click.BadParameter(
+            f"{word!r} is not a range of parts such as 0:100, which excludes 100"
+        )
     return range(int(first), int(last))
 
 
 @sweep.command()
 @click.argument("plan", type=click.Path())
-@click.option("--to", required=True, type=click.Path(), help="The folder of the parts.")
+@click.option("--folder", required=True, type=click.Path(), help="The folder of the parts.")
 @click.option(
     "--parts",
     callback=_parts,
     metavar="A:B",
-    help="Only these, as for one of many jobs; 0:0 writes the plan and makes none.",
+    help="Compute only these parts, as in one of many jobs; 0:0 writes the plan alone.",
 )
 @click.option(
-    "--workers", type=click.IntRange(1), help="So many processes, each with a part of its own."
+    "--workers",
+    type=click.IntRange(1),
+    help="Number of processes; each computes one part at a time.",
 )
-@click.option("--dask", metavar="ADDRESS", help="The workers of Dask's scheduler there.")
-def run(plan: str, to: str, parts: range | None, workers: int | None, dask: str | None) -> None:
-    """The parts of a PLAN, which is a TOML file, that are not in the folder yet."""
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Compute on the workers of the Dask scheduler at this address.",
+)
+def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: str | None) -> None:
+    """Compute the parts of a PLAN (a TOML file) that are not in the folder yet."""
     if workers is not None and dask is not None:
         raise UsageError("give either --workers or --dask")
     with (
         translate_errors(_OPTIONS),
-        _describe(),
+        _translate_folder_errors(),
         _progress() as progress,
         _executor(workers, dask) as executor,
     ):
-        found = swept(Path(plan), to=to, parts=parts, executor=executor, progress=progress)
-    click.echo(_told(found, found.done))
+        found = run_sweep(
+            Path(plan), folder=folder, parts=parts, executor=executor, progress=progress
+        )
+    click.echo(_summary_text(found, found.done))
 
 
 @contextmanager
-def _describe() -> Iterator[None]:
-    """A folder of something else is refused, and an executor that fails is told in a line."""
+def _translate_folder_errors() -> Iterator[None]:
+    """Return a context that turns errors of the folder and the executor into messages."""
     try:
         yield
     except (FileExistsError, FileNotFoundError) as error:
@@ -104,7 +114,7 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
             yield client.get_executor()
     elif workers is not None:
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, context, initializer=_unheeding) as pool:
+        with ProcessPoolExecutor(workers, context, initializer=ignore_sigint) as pool:
             try:
                 yield pool
             except BaseException:
@@ -126,15 +136,17 @@ def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
         threading.__excepthook__(failure)
 
 
-def _unheeding() -> None:
-    """A worker leaves Ctrl-C to the one that called it."""
+def ignore_sigint() -> None:
+    """Ignore Ctrl-C in a worker; the calling process handles it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 @contextmanager
 def _progress() -> Iterator[Watch | None]:
-    """A bar with the time left, as all parts that this call has made tell it, where somebody
-    watches."""
+    """Return a context with a bar of the time left, if standard error is a terminal.
+
+    It counts all parts that this call has made.
+    """
     console = Console(stderr=True)
     columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
     shown = Progress(*columns, console=console, transient=True, speed_estimate_period=1e9)
@@ -150,15 +162,15 @@ def _progress() -> Iterator[Watch | None]:
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
     """Report the state of the parts in a FOLDER after verifying each of them."""
-    with translate_errors(_OPTIONS), _describe():
+    with translate_errors(_OPTIONS), _translate_folder_errors():
         found = read_sweep(folder, partial=True)
-        stand, there = found._verify()
-    click.echo(_told(found, stand[DONE]))
+        stand, there = found._verify_found()
+    click.echo(_summary_text(found, stand[DONE]))
     if left := found.parts - len(there):
-        click.echo(f"{MISSING}: {left} parts, {_ranges(gaps(there, found.parts))}")
+        click.echo(f"{MISSING}: {left} parts, {_ranges_text(list_gaps(there, found.parts))}")
     for how, parts in stand.items():
         if how != DONE:
-            click.echo(f"{how}: {len(parts)} parts, {_ranges(_runs(parts))}")
+            click.echo(f"{how}: {len(parts)} parts, {_ranges_text(_split_ranges(parts))}")
     failed = sum(int(np.count_nonzero(found.part(i)["status"])) for i in stand[DONE])
     if failed:
         click.echo(f"failed: {failed} tops, whose status is not 0")
@@ -167,7 +179,7 @@ def status(folder: str) -> None:
         click.echo(f"beside them {left} files .*.new, of writers that are at work or were killed")
 
 
-def _told(found: SweepResult, done: list[int]) -> str:
+def _summary_text(found: SweepResult, done: list[int]) -> str:
     size = sum(file.stat().st_size for file in Path(found.folder).glob("part-*"))
     return (
         f"{found.folder}: {len(done)} of {found.parts} parts, {found.size} tops in all, "
@@ -175,14 +187,14 @@ def _told(found: SweepResult, done: list[int]) -> str:
     )
 
 
-def _runs(numbers: list[int]) -> Iterator[range]:
+def _split_ranges(numbers: list[int]) -> Iterator[range]:
     """Yield ascending `numbers` as ranges."""
     breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
     for a, b in pairwise([0, *breaks, len(numbers)]):
         yield range(numbers[a], numbers[b - 1] + 1)
 
 
-def _ranges(runs: Iterator[range]) -> str:
+def _ranges_text(runs: Iterator[range]) -> str:
     """Return the first ranges as text: 3:7 is without 7."""
     first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
     return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

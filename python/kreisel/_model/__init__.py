@@ -1,1 +1,1 @@
-"""What moves: bodies and scenes, and their TOML."""
+"""Models of tops: bodies, scenes and ensembles, and their TOML."""

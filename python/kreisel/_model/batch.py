@@ -17,7 +17,6 @@ from .broadcasting import (
     Index,
     Parameter,
     Shape,
-    broadcast_view,
     drop_broadcast,
     memoize_by_buffer,
 )
@@ -148,7 +147,7 @@ class Batch(Generic[_M]):
                 part if small.shape[k] == self.shape[k] else slice(None)
                 for k, part in enumerate(parts)
             )
-            return broadcast_view(read_only(small[at]), order.shape + column.shape[dims:])
+            return np.broadcast_to(read_only(small[at]), order.shape + column.shape[dims:])
 
         return self._map_columns(take, order.shape, self._names)
 
@@ -162,9 +161,9 @@ class Batch(Generic[_M]):
             small = drop_broadcast(column, dims)
             varies = [n > 1 for n in small.shape[:dims]]
             if order.size and not any(varies):
-                return broadcast_view(small[(0,) * dims], order.shape + trailing)
+                return np.broadcast_to(small[(0,) * dims], order.shape + trailing)
             at = tuple(w if v else 0 * w for w, v in zip(where, varies, strict=True))
-            return broadcast_view(read_only(small[at]), order.shape + trailing)
+            return np.broadcast_to(read_only(small[at]), order.shape + trailing)
 
         return self._map_columns(gather, order.shape, names)
 
@@ -216,7 +215,8 @@ class Batch(Generic[_M]):
 
         def spread_out(held: Mapping[str, Column]) -> dict[str, Column]:
             return {
-                name: broadcast_view(kept, shape + kept.shape[dims:]) for name, kept in held.items()
+                name: np.broadcast_to(kept, shape + kept.shape[dims:])
+                for name, kept in held.items()
             }
 
         self._set_columns(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL
 from .._core import bodies as bodies_of
-from .._utils.errors import frozen_message, warn
+from .._utils.errors import refuse_assignment, warn
 from .._utils.validation import Array, as_array, read_only, short_repr
 from .batch import Batch
 from .bodies_constructors import BodiesConstructors
@@ -21,7 +21,6 @@ from .broadcasting import (
     Parameter,
     Shape,
     axis_names,
-    broadcast_view,
     common_shape,
     make_column,
     parse_parameter,
@@ -35,7 +34,7 @@ from .inertia import check_tolerance, parse_tensor, unphysical_message
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@frozen_message("make other bodies with another {}")
+@refuse_assignment("make other bodies with another {}")
 class Bodies(BodiesConstructors, Batch[Body]):
     """Many bodies: the parameters of kr.Body, as values or arrays that broadcast to one shape.
 
@@ -44,7 +43,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
              last two dimensions are both 3 holds matrices. Three bodies of three moments each are
              refused as ambiguous. Alternatively, inertia_about_com
     com      (..., 3), seen from the fixed point [L]
-    rounded, made_up   as in Body, or arrays
+    inertia_rtol, unphysical   as in Body, or arrays
 
     The constructors of Body take arrays in the same way. Each member has the bits that Body gives
     it. `bodies[i]` is a Body; slices, index arrays and masks give other Bodies. Raises TypeError
@@ -63,8 +62,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
         com: ArrayLike | None = None,
         *,
         inertia_about_com: ArrayLike | None = None,
-        rounded: ArrayLike = 0.0,
-        made_up: ArrayLike = False,
+        inertia_rtol: ArrayLike = 0.0,
+        unphysical: ArrayLike = False,
     ) -> None:
         if com is None:
             raise TypeError("com is missing: the centre of mass, seen from the fixed point")
@@ -81,7 +80,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             words.append(parse_tensors("inertia_about_com", inertia_about_com))
             shape_of(*words)
             tensor = add_point_masses(words[-1], heavy, lever)
-        self._store_parameters(Body, words, heavy, tensor, lever, rounded, made_up)
+        self._store_parameters(Body, words, heavy, tensor, lever, inertia_rtol, unphysical)
 
     def _store_parameters(
         self,
@@ -90,23 +89,25 @@ class Bodies(BodiesConstructors, Batch[Body]):
         mass: Array,
         tensor: Parameter,
         com: Array,
-        rounded: ArrayLike = 0.0,
-        made_up: ArrayLike = False,
+        inertia_rtol: ArrayLike = 0.0,
+        unphysical: ArrayLike = False,
     ) -> Self:
         """Store the columns of the parameters; `make` constructs one member for error messages."""
-        slacks, made = parse_parameter("rounded", rounded), _parse_flags("made_up", made_up)
+        slacks, made = (
+            parse_parameter("inertia_rtol", inertia_rtol),
+            _parse_flags("unphysical", unphysical),
+        )
         slacks.raise_at_first(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
         )
         given = [*words, *([slacks] if np.any(slacks.values) else [])]
-        shape = common_shape(
-            [*((each.name, each.shape) for each in given), ("made_up", made.shape)]
-        )
+        names, shapes = [each.name for each in given], [each.shape for each in given]
+        shape = common_shape([*names, "unphysical"], [*shapes, made.shape])
         columns: dict[str, Column] = {
             "mass": make_column(mass, shape, 0),
             "inertia": make_column(tensor.values, shape, len(tensor.value)),
             "com": make_column(com, shape, 1),
-            "rounded": make_column(slacks.values, shape, 0),
+            "inertia_rtol": make_column(slacks.values, shape, 0),
         }
         self._set_columns(shape, axis_names(shape, given), columns, {})
         self.__dict__["_varied"] = {
@@ -117,7 +118,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         can_be = self._check(make, given, tensor.value == (3, 3))
         if not (can_be | made).all():
             self._warn(~(can_be | made))
-        columns["made_up"] = make_column(made | ~can_be, shape, 0)
+        columns["unphysical"] = make_column(made | ~can_be, shape, 0)
         return self
 
     def _check(
@@ -160,11 +161,11 @@ class Bodies(BodiesConstructors, Batch[Body]):
         warn(f"body{list(at)}{more}: {said}" if at else said)
 
     def _member(self, index: Index) -> Body:
-        names = "mass", "inertia", "com", "rounded", "made_up"
-        mass, tensor, com, rounded, made_up = (
+        names = "mass", "inertia", "com", "inertia_rtol", "unphysical"
+        mass, tensor, com, inertia_rtol, unphysical = (
             to_python(self._columns[name][index]) for name in names
         )
-        return Body(mass, tensor, com, rounded=rounded, made_up=made_up)
+        return Body(mass, tensor, com, inertia_rtol=inertia_rtol, unphysical=unphysical)
 
     @classmethod
     def symmetric(
@@ -174,8 +175,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
         i3: ArrayLike,
         height: ArrayLike,
         *,
-        rounded: ArrayLike = 0.0,
-        made_up: ArrayLike = False,
+        inertia_rtol: ArrayLike = 0.0,
+        unphysical: ArrayLike = False,
     ) -> Self:
         """Build Lagrange tops, as Body.symmetric does.
 
@@ -197,7 +198,9 @@ class Bodies(BodiesConstructors, Batch[Body]):
         com = stack_components(np.zeros_like(up), np.zeros_like(up), up)
         tensor = Parameter("inertia", stack_components(one, one, three), (3,))
         kept = cls.__new__(cls)
-        return kept._store_parameters(Body.symmetric, words, heavy, tensor, com, rounded, made_up)
+        return kept._store_parameters(
+            Body.symmetric, words, heavy, tensor, com, inertia_rtol, unphysical
+        )
 
     @classmethod
     def from_com(
@@ -207,8 +210,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
         com: ArrayLike,
         pivot: ArrayLike,
         *,
-        rounded: ArrayLike = 0.0,
-        made_up: ArrayLike = False,
+        inertia_rtol: ArrayLike = 0.0,
+        unphysical: ArrayLike = False,
     ) -> Self:
         """Build bodies from the inertia about their centres of mass, as Body.from_com does.
 
@@ -226,7 +229,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         words = [heavy, tensor, centre, at]
         kept = cls.__new__(cls)
         return kept._store_parameters(
-            Body.from_com, words, heavy.values, moved, lever, rounded, made_up
+            Body.from_com, words, heavy.values, moved, lever, inertia_rtol, unphysical
         )
 
     @classmethod
@@ -264,14 +267,14 @@ class Bodies(BodiesConstructors, Batch[Body]):
         return self._columns["com"]
 
     @property
-    def rounded(self) -> Array:
+    def inertia_rtol(self) -> Array:
         """(...,) as in Body."""
-        return self._columns["rounded"]
+        return self._columns["inertia_rtol"]
 
     @property
-    def made_up(self) -> Column:
+    def unphysical(self) -> Column:
         """(...,) True if no distribution of mass has this inertia, or if the user said so."""
-        return self._columns["made_up"]
+        return self._columns["unphysical"]
 
     @property
     def moments(self) -> Array:
@@ -286,7 +289,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     @property
     def axes(self) -> Array:
         """(..., 4) rotations from the principal axes to the frames of description."""
-        return self._columns.get("axes", broadcast_view(_UPRIGHT, (*self.shape, 4)))
+        return self._columns.get("axes", np.broadcast_to(_UPRIGHT, (*self.shape, 4)))
 
     @classmethod
     def _from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
@@ -299,8 +302,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
             np.reshape([body.mass for body in bodies], shape),
             np.reshape(tensors, (*shape, 3, 3)),
             np.reshape([body.com for body in bodies], (*shape, 3)),
-            rounded=np.reshape([body.rounded for body in bodies], shape),
-            made_up=np.reshape([body.made_up for body in bodies], shape),
+            inertia_rtol=np.reshape([body.inertia_rtol for body in bodies], shape),
+            unphysical=np.reshape([body.unphysical for body in bodies], shape),
         )
         return made._forget_variation()
 
@@ -312,17 +315,21 @@ class Bodies(BodiesConstructors, Batch[Body]):
         dims = len(self.shape)
         names = (None,) * front + self._names
         return self._map_columns(
-            lambda held: broadcast_view(held, shape + held.shape[dims:]), shape, names
+            lambda held: np.broadcast_to(held, shape + held.shape[dims:]), shape, names
         )
 
 
 def parse_tensors(name: str, given: object) -> Parameter:
     """Parse moments, or matrices if the last two dimensions are both 3."""
     what = "3 moments or a symmetric 3x3 matrix, or an array of them"
-    values = given if isinstance(given, np.ndarray) else as_array(name, given, what)
-    if values.shape[-2:] != (3, 3):
-        return parse_parameter(name, values, (3,), what)
-    made = parse_parameter(name, values, (3, 3), what)
+    if isinstance(given, Parameter):
+        made = given
+    else:
+        values = given if isinstance(given, np.ndarray) else as_array(name, given, what)
+        value = (3, 3) if values.shape[-2:] == (3, 3) else (3,)
+        made = parse_parameter(name, values, value, what)
+    if made.value == (3,):
+        return made
     with np.errstate(over="ignore"):
         skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
     made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _symmetric)

@@ -14,7 +14,7 @@ from . import shapes
 from .body import Body
 from .broadcasting import (
     Parameter,
-    not_below_zero,
+    parse_non_negative,
     parse_parameter,
     parse_positive,
     shape_of,
@@ -66,7 +66,7 @@ class BodiesConstructors:
                 heavy = weight.values * shape.volume
             parse_positive(f"mass of the {shape.name}", heavy)
         with np.errstate(all="ignore"):
-            moments = shapes.moments_of(shape, heavy)
+            moments = shapes.central_moments(shape, heavy)
         return cls._about_com(make, [*words, at, weight], heavy, moments, shape.height, at)
 
     @classmethod
@@ -146,7 +146,7 @@ class BodiesConstructors:
         [M L^-3].
         """
         hole, r = parse_parameter("inner", inner), parse_positive("outer", outer)
-        h = not_below_zero("height", height)
+        h = parse_non_negative("height", height)
         shape_of(hole, r, h)
         both = Parameter("(inner, outer)", stack_components(hole.values, r.values), (2,))
         bad = ~((hole.values >= 0.0) & (hole.values <= r.values))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import INPUT_RTOL, KIND_RTOL, body_from_tensor, body_kind
-from .._utils.errors import frozen_message, status_to_exception, warn
+from .._utils.errors import refuse_assignment, status_to_exception, warn
 from .._utils.validation import (
     Array,
     Quaternion,
@@ -35,32 +35,34 @@ from .inertia import (
     triangle_violation,
     unphysical_message,
 )
-from .shapes import inertia_of, mass_of, rod
+from .shapes import central_inertia, parse_mass, rod
 
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-@frozen_message("dataclasses.replace(body, {}=...) makes another body")
+@refuse_assignment("dataclasses.replace(body, {}=...) makes another body")
 @dataclass(frozen=True, init=False)
 class Body(BodyConstructors):
     """A rigid body that turns about the origin of the frame in which it is described.
 
-    mass     [M], positive
-    inertia  about the fixed point, the origin [M L^2]: three moments along the axes of the frame,
-             or a symmetric 3x3 matrix. Alternatively, inertia_about_com: about the centre of mass
-    com      centre of mass, seen from the fixed point [L]
-    rounded  relative amount by which the largest principal moment may exceed the sum of the other
-             two, 0 <= rounded < 1, for rounded values from the literature. The moments are used as
-             given
-    made_up  True for made-up mass and com, as in models where only mass * gravity * |com| matters
+    mass          [M], positive
+    inertia       about the fixed point, the origin [M L^2]: three moments along the axes of the
+                  frame, or a symmetric 3x3 matrix. Alternatively, inertia_about_com: about the
+                  centre of mass
+    com           centre of mass, seen from the fixed point [L]
+    inertia_rtol  relative amount by which the largest principal moment may exceed the sum of the
+                  other two, 0 <= inertia_rtol < 1, for rounded values from the literature. The
+                  moments are used as given
+    unphysical    True if no distribution of mass needs to have this inertia, as in models where
+                  only mass * gravity * |com| matters
 
     The principal moments must be positive, and none may exceed the sum of the other two (with a
     relative tolerance of 1e-12, so plates and rods are bodies). A matrix that is not diagonal needs
     a least moment above 2e-10 of the largest; below that, rounding leaves six digits or fewer.
     Raises TypeError for what is not a number and ValueError for what is not a body. Warns
-    (UserWarning) if no distribution of mass has this inertia about the fixed point, unless made_up
-    is given; the body then counts as made up.
+    (UserWarning) if no distribution of mass has this inertia about the fixed point, unless
+    unphysical is True. `body.unphysical` is then True.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
@@ -73,9 +75,9 @@ class Body(BodyConstructors):
     mass: float
     inertia: Vector | tuple[Vector, Vector, Vector]
     com: Vector
-    rounded: float = 0.0
-    made_up: bool = field(default=False, compare=False)
-    # kr_body: mass, moments, com, axes, rounded
+    inertia_rtol: float = 0.0
+    unphysical: bool = field(default=False, compare=False)
+    # kr_body: mass, moments, com, axes, inertia_rtol (its `rounded`)
     _block: bytes = field(init=False, compare=False)
 
     def __init__(
@@ -85,8 +87,8 @@ class Body(BodyConstructors):
         com: ArrayLike | None = None,
         *,
         inertia_about_com: ArrayLike | None = None,
-        rounded: float = 0.0,
-        made_up: bool = False,
+        inertia_rtol: float = 0.0,
+        unphysical: bool = False,
     ) -> None:
         if com is None:
             raise TypeError("com is missing: the centre of mass, seen from the fixed point")
@@ -96,22 +98,22 @@ class Body(BodyConstructors):
             tensor = parse_tensor("inertia", inertia)
         kept = self.__dict__
         kept["mass"], kept["inertia"] = as_positive("mass", mass), compact_tensor(tensor)
-        kept["com"], kept["rounded"] = (
+        kept["com"], kept["inertia_rtol"] = (
             as_vector("com", com),
-            check_tolerance(rounded) if rounded else 0.0,
+            check_tolerance(inertia_rtol) if inertia_rtol else 0.0,
         )
         status, kept["_block"], can_be = body_from_tensor(
-            kept["mass"], tensor, kept["com"], kept["rounded"]
+            kept["mass"], tensor, kept["com"], kept["inertia_rtol"]
         )
         if status != "OK":
             raise ill_conditioned_error(tensor) or status_to_exception(
-                status, triangle_violation(tensor, kept["rounded"])
+                status, triangle_violation(tensor, kept["inertia_rtol"])
             )
-        if made_up is not False:
-            as_bool("made_up", made_up)
+        if unphysical is not False:
+            as_bool("unphysical", unphysical)
         elif not can_be:
             warn(unphysical_message(self.mass, tensor, self.com))
-        kept["made_up"] = made_up or not can_be
+        kept["unphysical"] = unphysical or not can_be
 
     @classmethod
     def cuboid(
@@ -152,8 +154,8 @@ class Body(BodyConstructors):
         (3.0, 4.0, 1.0)
         """
         shape = rod(as_positive("length", length))
-        heavy, at = mass_of(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
-        return _join_parts(heavy, add_point_mass(inertia_of(shape, heavy), heavy, at), at)
+        heavy, at = parse_mass(shape, mass, None), np.subtract(0.0, as_vector("pivot", pivot))
+        return _join_parts(heavy, add_point_mass(central_inertia(shape, heavy), heavy, at), at)
 
     @classmethod
     def symmetric(
@@ -163,16 +165,17 @@ class Body(BodyConstructors):
         i3: float,
         height: float,
         *,
-        rounded: float = 0.0,
-        made_up: bool = False,
+        inertia_rtol: float = 0.0,
+        unphysical: bool = False,
     ) -> Self:
         """Build a Lagrange top from its moments i1, i1, i3 at the fixed point [M L^2].
 
-        The centre of mass is at (0, 0, height) [L]; rounded and made_up are as in Body.
+        The centre of mass is at (0, 0, height) [L]; `inertia_rtol` and `unphysical` are as in
+        Body.
         """
         one, three = as_float("i1", i1), as_float("i3", i3)
         com = (0.0, 0.0, as_float("height", height))
-        return cls(mass, (one, one, three), com, rounded=rounded, made_up=made_up)
+        return cls(mass, (one, one, three), com, inertia_rtol=inertia_rtol, unphysical=unphysical)
 
     @classmethod
     def from_com(
@@ -182,19 +185,19 @@ class Body(BodyConstructors):
         com: ArrayLike,
         pivot: ArrayLike,
         *,
-        rounded: float = 0.0,
-        made_up: bool = False,
+        inertia_rtol: float = 0.0,
+        unphysical: bool = False,
     ) -> Self:
         """Build a body from its inertia about the centre of mass [M L^2].
 
-        com and pivot, the fixed point, are seen from any common origin [L]; rounded and made_up are
-        as in Body. Steiner's theorem (Bodack 2008, 2.14): J = J_com + mass (|a|^2 1 - a a^t), a =
-        com - pivot.
+        `com` and `pivot`, the fixed point, are seen from any common origin [L]; `inertia_rtol` and
+        `unphysical` are as in Body. Steiner's theorem (Bodack 2008, 2.14):
+        J = J_com + mass (|a|^2 1 - a a^t), a = com - pivot.
         """
         tensor = parse_tensor("inertia_about_com", inertia_about_com)
         a = np.subtract(as_vector("com", com), as_vector("pivot", pivot))
         moved = add_point_mass(tensor, as_positive("mass", mass), a)
-        return cls(mass, moved, a, rounded=rounded, made_up=made_up)
+        return cls(mass, moved, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
 
     def __add__(self, other: Body) -> Body:
         """Join two bodies that are described in one frame with one fixed point."""
@@ -205,25 +208,25 @@ class Body(BodyConstructors):
         tensor = parse_tensor("inertia", self.inertia) + parse_tensor("inertia", other.inertia)
         return _join_parts(mass, tensor, com / mass, self, other)
 
-    def shifted(self, by: ArrayLike) -> Body:
+    def shift(self, by: ArrayLike) -> Body:
         """Return the body moved along the axes of its frame [L], while the fixed point stays.
 
         >>> import kreisel as kr
-        >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shifted((0, 0, 3)).moments
+        >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shift((0, 0, 3)).moments
         (19.0, 19.0, 10.0)
         """
         way, com = np.array(as_vector("by", by)), np.array(self.com)
         tensor = parse_tensor("inertia", self.inertia) + parallel_axis_term(self.mass, com, way)
         return _join_parts(self.mass, tensor, com + way, self)
 
-    def turned(self, by: ArrayLike | Rotation) -> Body:
+    def turn(self, by: ArrayLike | Rotation) -> Body:
         """Return the body turned about the fixed point in its frame of description.
 
         by  a unit quaternion (w, x, y, z) or a single scipy Rotation
 
         >>> import kreisel as kr
         >>> upright = kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, -3), mass=1)
-        >>> [round(x, 9) + 0.0 for x in upright.turned((0.5**0.5, 0.5**0.5, 0, 0)).com]
+        >>> [round(x, 9) + 0.0 for x in upright.turn((0.5**0.5, 0.5**0.5, 0, 0)).com]
         [0.0, -3.0, 0.0]
         """
         q = unit("turn", by)
@@ -233,8 +236,8 @@ class Body(BodyConstructors):
 
     def __repr__(self) -> str:
         words = f"mass={self.mass!r}, inertia={self.inertia!r}, com={self.com!r}"
-        words += f", rounded={self.rounded!r}" if self.rounded else ""
-        return f"{type(self).__name__}({words}{', made_up=True' if self.made_up else ''})"
+        words += f", inertia_rtol={self.inertia_rtol!r}" if self.inertia_rtol else ""
+        return f"{type(self).__name__}({words}{', unphysical=True' if self.unphysical else ''})"
 
     @property
     def moments(self) -> Vector:
@@ -295,28 +298,32 @@ class ThinRods(Body):
         inertia: ArrayLike,
         com: ArrayLike,
         *,
-        rounded: float = 0.0,
-        made_up: bool = False,
+        inertia_rtol: float = 0.0,
+        unphysical: bool = False,
     ) -> None:
         kept = self.__dict__
         kept["mass"], kept["inertia"] = mass, compact_tensor(parse_tensor("inertia", inertia))
-        kept["com"], kept["rounded"], kept["made_up"] = as_vector("com", com), rounded, made_up
+        kept["com"], kept["inertia_rtol"], kept["unphysical"] = (
+            as_vector("com", com),
+            inertia_rtol,
+            unphysical,
+        )
 
     def __getattr__(self, name: str) -> bytes:
         if name != "_block":
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         raise ValueError(
-            "a thin rod whose fixed point lies on its own line has no moment about that, and does "
-            "not move as a body: add it to another, or take a cylinder"
+            "a thin rod whose fixed point lies on its own line has no moment about that line and "
+            "cannot move alone: add it to another body, or use a cylinder"
         )
 
 
 def _join_parts(mass: float, tensor: Array, com: Array, *parts: Body) -> Body:
-    """Build the body of joined parts, or a Line if all parts are rods on one line."""
-    made_up = any(part.made_up for part in parts)
+    """Build the body of joined parts, or ThinRods if all parts are rods on one line."""
+    unphysical = any(part.unphysical for part in parts)
     if np.isfinite(tensor).all() and all(isinstance(part, ThinRods) for part in parts):
         least, _, largest = sorted(principal_moments(tensor))
         if least <= INPUT_RTOL * largest:
-            return ThinRods(mass, tensor, com, made_up=made_up)
-    rounded = max((part.rounded for part in parts), default=0.0)
-    return Body(mass, tensor, com, rounded=rounded, made_up=made_up)
+            return ThinRods(mass, tensor, com, unphysical=unphysical)
+    inertia_rtol = max((part.inertia_rtol for part in parts), default=0.0)
+    return Body(mass, tensor, com, inertia_rtol=inertia_rtol, unphysical=unphysical)

@@ -6,7 +6,7 @@ from typing import Self
 
 from numpy.typing import ArrayLike
 
-from .._utils.validation import as_bool, as_float, as_positive, as_vector, at_least_zero
+from .._utils.validation import as_bool, as_float, as_non_negative, as_positive, as_vector
 from . import shapes
 
 
@@ -58,9 +58,10 @@ class BodyConstructors:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """A hollow cylinder between two radii, equal ones for a thin wall, its axis along the
-        third [L]; by mass [M] or density [M L^-3]. With the height 0 it is a flat ring, and with
-        equal radii too a hoop; thin bodies have a mass only.
+        """Build a hollow cylinder between two radii, with its axis along the third axis [L].
+
+        Give either mass [M] or density [M L^-3]. Equal radii make a thin wall, the height 0 makes a
+        flat ring, and both together a hoop. Thin bodies need a mass.
 
         pivot  the fixed point, seen from the centre [L]
         """
@@ -68,7 +69,7 @@ class BodyConstructors:
         if not 0.0 <= hole <= r:
             raise ValueError(shapes.tube_error_message(hole, r))
         return cls._from_shape(
-            shapes.tube(hole, r, at_least_zero("height", height)), pivot, mass, density
+            shapes.tube(hole, r, as_non_negative("height", height)), pivot, mass, density
         )
 
     @classmethod
@@ -156,6 +157,6 @@ class BodyConstructors:
         mass: float | None,
         density: float | None,
     ) -> Self:
-        heavy = shapes.mass_of(shape, mass, density)
+        heavy = shapes.parse_mass(shape, mass, density)
         com = (0.0, 0.0, shape.height)
-        return cls.from_com(heavy, shapes.inertia_of(shape, heavy), com, pivot)
+        return cls.from_com(heavy, shapes.central_inertia(shape, heavy), com, pivot)

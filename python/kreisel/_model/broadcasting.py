@@ -7,7 +7,8 @@ stored once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+import math
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,9 +19,8 @@ from .._utils.validation import (
     as_array,
     as_float,
     as_floats,
+    as_non_negative,
     as_positive,
-    at_least_zero,
-    read_only,
     short_repr,
 )
 from .inertia import parse_tensor
@@ -47,23 +47,23 @@ class Parameter(NamedTuple):
 
     def broadcast_to(self, shape: Shape) -> Array:
         """Broadcast the values to the members' shape."""
-        return broadcast_view(self.values, shape + self.value)
+        return np.broadcast_to(self.values, shape + self.value)
 
-    def raise_at_first(self, bad: Any, look: Validator) -> None:
+    def raise_at_first(self, bad: Any, validate: Validator) -> None:
         """Raise the error of the first value that is flagged in `bad`, with its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
-            raise self.error_at(index, look)
+            raise self.error_at(index, validate)
 
-    def error_at(self, index: Index, look: Validator) -> Exception:
-        """Return the error that the validator `look` raises for the value at `index`."""
+    def error_at(self, index: Index, validate: Validator) -> Exception:
+        """Return the error that `validate` raises for the value at `index`."""
         value = to_python(self.values[index])
         try:
-            look(self.name, value)
+            validate(self.name, value)
         except (TypeError, ValueError) as error:
             place = f"{self.name}{list(index)} = {short_repr(value)}: " if index else ""
             return type(error)(f"{place}{error}")
-        return ValueError(f"{self.name}{list(index)} = {short_repr(value)} is not what it must be")
+        return ValueError(f"{self.name}{list(index)} = {short_repr(value)} is invalid")
 
 
 def to_python(value: Any) -> Any:
@@ -72,7 +72,12 @@ def to_python(value: Any) -> Any:
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
-    """Build a parameter of finite numbers, each value of the shape `value`."""
+    """Build a parameter of finite numbers, each value of the shape `value`.
+
+    A `Parameter` is finite already and is returned as it is.
+    """
+    if isinstance(given, Parameter):
+        return given
     said = what or (f"{value[0]} numbers" if value else "a number")
     values = as_array(name, drop_broadcast(given) if type(given) is np.ndarray else given, said)
     if isinstance(given, np.ndarray):
@@ -88,11 +93,13 @@ def parse_parameter(name: str, given: object, value: Shape = (), what: str = "")
     if not np.isfinite(drop_broadcast(values)).all():
         finite = np.isfinite(values)
         behind = tuple(range(-len(value), 0))
-        made.raise_at_first(~(finite.all(axis=behind) if value else finite), validator_of(value))
+        made.raise_at_first(
+            ~(finite.all(axis=behind) if value else finite), select_validator(value)
+        )
     return made
 
 
-def validator_of(value: Shape) -> Validator:
+def select_validator(value: Shape) -> Validator:
     if not value:
         return as_float
     if len(value) == 2:
@@ -107,38 +114,33 @@ def parse_positive(name: str, given: object) -> Parameter:
     return made
 
 
-def not_below_zero(name: str, given: object) -> Parameter:
-    """A word of numbers that are not negative."""
+def parse_non_negative(name: str, given: object) -> Parameter:
+    """Build a parameter of numbers that are not negative."""
     made = parse_parameter(name, given)
-    made.raise_at_first(~(made.values >= 0.0), at_least_zero)
+    made.raise_at_first(~(made.values >= 0.0), as_non_negative)
     return made
 
 
 def drop_broadcast(values: Column, lead: int | None = None) -> Column:
     """Reduce broadcast dimensions to a single entry, among the first `lead` dimensions or all."""
-    if not values.size:
-        return values
     strides = values.strides[:lead]
-    return values[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in strides)]
+    if 0 not in strides or not values.size:
+        return values
+    return values[tuple([slice(0, 1) if stride == 0 else slice(None) for stride in strides])]
 
 
 def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
     """Memoize `change` so that columns which share one buffer are transformed once."""
     made: dict[tuple[object, ...], Column] = {}
 
-    def changed(held: Column) -> Column:
+    def change_once(held: Column) -> Column:
         data = held.__array_interface__["data"][0]
         key = data, held.shape, held.strides, held.dtype.str
         if key not in made:
             made[key] = change(held)
         return made[key]
 
-    return changed
-
-
-def broadcast_view(values: Column, shape: Shape) -> Column:
-    """Broadcast `values` to `shape` as a read-only view."""
-    return np.broadcast_to(values, shape)
+    return change_once
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:
@@ -146,22 +148,27 @@ def make_column(values: Column, shape: Shape, trailing: int) -> Column:
     lead = values.ndim - trailing
     kept = np.asarray(values).view()
     kept.flags.writeable = False
-    return broadcast_view(kept, shape + kept.shape[lead:])
+    return np.broadcast_to(kept, shape + kept.shape[lead:])
 
 
-def common_shape(words: Iterable[tuple[str, Shape]]) -> Shape:
+def make_columns(named: Iterable[tuple[str, Column, int]], shape: Shape) -> dict[str, Column]:
+    """Broadcast named values over the members; see `make_column` for the number beside them."""
+    return {name: make_column(values, shape, trailing) for name, values, trailing in named}
+
+
+def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
     """Return the common shape of named shapes; raise ValueError if they do not broadcast."""
-    given = list(words)
     try:
-        return np.broadcast_shapes(*(shape for _, shape in given))
+        return np.broadcast_shapes(*shapes)
     except ValueError:
-        told = ", ".join(f"{name} {shape}" for name, shape in given if shape)
+        named = zip(names, shapes, strict=True)
+        told = ", ".join([f"{name} {shape}" for name, shape in named if shape])
         raise ValueError(f"the shapes of the members do not broadcast to one: {told}") from None
 
 
 def shape_of(*words: Parameter) -> Shape:
     """Return the shape of the members that the parameters `words` describe."""
-    return common_shape((each.name, each.shape) for each in words)
+    return common_shape([each.name for each in words], [each.shape for each in words])
 
 
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
@@ -169,16 +176,23 @@ def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ..
 
     A parameter that varies along several dimensions names none of them.
     """
+    if not shape:
+        return ()
     along: list[list[Parameter]] = [[] for _ in shape]
     places: dict[str, int] = {}
     for each in words:
-        for back, n in enumerate(reversed(each.shape), 1):
+        lead = each.values.shape[: each.values.ndim - len(each.value)]
+        for back, n in enumerate(reversed(lead), 1):
             if n != 1 or shape[-back] == 1:
                 along[-back].append(each)
                 places[each.name] = places.get(each.name, 0) + 1
     return tuple(
-        here[0].name if len(here) == 1 and not here[0].value and places[here[0].name] == 1 else None
-        for here in along
+        [
+            here[0].name
+            if len(here) == 1 and not here[0].value and places[here[0].name] == 1
+            else None
+            for here in along
+        ]
     )
 
 
@@ -192,27 +206,25 @@ def split_components(values: Array) -> tuple[Array, ...]:
     return tuple(np.moveaxis(values, -1, 0))
 
 
-def iterate_blocks(shape: Shape) -> Iterator[slice]:
-    """Yield slices of the first dimension whose numbers fit into the cache."""
-    n = shape[0] if shape else 1
-    each = max(1, int(np.prod(shape[1:], dtype=np.int64)))
-    step = max(1, _BLOCK // each)
-    return (slice(begin, begin + step) for begin in range(0, n, step))
-
-
 def map_blocks(
     compute: Callable[..., tuple[Array, ...]], shape: Shape, width: int, *given: Array
 ) -> Array:
     """Apply `compute` to columns block by block and return a column of vectors of length `width`.
 
-    Each column is passed as its components.
+    Each column is passed as its components. The numbers of a block fit into the cache.
     """
     out = np.empty((*shape, width))
-    wide = [broadcast_view(values, (*(shape or (1,)), values.shape[-1])) for values in given]
-    to = out if shape else out[None]
-    for piece in iterate_blocks(shape):
+    rows = out if shape else out[None]
+    columns = [
+        np.moveaxis(np.broadcast_to(values, (*rows.shape[:-1], values.shape[-1])), -1, 0)
+        for values in given
+    ]
+    step = max(1, _BLOCK // max(1, math.prod(shape[1:])))
+    for begin in range(0, len(rows), step):
+        block = slice(begin, begin + step)
         with np.errstate(all="ignore"):
-            made = compute(*(split_components(values[piece]) for values in wide))
+            made = compute(*[tuple(values[:, block]) for values in columns])
         for k, component in enumerate(made):
-            to[piece][..., k] = component
-    return read_only(out)
+            rows[block][..., k] = component
+    out.flags.writeable = False
+    return out

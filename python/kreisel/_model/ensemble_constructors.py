@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._core import KIND_RTOL
+from .._core import KIND_RTOL, values
 from .._utils.validation import Array, as_bool
 from ..quaternion import conjugate, multiply
 from .bodies import Bodies
@@ -40,6 +40,7 @@ from .euler_angles import (
 
 Components = tuple[Array, Array, Array]
 _DEGREE = math.pi / 180.0
+_REST = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # t, attitude, momentum of a start
 
 
 class EnsembleConstructors(EnsembleData[S]):
@@ -106,9 +107,13 @@ class EnsembleConstructors(EnsembleData[S]):
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
         """Return the (..., 4) quaternions of Euler's angles of the bodies as described."""
-        unturned = cls(body, momentum=(0.0, 0.0, 0.0))
         names = "precession_angle", "nutation", "spin_angle"
-        angles = [unturned._core_scenes.values(name).reshape(unturned.shape) for name in names]
+        if isinstance(body, Body):
+            one = cls._one(body, momentum=(0.0, 0.0, 0.0))
+            angles = [values(name, one._block, _REST)[0] for name in names]
+        else:
+            many = cls(body, momentum=(0.0, 0.0, 0.0))
+            angles = [many._core_scenes.values(name).reshape(many.shape) for name in names]
         return stack_components(*quaternion_from_euler((angles[0], angles[1], angles[2])))
 
     @classmethod
@@ -173,9 +178,9 @@ def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
     """Build the parameter of angles with the vertical."""
     made = parse_parameter("tilt", given)
     angle = array_to_radians(made.values, degrees)
-    made.raise_at_first(
-        ~((angle >= 0.0) & (angle <= math.pi)), lambda _, one: check_tilt(one, degrees)
-    )
+    bad = ~((angle >= 0.0) & (angle <= math.pi))
+    if bad.any():
+        made.raise_at_first(bad, lambda _, one: check_tilt(one, degrees))
     return made
 
 

@@ -22,9 +22,8 @@ from .broadcasting import (
     Parameter,
     Shape,
     axis_names,
-    broadcast_view,
     common_shape,
-    make_column,
+    make_columns,
     map_blocks,
     parse_parameter,
     to_python,
@@ -82,18 +81,18 @@ class EnsembleData(Batch[S]):
         one: Callable[..., S],
     ) -> Self:
         """Store columns; raise the error of the first member that the constructor `one` refuses."""
-        whole = broadcast_shape(body, told)
-        trailing = {name: 0 if name == "gravity" else 1 for name in columns}
-        leads = (held.shape[: held.ndim - trailing[name]] for name, held in columns.items())
-        shape = np.broadcast_shapes(whole, *leads)
-        words = [*(body._varying_parameters() if isinstance(body, Bodies) else []), *told]
-        self.__dict__["_bodies"] = body._broadcast_to(shape) if isinstance(body, Bodies) else body
-        self._set_columns(
-            shape,
-            axis_names(shape, words),
-            {name: make_column(held, shape, trailing[name]) for name, held in columns.items()},
-            {w.name: make_column(w.values, shape, len(w.value)) for w in words if w.shape},
-        )
+        shape = broadcast_shape(body, told)
+        for name, held in columns.items():
+            shape = np.broadcast_shapes(shape, held.shape if name == "gravity" else held.shape[:-1])
+        words = [each for each in told if each.values.ndim > len(each.value)]
+        bodies = body
+        if isinstance(body, Bodies):
+            words, bodies = body._varying_parameters() + words, body._broadcast_to(shape)
+        self.__dict__["_bodies"] = bodies
+        states = [(name, held, int(name != "gravity")) for name, held in columns.items()]
+        varied = [(each.name, each.values, len(each.value)) for each in words]
+        names = axis_names(shape, words)
+        self._set_columns(shape, names, make_columns(states, shape), make_columns(varied, shape))
         status, index = self._core_scenes.check()
         if status != "OK":
             at = tuple(map(int, np.unravel_index(index, shape)))
@@ -118,7 +117,7 @@ class EnsembleData(Batch[S]):
             shape, found = (*shape, len(found[0])), [scene for few in found for scene in few]
         if not found:
             raise ValueError(
-                "a list of scenes must not be empty; an ensemble of none has a body, as "
+                "a list of scenes must not be empty; an empty ensemble has a body, as "
                 "kr.Ensemble(body, momentum=numpy.empty((0, 3)))"
             )
         for k, scene in enumerate(found):
@@ -154,15 +153,14 @@ class EnsembleData(Batch[S]):
     def _core_scenes(self) -> CoreTops:
         """The scenes in the memory layout of the core."""
         shape, held = self.shape, self._columns
-        body, nothing = self._bodies, broadcast_view(np.zeros(()), self.shape)
+        body, nothing = self._bodies, np.broadcast_to(np.zeros(()), self.shape)
         if isinstance(body, Bodies):
-            parts = [body.mass, body.moments, body.principal_com, body.axes, body.rounded]
+            parts = [body.mass, body.moments, body.principal_com, body.axes, body.inertia_rtol]
         else:
             row = np.frombuffer(body._block)
-            parts = [
-                broadcast_view(row[a:b], (*shape, b - a)) for a, b in ((1, 4), (4, 7), (7, 11))
-            ]
-            parts = [broadcast_view(row[0], shape), *parts, broadcast_view(row[11], shape)]
+            vectors = row[1:4], row[4:7], row[7:11]
+            parts = [np.broadcast_to(vector, shape + vector.shape) for vector in vectors]
+            parts = [np.broadcast_to(row[0], shape), *parts, np.broadcast_to(row[11], shape)]
         start = [held["gravity"], nothing, held["attitude"], held["momentum"], held["damping"]]
         return CoreTops(shape, [*parts, *start])
 
@@ -221,7 +219,11 @@ def check_body(body: object) -> Body | Bodies:
 def broadcast_shape(body: Body | Bodies, told: Sequence[Parameter]) -> Shape:
     """Return the common shape of the bodies and all parameters."""
     own = body.shape if isinstance(body, Bodies) else ()
-    return common_shape([("body", own), *((each.name, each.shape) for each in told)])
+    shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in told]
+    try:
+        return np.broadcast_shapes(own, *shapes)
+    except ValueError:
+        return common_shape(["body", *[each.name for each in told]], [own, *shapes])
 
 
 def member_error(
@@ -267,7 +269,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
     q = made.values
     off = np.abs(q[..., 0] ** 2 + q[..., 1] ** 2 + q[..., 2] ** 2 + q[..., 3] ** 2 - 1.0)
     bad = off > INPUT_RTOL
-    dtype = np.asarray(value).dtype
+    dtype = q.dtype if value is made else np.asarray(value).dtype
     if np.any(bad) and dtype.kind == "f" and dtype.itemsize < 8:
         norm = np.sqrt((q * q).sum(axis=-1))
         single = bad & (np.abs(norm - 1.0) <= 4.0 * np.finfo(dtype).eps)
@@ -277,11 +279,14 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
     return made, made.values if xyzw is None else np.roll(made.values, 1, axis=-1)
 
 
-def parse_damping(given: ArrayLike | None) -> tuple[Parameter, Array]:
+def parse_damping(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
     """Return the damping parameter, and the damping along the principal axes."""
     if given is None:
         return Parameter("damping", _ZERO, (3,)), _ZERO
-    if np.ndim(given) == 0:
+    if isinstance(given, Parameter):
+        made = given
+        along = np.broadcast_to(made.values, (*made.values.shape[:-1], 3))
+    elif np.ndim(given) == 0:
         made = parse_parameter("damping", given)
         along = np.repeat(made.values, 3)
         made = Parameter("damping", along, (3,))
@@ -291,7 +296,9 @@ def parse_damping(given: ArrayLike | None) -> tuple[Parameter, Array]:
             "damping", given, width if width == (1,) else (3,), "3 numbers, or 1"
         )
         along = np.broadcast_to(made.values, (*made.shape, 3))
-    made.raise_at_first((made.values < 0.0).any(axis=-1), lambda _, one: check_damping(one))
+    negative = (made.values < 0.0).any(axis=-1)
+    if negative.any():
+        made.raise_at_first(negative, lambda _, one: check_damping(one))
     return made, along
 
 
@@ -301,7 +308,7 @@ def compute_momenta(body: Body | Bodies, start: Parameter, q: Array) -> Array:
         return start.values
     moments, axes = np.asarray(body.moments), np.asarray(body.axes)
     given = moments, axes, q, start.values
-    shape = common_shape(("", values.shape[:-1]) for values in given)
+    shape = np.broadcast_shapes(*[values.shape[:-1] for values in given])
 
     def compute(*components: Any) -> tuple[Array, ...]:
         return angular_momentum(start.name, *components)

@@ -83,7 +83,7 @@ def check_tilt(tilt: object, degrees: bool) -> float:
 def check_steady(steady: object, fast: object, precession: object, damping: object) -> bool:
     """Return True if a steady precession is requested; check the arguments that go with it."""
     if as_bool("fast", fast) and not steady:
-        raise ValueError("fast chooses between two steady precessions: say steady=True too")
+        raise ValueError("fast chooses between two steady precessions: pass steady=True too")
     if not as_bool("steady", steady):
         return False
     if precession is not None or (damping is not None and np.any(np.asarray(damping))):
@@ -136,8 +136,8 @@ def steady_rate(
     elif abs(b) < root * (1.0 - 1e-12):
         given, least = (math.degrees(x) if degrees else x for x in (spin, root / along))
         raise ValueError(
-            f"no precession is steady at this tilt with spin = {given!r}: the least spin that "
-            f"would do is {least!r}"
+            f"no precession is steady at this tilt with spin = {given!r}: the least spin "
+            f"with one is {least!r}"
         )
     else:
         root = math.sqrt(max(abs(b) - root, 0.0)) * math.sqrt(abs(b) + root)

@@ -18,20 +18,20 @@ from .._utils.validation import (
     short_repr,
 )
 
-_WHAT = "3 moments or a symmetric 3x3 matrix"
+_TENSOR_FORM = "3 moments or a symmetric 3x3 matrix"
 
 
 def parse_tensor(name: str, value: object) -> Array:
     """Return the 3x3 tensor of three moments or of a matrix."""
-    given = as_finite_array(name, value, _WHAT)
+    given = as_finite_array(name, value, _TENSOR_FORM)
     if given.shape not in ((3,), (3, 3)):
-        raise ValueError(f"{name} must be {_WHAT}, not {short_repr(value)}")
+        raise ValueError(f"{name} must be {_TENSOR_FORM}, not {short_repr(value)}")
     if given.ndim == 1:
         return np.diag(given)
     with np.errstate(over="ignore"):
         skew = np.abs(given - given.T).max()
     if skew > INPUT_RTOL * np.abs(given).max():
-        raise ValueError(f"{name} must be {_WHAT}, not {short_repr(value)}")
+        raise ValueError(f"{name} must be {_TENSOR_FORM}, not {short_repr(value)}")
     return given
 
 
@@ -65,15 +65,15 @@ def ill_conditioned_error(tensor: Array) -> ValueError | None:
     )
 
 
-def triangle_violation(tensor: Array, rounded: float) -> str:
+def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
     """Describe which condition the principal moments violate."""
     moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:
         return f"{least!r} is not positive in {moments}"
     over = largest / (least + middle) - 1.0
-    said = f", with rounded={rounded!r}" if rounded else ""
-    hint = f"; rounded={1.1 * over:.2g} would let it pass" if INPUT_RTOL < over < 0.01 else ""
+    said = f", with inertia_rtol={inertia_rtol!r}" if inertia_rtol else ""
+    hint = f"; inertia_rtol={1.1 * over:.2g} would accept it" if INPUT_RTOL < over < 0.01 else ""
     return f"{largest!r} > {least!r} + {middle!r} in {moments}{said}{hint}"
 
 
@@ -83,8 +83,9 @@ def unphysical_message(mass: float, tensor: Array, com: Vector) -> str:
     left = principal_moments(rest) if np.isfinite(rest).all() else [-math.inf]
     return (
         f"no body has this inertia about the fixed point: about its centre of mass the moments "
-        f"would be {', '.join(f'{moment:.4g}' for moment in left)}. Is it about the centre of "
-        "mass? Then give it as inertia_about_com. Are mass and com made up? Say made_up=True"
+        f"would be {', '.join(f'{moment:.4g}' for moment in left)}. Give an inertia about the "
+        "centre of mass as inertia_about_com. Pass unphysical=True if mass and com are only "
+        "parameters of a model"
     )
 
 
@@ -120,9 +121,11 @@ def inertia_at_fixed_point(
     return add_point_mass(tensor, as_positive("mass", mass), np.array(as_vector("com", com)))
 
 
-def check_tolerance(rounded: object) -> float:
+def check_tolerance(inertia_rtol: object) -> float:
     """Validate the relative tolerance of the triangle inequality."""
-    given = as_float("rounded", rounded)
+    given = as_float("inertia_rtol", inertia_rtol)
     if not 0.0 <= given < 1.0:
-        raise ValueError(f"rounded must be at least 0 and less than 1, not {short_repr(rounded)}")
+        raise ValueError(
+            f"inertia_rtol must be at least 0 and less than 1, not {short_repr(inertia_rtol)}"
+        )
     return given

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._utils.atomic_io import atomic_write
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.validation import Array, Quaternion, Vector, as_bool, as_float, check_type
 from .body import Body
 from .ensemble_constructors import EnsembleConstructors
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _COUNTABLE = 2.0**53  # radians up to which doubles resolve whole radians
 
 
-@frozen_message("scene.replace({}=...) makes another scene")
+@refuse_assignment("scene.replace({}=...) makes another scene")
 @dataclass(frozen=True, init=False)
 class Scene:
     """A body, gravity, damping, and the state at t = 0.
@@ -105,7 +105,7 @@ class Scene:
         return any(self.damping)
 
     @cached_property
-    def _fastest(self) -> float:
+    def _rate_bound(self) -> float:
         """A bound of the rate of turning: by the momentum, or as a pendulum [T^-1]."""
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
@@ -114,7 +114,7 @@ class Scene:
     @cached_property
     def _within(self) -> float:
         """A time before which doubles certainly resolve the top's turns [T]."""
-        return 0.5 * _COUNTABLE / self._fastest if self._fastest > 0.0 else math.inf
+        return 0.5 * _COUNTABLE / self._rate_bound if self._rate_bound > 0.0 else math.inf
 
     @cached_property
     def _start(self) -> Array:
@@ -295,7 +295,8 @@ class Scene:
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
         """Return the scene as TOML, and write it to a file if one is named.
 
-        Reading it gives equal doubles."""
+        Scene.from_toml reads equal doubles from it.
+        """
         body = self.body
         start: dict[str, object] = {
             "momentum": self.momentum,
@@ -306,14 +307,14 @@ class Scene:
             start["damping"] = self.damping
         text = dump(start) + "\n[body]\n"
         words: dict[str, object] = {"mass": body.mass, "inertia": body.inertia, "com": body.com}
-        words |= {"rounded": body.rounded} if body.rounded else {}
-        text += dump(words | ({"made_up": True} if body.made_up else {}))
+        words |= {"inertia_rtol": body.inertia_rtol} if body.inertia_rtol else {}
+        text += dump(words | ({"unphysical": True} if body.unphysical else {}))
         if path is not None:
             atomic_write(path, text.encode())
         return text
 
 
-@frozen_message("kreisel.Ensemble(..., {}=...) makes another ensemble")
+@refuse_assignment("kreisel.Ensemble(..., {}=...) makes another ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
     """Many tops: a body or bodies, gravity, damping, and the states at t = 0.
 

@@ -84,7 +84,7 @@ def check_damping(given: ArrayLike | None) -> Vector:
     )
     if min(along) < 0.0:
         raise ValueError(
-            f"damping must not be negative, not {short_repr(given)}: it takes energy out"
+            f"damping must not be negative, not {short_repr(given)}: it removes energy"
         )
     return along
 

@@ -23,14 +23,14 @@ class Shape(NamedTuple, Generic[R]):
     height: R  # height of the centre of mass above the origin of the pivot [L]
 
 
-def moments_of(shape: Shape[R], mass: R) -> tuple[R, R, R]:
+def central_moments(shape: Shape[R], mass: R) -> tuple[R, R, R]:
     """Return the moments of inertia about the centre of mass."""
     x, y, z = shape.squares
     xx, yy, zz = mass * x, mass * y, mass * z
     return yy + zz, zz + xx, xx + yy
 
 
-def mass_of(shape: Shape[float], mass: float | None, density: float | None) -> float:
+def parse_mass(shape: Shape[float], mass: float | None, density: float | None) -> float:
     """Return the mass of a shape from exactly one of `mass` and `density`."""
     check_exactly_one(shape.name, mass, density)
     if density is None:
@@ -52,9 +52,9 @@ def thin_body_message(name: str) -> str:
     return f"the {name} is thin and has no volume: give its mass"
 
 
-def inertia_of(shape: Shape[float], mass: float) -> Array:
+def central_inertia(shape: Shape[float], mass: float) -> Array:
     """Return the tensor about the centre of mass."""
-    return np.diag(moments_of(shape, mass))
+    return np.diag(central_moments(shape, mass))
 
 
 def cylinder(radius: R, height: R) -> Shape[R]:
@@ -65,7 +65,7 @@ def cylinder(radius: R, height: R) -> Shape[R]:
 
 
 def tube(inner: R, outer: R, height: R) -> Shape[R]:
-    """A cylinder with a round hole along its axis, 0 <= inner <= outer."""
+    """Return a cylinder with a round hole along its axis, 0 <= inner <= outer."""
     hole, r, h = inner, outer, height
     side = (r * r + hole * hole) / 4.0
     volume = math.pi * (r - hole) * (r + hole) * h
@@ -73,7 +73,7 @@ def tube(inner: R, outer: R, height: R) -> Shape[R]:
 
 
 def tube_error_message(inner: float, outer: float) -> str:
-    """Why there is no tube with such radii."""
+    """Return the message that no tube has these radii."""
     return f"inner must lie between 0 and outer = {outer!r}, not {inner!r}"
 
 

@@ -26,9 +26,9 @@ from .scene import Ensemble
 
 _TRIALS = 1 << 14  # draws for a start, at most
 _ROWS, _WORDS = 1 << 12, 8  # starts that are drawn at once, and random words of a draw
-_GRID = 48  # heights at which the least energy is looked for, and twice as many angles
+_GRID = 48  # heights, and half of the angles, of the grid for the least potential
 _LARGEST = 1e150  # energy whose square is a double
-_CELLS, _HALVINGS = 1024, 120  # so many cells cover the verticals that can be, at the most so small
+_CELLS, _HALVINGS = 1024, 120  # cells that cover the possible verticals; most halvings of a cell
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -80,7 +80,7 @@ class _EnergySurface(NamedTuple):
         made: Array = self.potential(P) - reach * (across + 0.5 * bend * reach)
         return made
 
-    def least(self) -> float:
+    def min_potential(self) -> float:
         """Return the least value of U: the best points of a grid, refined by Newton's method."""
         P = _verticals(*_cell_middles((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
@@ -155,7 +155,7 @@ def starts(
     _refuse_overflow(surface)
     if (n is None) == (grid is None):
         raise ValueError(f"give exactly one of n and grid, not {'none' if n is None else 'both'}")
-    least = surface.least()
+    least = surface.min_potential()
     if surface.energy < least:
         raise ValueError(
             f"no start has energy = {surface.energy!r} with vertical = {surface.vertical!r}: the "
@@ -200,8 +200,8 @@ def _grid_starts(
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
-            f"no middle of a cell of grid = {short_repr(grid)} has so little energy: make it "
-            "finer, or take n starts at random"
+            f"no cell of grid = {short_repr(grid)} has its middle on the energy surface: make the "
+            "grid finer, or take n random starts"
         )
     directions = counts[2] if len(counts) == 3 else 2
     begin = np.full(len(P), math.pi / directions)
@@ -228,8 +228,8 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
                 break
         else:
             raise ValueError(
-                f"none of {_TRIALS} random verticals was that of a start: energy = "
-                f"{surface.energy!r} lies near the least, {least!r}, or the body is nearly a line"
+                f"none of {_TRIALS} random verticals allows a start: energy = {surface.energy!r} "
+                f"lies near the least energy {least!r}, or the body is nearly a line"
             )
     return P, alpha
 

@@ -13,7 +13,7 @@ from .._utils.validation import short_repr
 _T = TypeVar("_T")
 
 
-_LONGEST = 1 << 20  # bytes: no text of a scene comes near, a device that never ends goes beyond
+_MAX_BYTES = 1 << 20  # far above any scene, so that a device without end is refused
 
 
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
@@ -23,15 +23,17 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
     """
     if isinstance(source, str) and "\n" in source:
         return parse(source)
-    with open(os.fspath(source), "rb") as file:  # a number would be of an open file
+    with open(
+        os.fspath(source), "rb"
+    ) as file:  # fspath refuses a number, which open would take as a descriptor
         return prefix_errors(os.fspath(source), lambda: parse(read_limited(file)))
 
 
 def read_limited(file: BinaryIO) -> str:
     """Read a file, device or pipe; raise ValueError if it is not text or too long."""
-    data = file.read(_LONGEST + 1)
-    if len(data) > _LONGEST:
-        raise ValueError(f"more than {_LONGEST} bytes are no scene")
+    data = file.read(_MAX_BYTES + 1)
+    if len(data) > _MAX_BYTES:
+        raise ValueError(f"a scene has at most {_MAX_BYTES} bytes")
     return data.decode("utf-8").replace("\r\n", "\n")
 
 
@@ -46,12 +48,12 @@ def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
 
 def parse_tables(text: str) -> dict[str, object]:
     """Parse TOML text into tables and values."""
-    import tomllib  # here, since who reads no file need not wait for it
+    import tomllib  # imported here to keep `import kreisel` fast
 
     try:
-        return tomllib.loads(text.removeprefix("\ufeff"))  # which editors put before UTF-8
+        return tomllib.loads(text.removeprefix("\ufeff"))  # a byte order mark
     except RecursionError:
-        raise ValueError("its tables are nested too deep to be a scene") from None
+        raise ValueError("the tables are nested too deeply") from None
 
 
 def check_table(name: str, value: object) -> dict[str, object]:
@@ -87,10 +89,13 @@ def call_constructor(
 
 def dump(words: Mapping[str, object]) -> str:
     """Return a line of TOML for each key, with all digits of numbers."""
-    return "".join(f"{name} = {_value(value)}\n" for name, value in words.items())
+    return "".join([f"{name} = {_value(value)}\n" for name, value in words.items()])
 
 
 def _value(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
-    return f"[{', '.join(map(_value, value))}]" if isinstance(value, tuple) else repr(value)
+    if not isinstance(value, tuple):
+        return repr(value)
+    texts = map(repr if set(map(type, value)) == {float} else _value, value)
+    return f"[{', '.join(texts)}]"

@@ -58,17 +58,25 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
     """Build the ensemble of `scene` in which the parameters `words` vary."""
     for name in words:
         if name not in _KNOWN:
-            raise TypeError(unknown_name_message("word", name, _KNOWN))
+            raise TypeError(unknown_name_message("parameter", name, _KNOWN))
     given = {name: value for name, value in words.items() if value is not None}
-    kinds = [[name for name in names if name in given] for names in (_PLAIN, _SPINNING, _EULER)]
+    kinds = [list(filter(given.__contains__, names)) for names in (_PLAIN, _SPINNING, _EULER)]
     told = [names[0] for names in kinds if names]
     if len(told) > 1:
-        raise ValueError(f"{told[0]} and {told[1]} both tell the start: give words of one kind")
-    body, gravity = _vary_body(scene, given), given.get("gravity", scene.gravity)
-    damping = given.get("damping", scene.damping)
+        raise ValueError(f"{told[0]} and {told[1]} both describe the start: give only one kind")
+    body = _vary_body(scene, given)
+    gravity: Any = given.get("gravity")
+    damping: Any = given.get("damping")
+    if gravity is None:
+        gravity = Parameter("gravity", np.asarray(scene.gravity), ())
+    if damping is None:
+        damping = Parameter("damping", np.asarray(scene.damping), (3,))
     in_degrees = as_bool("degrees", given.get("degrees", False))
     steady, fast = given.get("steady", False), given.get("fast", False)
-    is_steady = check_steady(steady, fast, given.get("precession"), damping)
+    is_steady = False
+    if steady is not False or fast is not False:
+        drag = damping.values if isinstance(damping, Parameter) else damping
+        is_steady = check_steady(steady, fast, given.get("precession"), drag)
     if kinds[1] or (is_steady and not told):
         start = _start_from_spin(body, scene, given, gravity, in_degrees, (is_steady, fast))
     elif is_steady:
@@ -100,13 +108,13 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
     if not changed:
         return own
     kept = {"mass": own.mass, "inertia": own.inertia, "com": own.com}
-    return Bodies(**{**kept, **changed}, rounded=own.rounded, made_up=own.made_up)
+    return Bodies(**{**kept, **changed}, inertia_rtol=own.inertia_rtol, unphysical=own.unphysical)
 
 
 def _euler_state(scene: Any) -> _EulerState:
     """Compute Euler's angles and rates of the start; rates at rounding level become zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
-    phi, theta, psi, spin = (float(values(n, scene._block, scene._start)[0]) for n in names)
+    phi, theta, psi, spin = [float(values(n, scene._block, scene._start)[0]) for n in names]
     x, y, z = values("velocity", scene._block, scene._start)[0].tolist()
     nodding = x * math.cos(phi) + y * math.sin(phi)
     across = x * math.sin(phi) - y * math.cos(phi)
@@ -141,10 +149,10 @@ def _start_from_spin(
         for name in _SPINNING
         if name in given
     }
-    rate, angle, turning = (
+    rate, angle, turning = [
         array_to_radians(told[name].values, degrees) if name in told else np.asarray(own[name])
         for name in _SPINNING
-    )
+    ]
     broadcast_shape(body, list(told.values()))
     if steady[0]:
         as_given = [

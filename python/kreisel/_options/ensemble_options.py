@@ -1,5 +1,4 @@
-"""Options of an ensemble: a solve's options for all tops, their times, what is recorded or reduced,
-and the threads; validated before anything runs."""
+"""Validated options of an ensemble: those of a solve, times, reductions and threads."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ from .._utils.validation import Array, as_finite_array, as_int, short_repr
 from .methods import FALLBACK, Method, get_method, resolve_method
 from .quantities import QUANTITIES
 from .solve_options import SolveOptions, make_options
-from .times import COUNTABLE, check_times, memory, time_grid, too_many_steps
+from .times import COUNTABLE, check_times, time_grid, too_many_steps_message, total_memory
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
 ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # quantities with the kinds of reduction
@@ -29,14 +28,16 @@ CoreEvents = list[
 ]
 Index = tuple[int, ...]
 Shape = tuple[int, ...]
-_WHAT = "a number, a list of times, or an array of times of each top"
+_TIMES_FORM = "a number, a list of times, or an array of times of each top"
 _MAX_ROWS = 1 << 20  # times that are validated at once
 _MAX_THREADS = 1024
 
 
 class Reduction(NamedTuple):
-    """A component reduced over the times of a top. `kind` is its number in the core, `name` the
-    quantity or component that the user named."""
+    """A component reduced over the times of a top.
+
+    `kind` is its number in the core, `name` the quantity or component that the user named.
+    """
 
     quantity: str
     component: int
@@ -67,7 +68,7 @@ class EnsembleOptions:
     @property
     def is_scalar(self) -> bool:
         """True if the tops run one by one: with events, and with more than 16 digits."""
-        return self.core_events is not None or self.solve.extended_precision
+        return self.core_events is not None or self.solve.has_low_words
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
@@ -85,7 +86,7 @@ class EnsembleOptions:
         """The bytes of a state."""
         if self.reductions:
             return 0
-        return self.solve.size * (2 if self.solve.extended_precision else 1)
+        return self.solve.size * (2 if self.solve.has_low_words else 1)
 
     def options_for(self, scene: Scene) -> SolveOptions:
         """Return the options of one top."""
@@ -119,8 +120,10 @@ def member(tops: Ensemble, i: int) -> Scene:
 
 
 def method_for_all(name: object, tops: Ensemble) -> Method:
-    """Return the method called `name`. Raises ValueError for the first member that it does not
-    suit."""
+    """Return the method called `name`.
+
+    Raises ValueError for the first member that it does not suit.
+    """
     method = get_method(name)
     if method.name == FALLBACK:  # it suits every top
         return method
@@ -155,8 +158,8 @@ def parse_ensemble_options(
         raise ValueError("give either want, for the path of each top, or reduce, not both")
     names = tuple(dict.fromkeys([one.quantity for one in reductions])) if reductions else want
     solve = make_options(chosen, step, tol, digits, max_steps, method, names, every)
-    if reductions and solve.extended_precision:
-        raise ValueError("reduce is for up to 16 digits: what it keeps is a double")
+    if reductions and solve.has_low_words:
+        raise ValueError("reduce accepts at most 16 digits: its results are doubles")
     if has_events:
         solve = replace(solve, events=())
     return EnsembleOptions(solve, is_auto and digits is None and not has_events, reductions)
@@ -223,31 +226,33 @@ def _parse_kinds(name: str, given: object) -> list[str]:
 
 
 def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
-    """Return (k,) times of all tops, or (n, k) where each has its own. Raises ValueError if the
-    times are not monotonic or the steps up to them are not countable."""
+    """Return (k,) times of all tops, or (n, k) where each has its own.
+
+    Raises ValueError if the times are not monotonic or the steps up to them are not countable.
+    """
     step, every = options.solve.step, options.solve.every
-    times = as_finite_array("t", t, _WHAT)
+    times = as_finite_array("t", t, _TIMES_FORM)
     if times.ndim > 1:
         times = _parse_own_times(tops, times)
         if every is not None:
-            raise ValueError("every is for t as a number; an array says itself which states")
+            raise ValueError("every needs t as a number; an array lists its own times")
     elif times.ndim == 1:
         check_times(times, every)
     else:
         times = time_grid(float(times), step, every, options.size)
     end = float(np.abs(times).max(initial=0.0))
     if step is not None and not end / step < COUNTABLE:
-        raise ValueError(too_many_steps(end, step))
+        raise ValueError(too_many_steps_message(end, step))
     return times
 
 
 def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
     """Raise MemoryError if the states do not fit into memory."""
     needed = tops.size * times.shape[-1] * options.size
-    if needed > memory():
+    if needed > total_memory():
         raise MemoryError(
             f"{tops.size} tops with {times.shape[-1]} states each need {1e-9 * needed:.3g} GB, "
-            "more than this machine has: take fewer times, keep less by want or reduce, or stream"
+            "more than this machine has: use fewer times, want, kreisel.reduce or kreisel.stream"
         )
 
 
@@ -288,16 +293,16 @@ def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOption
     if out is None:
         return None
     if options.reductions or options.solve.want is not None:
-        raise ValueError("out is for states: leave want and reduce out")
+        raise ValueError("out receives states: leave out want and reduce")
     shape = (*tops.shape, times.shape[-1], 8)
     if not isinstance(out, np.ndarray):
-        raise TypeError(f"out must be an array of numpy, not {short_repr(out)}")
+        raise TypeError(f"out must be a NumPy array, not {short_repr(out)}")
     if out.dtype != np.float64 or out.shape != shape:
         raise ValueError(
             f"out must be an array of float64 of shape {shape}, not of {out.dtype} and {out.shape}"
         )
     if not out.flags.c_contiguous or not out.flags.writeable:
-        raise ValueError("out must lie in C order and be writeable")
+        raise ValueError("out must be in C order and writeable")
     return out.reshape(tops.size, times.shape[-1], 8)
 
 

@@ -76,8 +76,10 @@ class Method:
 
     @property
     def exact(self) -> bool:
-        """True for the closed form: it has neither step nor tolerance, and needs an integrable
-        scene."""
+        """True for the closed form, which has no step and no tolerance.
+
+        It needs an integrable scene.
+        """
         return bool(self.flags & FLAGS["integrable"])
 
     @property
@@ -104,12 +106,17 @@ class Method:
         return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Return True if it applies to this body under any gravity. `tops` describes its bodies."""
+        """Return True if the method applies to this body under any gravity.
+
+        `tops` describes its bodies.
+        """
         return method_applies(self.name, check_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
-        """Return True if it applies to this scene. Without gravity more bodies have a closed form;
-        few methods move damped tops."""
+        """Return True if the method applies to this scene.
+
+        Without gravity more bodies have a closed form. Few methods move damped tops.
+        """
         damped = check_type("scene", scene, Scene)._is_damped
         any_body = not self.flags & _SOME and not damped
         return any_body or method_suits(self.name, scene._block)
@@ -129,13 +136,13 @@ class Methods(dict[MethodName, Method]):
         def __getitem__(self, name: str, /) -> Method: ...
 
     def __missing__(self, name: str) -> Method:
-        raise KeyError(unknown_method(name))
+        raise KeyError(unknown_method_message(name))
 
 
-def unknown_method(name: str) -> str:
+def unknown_method_message(name: str) -> str:
     """Return the message for a method that does not exist."""
     if name == "geometric":
-        return "method='geometric' makes whole runs to choose by: it is for kreisel.solve alone"
+        return "method='geometric' needs trial runs: only kreisel.solve accepts it"
     if name in ("gsl_rk8pd", "gsl_bsimp"):
         return (
             f"the method {name!r} is not in this build: it needs the GNU Scientific Library (GPL); "
@@ -165,7 +172,7 @@ def is_kowalewski(scene: Scene) -> bool:
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) == "kowalewski"
 
 
-def why_no_closed_form(scene: Scene) -> str:
+def explain_no_closed_form(scene: Scene) -> str:
     """Return the reason why a scene has no closed form."""
     if scene._is_damped:
         return f"no closed form is known for {describe_kind(scene)} with damping"
@@ -188,20 +195,22 @@ def get_method(name: object) -> Method:
         raise TypeError(f"method must be a name in kreisel.methods, not {short_repr(name)}")
     method = methods.get(cast(MethodName, name))
     if method is None:
-        raise ValueError(unknown_method(name))
+        raise ValueError(unknown_method_message(name))
     return method
 
 
 def resolve_method(name: object, scene: Scene) -> Method:
-    """Return the method called `name`, or that of 'auto'. Raises ValueError if there is none, or if
-    it does not apply to the scene."""
+    """Return the method called `name`, or that of 'auto'.
+
+    Raises ValueError if there is none, or if it does not apply to the scene.
+    """
     if isinstance(name, str) and name == "auto":
         closed = not is_kowalewski(scene) and methods[EXACT].suits(scene)
         return methods[EXACT if closed else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):
         if method.applies_to(scene.body) and not scene._is_damped:
-            raise ValueError(f"the method {name!r} does not apply: {why_no_closed_form(scene)}")
+            raise ValueError(f"the method {name!r} does not apply: {explain_no_closed_form(scene)}")
         others = ", ".join(other.name for other in methods.values() if other.suits(scene))
         tops = method.tops if method.damped or not scene._is_damped else "tops without damping"
         raise ValueError(

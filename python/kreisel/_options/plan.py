@@ -8,8 +8,8 @@ import numpy as np
 
 from .._core import start, values
 from .._model.scene import Scene
-from .methods import EXACT, FALLBACK, describe_kind, why_no_closed_form
-from .quantities import HEADING_DEPENDENT, doubles
+from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form
+from .quantities import HEADING_DEPENDENT, count_components
 from .solve_options import SolveOptions
 from .times import CHUNK_SIZE
 
@@ -106,7 +106,7 @@ class Plan:
         return "\n".join(f"{name:<11}{text}" for name, text in rows)
 
 
-def plan_of(
+def make_plan(
     scene: Scene, options: SolveOptions, states: int | None = None, choice: StepChoice | None = None
 ) -> Plan:
     """Return the plan of a solve of this scene, for so many states."""
@@ -115,33 +115,33 @@ def plan_of(
         _, top = start(scene._block, *options.core)
         kernel, order = top.kernel if top else (kernel, order)
     columns = ("t", "q", "m") if options.want is None else ("t", *options.want)
-    if options.want is None and options.extended_precision:
+    if options.want is None and options.has_low_words:
         columns += "q_low", "m_low"
     return Plan(
         method=options.method.name,
-        why=_why(scene, options, choice),
+        why=_explain_method(scene, options, choice),
         step=options.step,
         order=order,
-        form=_form(options),
+        form=_describe_equations(options),
         kernel=kernel,
         columns=columns,
-        bytes=8 * sum(map(doubles, columns)),
-        left_out=_left_out(scene, options, states),
-        kept=_kept(scene, options),
+        bytes=8 * sum(map(count_components, columns)),
+        left_out=_list_omissions(scene, options, states),
+        kept=_list_surplus(scene, options),
         choice=choice,
-        turn=_turn(scene, options),
+        turn=_turn_per_step(scene, options),
     )
 
 
-def _turn(scene: Scene, options: SolveOptions) -> float | None:
+def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
     """Return how far the top turns in a fixed step. From a radian on few methods can follow it."""
     if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))
-    return options.step * max(velocity, scene._fastest)
+    return options.step * max(velocity, scene._rate_bound)
 
 
-def _why(scene: Scene, options: SolveOptions, choice: StepChoice | None) -> str:
+def _explain_method(scene: Scene, options: SolveOptions, choice: StepChoice | None) -> str:
     if choice:
         return "the cheapest that keeps the error allowed"
     if options.requested_method != "auto":
@@ -149,13 +149,13 @@ def _why(scene: Scene, options: SolveOptions, choice: StepChoice | None) -> str:
     if options.digits is not None:
         return f"asked for {options.digits} digits"
     if not options.method.exact:
-        return why_no_closed_form(scene)
+        return explain_no_closed_form(scene)
     return f"{describe_kind(scene)} has a closed form" + (
         "" if scene.gravity else " without gravity"
     )
 
 
-def _form(options: SolveOptions) -> str:
+def _describe_equations(options: SolveOptions) -> str:
     if options.leave_heading:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
     if options.method.name == FALLBACK:
@@ -163,11 +163,11 @@ def _form(options: SolveOptions) -> str:
     return options.method.text
 
 
-def _no_torque(scene: Scene) -> bool:
+def _is_free(scene: Scene) -> bool:
     return scene.gravity == 0.0 or not any(scene.body.com)
 
 
-def _left_out(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
+def _list_omissions(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
     want, name = options.want, options.method.name
     rows = []
     if options.leave_heading:
@@ -177,7 +177,7 @@ def _left_out(scene: Scene, options: SolveOptions, states: int | None) -> Reason
         rows.append(("momentum", "nor does it need m in space"))
     if name == EXACT:
         rows.append(("steps", "any state at once, by the closed form"))
-        if _no_torque(scene):
+        if _is_free(scene):
             rows.append(("gravity", "no torque acts: the free body's closed form"))
     if options.method.splitting and scene.body.is_symmetric:
         rows.append(("two of a drift's four turns", "two moments are equal: the rest is exact"))
@@ -197,7 +197,7 @@ def _left_out(scene: Scene, options: SolveOptions, states: int | None) -> Reason
     return tuple(rows)
 
 
-def _kept(scene: Scene, options: SolveOptions) -> Reasons:
+def _list_surplus(scene: Scene, options: SolveOptions) -> Reasons:
     rows = []
     if options.method.name == FALLBACK:
         if (
@@ -207,7 +207,7 @@ def _kept(scene: Scene, options: SolveOptions) -> Reasons:
         ):
             why = "the series with more digits than doubles has no form without it"
             rows.append(("attitude", "events may need it" if options.has_events else why))
-        if _no_torque(scene):
+        if _is_free(scene):
             rows.append(
                 ("torque", "zero, and cheap: two products beside the sums of a whole order")
             )

@@ -41,7 +41,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 }
 
 
-def _low(name: str) -> Quantity:
+def _low_quantity(name: str) -> Quantity:
     """Return the quantity of the low words of `name`."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
@@ -49,7 +49,7 @@ def _low(name: str) -> Quantity:
     return whole._replace(name=f"{name}_low", components=words, text=text)
 
 
-LOW = {low.name: low for low in map(_low, ("q", "m"))}
+LOW = {low.name: low for low in map(_low_quantity, ("q", "m"))}
 RECORDABLE = QUANTITIES | LOW  # what `want` can name
 TIME = Quantity("t", 1, ["t"], False, "T", "times")
 HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
@@ -57,6 +57,6 @@ HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if q
 ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
 
 
-def doubles(name: str) -> int:
+def count_components(name: str) -> int:
     """Return the number of components of a quantity or of time."""
     return (TIME if name == "t" else RECORDABLE[name]).doubles

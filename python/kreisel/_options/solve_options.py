@@ -14,7 +14,7 @@ from .._utils.errors import unknown_name_message
 from .._utils.literals import QuantityName
 from .._utils.validation import as_int, as_positive, check_type, short_repr
 from .methods import FALLBACK, Method, resolve_method
-from .quantities import HEADING_DEPENDENT, RECORDABLE, doubles
+from .quantities import HEADING_DEPENDENT, RECORDABLE, count_components
 from .times import CHUNK_SIZE, COUNTABLE
 
 Progress = Callable[[float], object]
@@ -57,13 +57,13 @@ class SolveOptions:
     def core(self) -> tuple[str, float, float, int, int, bool]:
         """Name, step, tol, digits, max_steps and leave_heading, as arguments of the core."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
-        precise = self.extended_precision or self.has_events
+        precise = self.has_low_words or self.has_events
         leave_heading = level and self.method.skips_heading and not precise
         own = self.step or 0.0, self.tol or 0.0, self.digits or 0
         return self.method.name, *own, self.max_steps, leave_heading
 
     @cached_property
-    def of_path(self) -> SolveOptions:
+    def path_options(self) -> SolveOptions:
         """The options of a path with all its states: without those that control a single run."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
@@ -87,14 +87,14 @@ class SolveOptions:
     @property
     def size(self) -> int:
         """The bytes of a state, without its time."""
-        return 64 if self.want is None else 8 * sum(map(doubles, self.want))
+        return 64 if self.want is None else 8 * sum(map(count_components, self.want))
 
     @property
-    def extended_precision(self) -> bool:
+    def has_low_words(self) -> bool:
         """True if the low words of the states are recorded too."""
         return (self.digits or 0) > 16
 
-    def signed_step(self, is_back: bool) -> float | None:
+    def step_with_sign(self, is_back: bool) -> float | None:
         """Return the step, negative if `is_back`."""
         return -self.step if is_back and self.step is not None else self.step
 
@@ -184,7 +184,7 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
             )
     kept = tuple(name for name in dict.fromkeys(given) if name != "t")
     if not kept:
-        raise ValueError("want names no quantity beside t; leave it out for all of them")
+        raise ValueError("want names no quantity besides t; leave it out to record all")
     return kept
 
 
@@ -203,13 +203,11 @@ def parse_tol(method: Method, tol: object) -> float | None:
     if tol is None:
         return None
     if not (method.adaptive or method.implicit):
-        raise ValueError(
-            f"the method {method.name!r} has no tolerance: its step alone decides, leave tol out"
-        )
+        raise ValueError(f"the method {method.name!r} has no tolerance: leave out tol")
     accuracy = as_positive("tol", tol)
     if accuracy >= 1.0:
         raise ValueError(
-            f"tol must be below 1: it is what a step may err by, of what it computes; not {tol!r}"
+            f"tol must be below 1, since it is the relative error of a step; not {tol!r}"
         )
     return None if method.exact else accuracy
 
@@ -220,10 +218,10 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
         return None
     if not method.digits:
         raise ValueError(
-            f"the method {method.name!r} has no digits to choose: that is for method='taylor'"
+            f"the method {method.name!r} has a fixed precision: digits need method='taylor'"
         )
     if tol is not None:
-        raise ValueError("digits and tol exclude each other: either says how accurate to be")
+        raise ValueError("give either digits or tol, not both")
     asked = as_int("digits", digits, 1)
     if asked > 30:
         raise ValueError(f"digits must be at most 30, not {digits!r}")

@@ -14,7 +14,7 @@ from .._utils.validation import Array, Numbers, as_finite_array, as_float
 
 CHUNK_SIZE = 1 << 14  # states that are computed, used and dropped at a time
 COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
-_WHAT = "a number or a list of times"
+_TIMES_FORM = "a number or a list of times"
 
 
 def time_array(t: object, step: float | None, every: int | None, size: int = 64) -> Array:
@@ -22,7 +22,7 @@ def time_array(t: object, step: float | None, every: int | None, size: int = 64)
 
     `size` is the bytes of a state. Raises MemoryError if the states do not fit into memory.
     """
-    times = as_finite_array("t", t, _WHAT)
+    times = as_finite_array("t", t, _TIMES_FORM)
     if times.ndim == 0:
         return time_grid(float(times), step, every, size)
     if times.ndim > 1:
@@ -37,13 +37,13 @@ def time_grid(end: float, step: float | None, every: int | None, size: int = 64)
     """Return the start and `end`, or the times of each `every` steps."""
     if step is None or every is None:
         return np.array([0.0, end])
-    return _grid(end, step, every, size + 8)
+    return _make_grid(end, step, every, size + 8)
 
 
 def check_times(times: Array, every: int | None) -> None:
     """Raise ValueError if a list of times is not monotonic, or comes with `every`."""
     if every is not None:
-        raise ValueError("every is for t as a number; a list says itself which states are wanted")
+        raise ValueError("every needs t as a number; a list has its own times")
     check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
 
 
@@ -69,28 +69,30 @@ def time_chunks(
     after: float | None,
 ) -> Iterator[Array]:
     """Return the times that `t` stands for in chunks of `size`; of a grid those later than `after`.
-    `t` may be any iterable, also an endless one."""
+
+    `t` may be any iterable, also an endless one.
+    """
     if isinstance(t, Iterator):
         if every is not None:
-            raise ValueError(
-                "every is for t as a number; an iterator says itself which states are wanted"
-            )
-        return _from_iterator(t, size)
+            raise ValueError("every needs t as a number; an iterator has its own times")
+        return _iterator_chunks(t, size)
     if np.ndim(t) > 0 or isinstance(t, Sequence):
         times = time_array(t, step, every)
         return (times[i : i + size] for i in range(0, times.size, size))
     if every is None or step is None:
         raise ValueError(
-            "a stream needs the times wanted: every=10 with a method of fixed step, "
+            "a stream needs its times: every=10 with a method of fixed step, "
             "or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
-    return _grid_pieces(end, step, every, size, after)
+    return _grid_chunks(end, step, every, size, after)
 
 
 def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return True if `t` leads back in time; and `t` itself, since an iterator is read up to the
-    first time other than 0."""
+    """Return True if `t` leads back in time, and `t` itself.
+
+    An iterator is read up to the first time other than 0; the returned one has all its times.
+    """
     if isinstance(t, Iterator):
         begun, back = [], False
         for time in t:
@@ -106,7 +108,7 @@ def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[fl
     return isinstance(last, (int, float, np.number)) and bool(last < 0.0), t
 
 
-def _from_iterator(t: Iterable[float], size: int) -> Iterator[Array]:
+def _iterator_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
     while piece := list(itertools.islice(t, size)):
         times = as_finite_array("t", piece, "an iterator of times")
         if times.ndim != 1:
@@ -114,30 +116,30 @@ def _from_iterator(t: Iterable[float], size: int) -> Iterator[Array]:
         yield times
 
 
-def _steps(end: float, step: float) -> int:
+def _count_steps(end: float, step: float) -> int:
     """Return the number of whole steps from 0 to `end`, up to its rounding."""
     length = abs(end)
     if not length / step < COUNTABLE:
-        raise ValueError(too_many_steps(end, step))
+        raise ValueError(too_many_steps_message(end, step))
     steps = math.floor(length / step + 0.5)
     return steps - 1 if steps * step - length > 2.0 * np.finfo(float).eps * length else steps
 
 
-def _grid(end: float, step: float, every: int, size: int) -> Array:
+def _make_grid(end: float, step: float, every: int, size: int) -> Array:
     """Return every `every`-th point of the grid of steps from 0 to `end`."""
-    steps = _steps(end, step)
+    steps = _count_steps(end, step)
     states = steps // every + 1
     check_memory(states, size)
     return np.arange(0, steps + 1, every, dtype=np.float64) * math.copysign(step, end)
 
 
-def _grid_pieces(
+def _grid_chunks(
     end: float, step: float, every: int, size: int, after: float | None
 ) -> Iterator[Array]:
-    last = 2**53 - 1 if math.isinf(end) else _steps(end, step)
+    last = 2**53 - 1 if math.isinf(end) else _count_steps(end, step)
     first = 0
     if after is not None:
-        first = _steps(after, step) // every * every
+        first = _count_steps(after, step) // every * every
         first += every if first * step <= abs(after) else 0
     signed = math.copysign(step, end)
     return (
@@ -148,15 +150,15 @@ def _grid_pieces(
 
 def check_memory(states: int, size: int) -> None:
     """Raise MemoryError if so many states of `size` bytes do not fit into memory."""
-    if size * states > memory():
+    if size * states > total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
-            f"{states} states need {needed}, more than this machine has: record fewer, by a "
+            f"{states} states need {needed}, more than this machine has: record fewer with a "
             "larger every or step"
         )
 
 
-def memory() -> int:
+def total_memory() -> int:
     """Return the bytes of memory of this machine, or no limit where that is unknown."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
@@ -164,7 +166,7 @@ def memory() -> int:
         return 2**63
 
 
-def too_many_steps(end: float, step: float) -> str:
+def too_many_steps_message(end: float, step: float) -> str:
     return (
         f"t = {end!r} takes more steps of {step!r} than double precision can count (2**53): "
         "take larger steps"
@@ -172,13 +174,15 @@ def too_many_steps(end: float, step: float) -> str:
 
 
 def check_horizon(scene: Scene, end: float, step: float | None) -> None:
-    """Raise ValueError if the steps up to `end` are not countable, or if the top's angle then
-    exceeds the resolution of a double."""
+    """Raise ValueError if a double cannot resolve the state at `end`.
+
+    The steps up to `end` must be countable, and the top's angle must be below 2**53 rad.
+    """
     if step is not None and not abs(end / step) < COUNTABLE:
-        raise ValueError(too_many_steps(end, abs(step)))
-    angle = scene._fastest * abs(end)
+        raise ValueError(too_many_steps_message(end, abs(step)))
+    angle = scene._rate_bound * abs(end)
     if angle >= COUNTABLE:
         raise ValueError(
-            f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot tell "
-            "where it is"
+            f"by t = {end!r} this top turns by {angle:.2g} rad: double precision cannot "
+            "resolve its attitude"
         )

@@ -1,2 +1,1 @@
-"""Pictures with matplotlib, which is imported here alone, and never its pyplot: no state is left
-behind."""
+"""Pictures with matplotlib, without its pyplot, so that no state is left behind."""

@@ -13,7 +13,7 @@ from .._model.scene import Scene
 from .._model.turning_points import TurningPoints, compute_turning_points
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, short_repr
-from .solids import BLUE, FAINT, ORANGE, bare, drawable, view
+from .solids import BLUE, FAINT, ORANGE, drawable, hide_axes, project
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -40,8 +40,10 @@ class Plottable(Protocol):
 
 
 class Picture(tuple[Axes, ...]):
-    """The axes of a picture, three a path: trace, nutation, precession; a notebook shows it. To a
-    file goes `picture.figure.savefig("top.png")`."""
+    """The axes of a picture, three for each path: trace, nutation, precession.
+
+    A notebook shows it; `picture.figure.savefig("top.png")` writes a file.
+    """
 
     __slots__ = ()
 
@@ -76,7 +78,7 @@ def plot_paths(
     """Plot each path with the states at its events, in three axes of its own or in a new figure."""
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: solve for times")
-    picture = _lay_out(len(paths)) if axes is None else _picture_of(axes, 3 * len(paths))
+    picture = _lay_out(len(paths)) if axes is None else _draw_picture(axes, 3 * len(paths))
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
         _draw(one, path, events, degrees)
@@ -102,7 +104,7 @@ def _lay_out(n: int) -> Picture:
     return Picture(axes)
 
 
-def _picture_of(axes: Iterable[Axes], n: int) -> Picture:
+def _draw_picture(axes: Iterable[Axes], n: int) -> Picture:
     try:
         picture = Picture(axes)
     except TypeError:
@@ -121,8 +123,8 @@ def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degre
     unit, sign = (180.0 / np.pi, "°") if degrees else (1.0, "rad")
     limits = _limits(path.scene)
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
-    globe(sphere, path.apex, limits=heights)
-    told = path.scene.body.kind if limits is None else str(limits.course[0])
+    draw_trace(sphere, path.apex, limits=heights)
+    told = path.scene.body.kind if limits is None else str(limits.motion_type[0])
     method = "closed form" if path.method == "exact" else path.method
     sphere.set_title(f"{told} ({method})", fontsize=10)
     above.plot(path.t, unit * path.nutation, color=BLUE, linewidth=1.2)
@@ -141,8 +143,11 @@ def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degre
 
 
 def _jumps(around: Array) -> npt.NDArray[np.intp]:
-    """Return the intervals in which a precession angle jumps, since the apex passes close to the
-    vertical there: it changes by more than half a radian and far more than elsewhere."""
+    """Return the intervals in which a precession angle jumps.
+
+    The apex passes close to the vertical there: the angle changes by more than half a radian and
+    far more than elsewhere.
+    """
     change = np.abs(np.diff(around))
     usual = float(np.median(change)) if len(change) else 0.0
     return np.flatnonzero(change > max(0.5, 8.0 * usual))
@@ -154,13 +159,13 @@ def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tu
 
 
 def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit: float) -> None:
-    """A point at each event, on the trace and in both charts."""
+    """Draw a point at each event, on the trace and in both charts."""
     sphere, above, below = axes
 
     def dots(chart: Axes, x: Array, y: Array) -> None:
         chart.plot(x, y, "o", color=ORANGE, markersize=4.0, zorder=4)
 
-    x, y, depth = view(events.apex)
+    x, y, depth = project(events.apex)
     dots(sphere, x[depth > 0.0], y[depth > 0.0])
     dots(above, events.t, unit * events.nutation)
     order = np.argsort(t)
@@ -175,7 +180,7 @@ def _limits(scene: Scene) -> TurningPoints | None:
 
 
 def _least_range(chart: Axes, unit: float) -> None:
-    """A nutation that is steady to rounding is drawn as a level line, not as its rounding."""
+    """Widen the range of a nutation that is steady to rounding, so that it is a level line."""
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:
         middle, half = 0.5 * (low + high), 0.05 * unit
@@ -193,12 +198,12 @@ def _apply_style(chart: Axes) -> None:
     chart.margins(x=0.01)
 
 
-def ball(axes: Axes, elevation: float = 20.0) -> None:
-    """The outline of the unit sphere, its equator, and an arrow upwards."""
+def draw_sphere(axes: Axes, elevation: float = 20.0) -> None:
+    """Draw the outline of the unit sphere, its equator, and an arrow upwards."""
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
     _parallel(axes, 0.0, elevation, FAINT, "-")
-    x, y, _ = view(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
+    x, y, _ = project(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
     axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.3))
 
@@ -207,20 +212,24 @@ def _parallel(axes: Axes, height: float, elevation: float, colour: str, style: s
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     flat = (1.0 - height * height) ** 0.5
     circle = np.stack([flat * np.cos(angle), flat * np.sin(angle), height + 0.0 * angle], axis=-1)
-    x, y, depth = view(circle, elevation)
+    x, y, depth = project(circle, elevation)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), style, color=colour, linewidth=0.7)
 
 
-def globe(axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[float] = ()) -> None:
-    """A trace (n, 3) on the unit sphere: faint where it is behind; the dot is the start, the arrow
-    points up, broken lines are the heights between which it stays."""
-    ball(axes, elevation)
+def draw_trace(
+    axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[float] = ()
+) -> None:
+    """Draw a trace (n, 3) on the unit sphere, faint where it is behind.
+
+    The dot is the start, and the arrow points up. Broken lines are the heights in `limits`.
+    """
+    draw_sphere(axes, elevation)
     for height in limits:
         _parallel(axes, float(height), elevation, ORANGE, "--")
-    x, y, depth = view(trace, elevation)
+    x, y, depth = project(trace, elevation)
     axes.plot(x, y, color=BLUE, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), color=BLUE, linewidth=1.0)
     ink = matplotlib.rcParams["text.color"]
     behind = depth[0] < 0.0
     axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, alpha=0.4 if behind else 1.0)
-    bare(axes)
+    hide_axes(axes)

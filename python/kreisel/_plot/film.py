@@ -1,5 +1,7 @@
-"""A body in motion, frame by frame: as a GIF, an MP4 or a page of HTML. A film is made in memory,
-so that a file is there whole or not at all."""
+"""Films of a body in motion, as a GIF, an MP4 or a page of HTML.
+
+A film is made in memory, so that its file is complete or absent.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +18,11 @@ import numpy as np
 from .._model.body import Body
 from .._model.scene import Scene
 from .._utils.atomic_io import atomic_write, check_writable
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, as_int, as_positive
-from .charts import ball
-from .solids import BLUE, FAINT, ORANGE, bare, faces, solid_of, view
+from .charts import draw_sphere
+from .solids import BLUE, FAINT, ORANGE, build_solid, draw_faces, hide_axes, project
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -50,7 +52,7 @@ class Animatable(Protocol):
     def __call__(self, t: Array, /) -> Animatable: ...
 
 
-@frozen_message("path.animate({}=...) makes another film")
+@refuse_assignment("path.animate({}=...) makes another film")
 class Film:
     """A film of a path: save it, or let a notebook show it.
 
@@ -77,8 +79,10 @@ class Film:
         return f"<Film: {len(self)} frames, {self.fps} a second, {span}>"
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """A file of it, .gif, .mp4 (where ffmpeg is) or .html; whole or, whatever fails, not at
-        all. ValueError for other names, OSError where it cannot be written."""
+        """Write the film to a file that ends in .gif, .mp4 (needs ffmpeg) or .html, atomically.
+
+        Raises ValueError for other names, OSError if the file cannot be written.
+        """
         make = writer_for(file)
         atomic_write(file, make(self))
 
@@ -93,8 +97,8 @@ class Film:
         """One figure, drawn anew for each frame."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        ball(axes)
-        bare(axes)
+        draw_sphere(axes)
+        hide_axes(axes)
         (behind,) = axes.plot([], [], color=BLUE, linewidth=0.6, alpha=0.4)
         (trace,) = axes.plot([], [], color=BLUE, linewidth=1.1, alpha=0.8, zorder=3)
         (needle,) = axes.plot([], [], color=ORANGE, linewidth=1.4)
@@ -102,7 +106,7 @@ class Film:
         (lever,) = axes.plot([], [], color=FAINT, linewidth=2.2)
         axes.plot([0.0], [0.0], "o", color=FAINT, markersize=5, zorder=1.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
-        x, y, depth = view(self._apex)
+        x, y, depth = project(self._apex)
         quads, colours = _solid(self._body)
         heights = quads @ _matrix(self._q[0]).T @ self._apex[0]  # along the apex
         begin, out = max(float(heights.min()), 0.0), float(heights.max())
@@ -118,22 +122,24 @@ class Film:
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
             lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # than the body's
-            solid = faces(axes, quads @ _matrix(q).T, colours)
+            solid = draw_faces(axes, quads @ _matrix(q).T, colours)
             solid.set_zorder(2.0)
             clock.set_text(f"t = {t:.4g}")
             yield figure
             solid.remove()
 
 
-def film_of(
+def make_film(
     path: Animatable,
     file: str | os.PathLike[str] | None,
     speed: float | None,
     fps: int,
     size: int,
 ) -> Film:
-    """A film of a path, saved where a file is named; what cannot be is refused before anything
-    runs."""
+    """Return a film of a path, and save it if a file is named.
+
+    All arguments are validated before anything runs.
+    """
     make = None if file is None else writer_for(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
     begin, end = _ends(path.t)
@@ -148,16 +154,18 @@ def film_of(
     steps = max(round(frames) - 1, 1)
     t = np.linspace(begin, end, steps * BETWEEN + 1)
     states = path(t)
-    q, apex = _from_aside(states.q, states.apex)
+    q, apex = _turn_to_side(states.q, states.apex)
     film = Film(path.scene.body, t[::BETWEEN], q[::BETWEEN], apex, rate, wide)
     if file is not None and make is not None:
         atomic_write(file, make(film))
     return film
 
 
-def _from_aside(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Turn states about the vertical so that the eye sees the axis from aside: it leans to the
-    right, and a little towards the eye, at the first state that leans, or else leans most."""
+def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
+    """Turn states about the vertical so that the view is from the side.
+
+    The axis leans to the right, and a little towards the eye, at the first state with a clear lean.
+    """
     lean = np.hypot(apex[:, 0], apex[:, 1])
     at = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
     if not lean[at] > 0.0:
@@ -176,22 +184,22 @@ def _from_aside(q: Array, apex: Array) -> tuple[Array, Array]:
 
 
 def _ends(t: Array) -> tuple[float, float]:
-    """The first and the last time of a path, whatever the order of those between."""
+    """Return the first and the last time of a path, whatever the order of the others."""
     low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
     if not low < high:
-        raise ValueError("a film needs a path of some time: solve to a later one")
+        raise ValueError("a film needs a path of positive duration: solve to a later time")
     return (low, high) if t[-1] >= t[0] else (high, low)
 
 
 def _solid(body: Body) -> tuple[Array, Array]:
     """Faces along the frame of description, scaled into the sphere, and their colours."""
-    quads, colours = solid_of(body.mass, np.array(body.moments), np.array(body.principal_com))
+    quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
     quads = quads @ _matrix(np.array(body.axes)).T
     return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
 
 
 def _matrix(q: Array) -> Array:
-    """The rotation of a unit quaternion (w, x, y, z): columns are the turned axes."""
+    """Return the rotation matrix of a unit quaternion (w, x, y, z); columns are the turned axes."""
     w, x, y, z = q
     return np.array(
         [
@@ -208,7 +216,7 @@ def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
     if suffix not in _MAKERS:
         raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
     if suffix == ".mp4" and not FFMpegWriter.isAvailable():
-        raise OSError("a film as .mp4 needs ffmpeg, which is not here: take .gif or .html")
+        raise OSError("a film as .mp4 needs ffmpeg, which was not found: use .gif or .html")
     check_writable(file)
     return _MAKERS[suffix]
 

@@ -1,5 +1,4 @@
-"""Solids seen from a little above: faces in the light, rods, and a body in the proportions of its
-moments."""
+"""Solids seen from a little above: lit faces, rods, and bodies with given moments."""
 
 from __future__ import annotations
 
@@ -19,11 +18,13 @@ _SLICES = 96
 _ROUND = 16  # sides of a tube
 
 
-def view(
+def project(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Across, up, and towards the eye, of points (..., 3) seen from these angles above the plane
-    and about the vertical [degrees]."""
+    """Return the coordinates across, up, and towards the eye of points (..., 3).
+
+    The eye looks from `elevation` above the plane and `azimuth` about the vertical [degrees].
+    """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
     across, away = x * np.cos(a) + y * np.sin(a), y * np.cos(a) - x * np.sin(a)
@@ -39,7 +40,7 @@ def drawable(axes: object) -> Axes:
     return axes
 
 
-def faces(
+def draw_faces(
     axes: Axes,
     corners: Array,
     colour: str | Array,
@@ -47,10 +48,13 @@ def faces(
     azimuth: float = 0.0,
     edge: float = 0.0,
 ) -> PolyCollection:
-    """Faces (n, 4, 3) of a solid, each counterclockwise from outside: those that face the eye,
-    farthest first, the brighter the more they face the light. `colour`: of all, or (n, 3) of each;
-    `edge`: width of their outline [pt]."""
-    x, y, depth = view(corners, elevation, azimuth)
+    """Draw the faces (n, 4, 3) of a solid, each counterclockwise from outside.
+
+    Only faces towards the eye are drawn, the farthest first. A face is the brighter, the more it
+    faces the light. `colour` is one of all faces, or (n, 3) one of each; `edge` is the width of
+    their outline [pt].
+    """
+    x, y, depth = project(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
         y[:, 2] - y[:, 0]
     ) > 0.0
@@ -67,14 +71,14 @@ def faces(
     return solid
 
 
-def bare(axes: Axes) -> None:
-    """Without frame and ticks, as wide as high."""
+def hide_axes(axes: Axes) -> None:
+    """Hide frame and ticks, and scale both directions alike."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
 
 
-def bar(
+def draw_bar(
     centre: Array,
     frame: Array,
     section: tuple[float, float],
@@ -84,17 +88,20 @@ def bar(
     elevation: float = 20.0,
     azimuth: float = 0.0,
 ) -> None:
-    """A bar along a curve (n, 3), of rectangular section along the first two axes of its frame
-    (n, 3, 3), the larger side `thickness` (else a thirtieth of the curve's extent)."""
+    """Draw a bar of rectangular section along a curve (n, 3).
+
+    The sides of the section are along the first two axes of `frame` (n, 3, 3). The larger side is
+    `thickness`, by default a thirtieth of the curve's extent.
+    """
     half = 0.5 * _thickness(centre, thickness) * np.array(section)
     signs = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
     rims = centre[:, None] + np.einsum("cj,njk->nck", signs, frame[:, :2])  # (n, 4, 3)
     ends = np.stack([rims[0, ::-1], rims[-1]])
-    faces(axes, np.concatenate([_sides(rims), ends]), colour, elevation, azimuth)
-    bare(axes)
+    draw_faces(axes, np.concatenate([_sides(rims), ends]), colour, elevation, azimuth)
+    hide_axes(axes)
 
 
-def tube(
+def draw_tube(
     centre: Array,
     tangent: Array,
     axes: Axes,
@@ -103,11 +110,13 @@ def tube(
     elevation: float = 20.0,
     azimuth: float = 0.0,
 ) -> None:
-    """Draw a tube of round section along a curve (n, 3) with these unit tangents (n, 3). Its
-    diameter is `thickness`, or else a thirtieth of the extent of the curve."""
+    """Draw a tube of round section along a curve (n, 3) with unit tangents (n, 3).
+
+    Its diameter is `thickness`, by default a thirtieth of the extent of the curve.
+    """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _untwisted(tangent))
+    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _parallel_frames(tangent))
     pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # an end is a fan of quadrilaterals
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
     middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
@@ -115,8 +124,8 @@ def tube(
         np.concatenate([middle[0], first[:, ::-1]], axis=1),
         np.concatenate([middle[1], last], axis=1),
     ]
-    faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
-    bare(axes)
+    draw_faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
+    hide_axes(axes)
 
 
 def _thickness(centre: Array, thickness: float | None) -> float:
@@ -129,7 +138,7 @@ def _sides(rims: Array) -> Array:
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _untwisted(tangent: Array) -> Array:
+def _parallel_frames(tangent: Array) -> Array:
     """Return two normals (n, 2, 3) at each point of a curve, which do not turn about it."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
@@ -141,9 +150,11 @@ def _untwisted(tangent: Array) -> Array:
 
 
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
-    """The cuboid with these principal moments at the fixed point and this mass times com: half
-    edges, centre, and its axes as rows. Of tops whose mass or lever is made up there is none of
-    their mass; then that of the mass which makes it largest is taken."""
+    """Return half edges, centre and axes (rows) of the cuboid with these moments.
+
+    The principal moments are at the fixed point. An unphysical body may have no such cuboid; its
+    mass is then raised, with the same mass times com, to the value that makes the cuboid largest.
+    """
     best = _cuboid(mass, moments, mass * com)
     if best is None:
         made = (_cuboid(mass * 1.05**k, moments, mass * com) for k in range(1, 1200))
@@ -168,7 +179,7 @@ def _cuboid(mass: float, moments: Array, lever: Array) -> tuple[Array, Array, Ar
 
 
 def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """The faces (6, 4, 3) of a cuboid, and a colour for each: one of the six stands out."""
+    """Return the faces (6, 4, 3) of a cuboid, and a colour for each, one of which stands out."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):
@@ -182,10 +193,12 @@ def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
 
 
 def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
-    """A body of revolution about the third axis, inside the cylinder of this radius and half this
-    length whose centre is at this height: a spinning top that stands on the origin, or where it has
-    no tip the cylinder itself. Its faces (n, 4, 3), and a colour for each, so that it is seen to
-    turn."""
+    """Return the faces (n, 4, 3) of a body of revolution about the third axis, and their colours.
+
+    The body lies inside the cylinder of this radius and half length, with its centre at `height`.
+    With a tip it is a spinning top that stands on the origin, otherwise the cylinder itself. The
+    colours make its turning visible.
+    """
     low = height - half
     if tip:
         foot = [(0.0, 0.0), (0.05, 0.02 * half)] if low > 0.3 * half else []
@@ -207,9 +220,11 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
     return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
 
 
-def solid_of(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
-    """Faces and colours of a body, along its principal axes: a turned top where it is symmetric
-    about the axis of its centre of mass, else a cuboid."""
+def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
+    """Return faces and colours of a body, along its principal axes.
+
+    It is a turned top if the body is symmetric about the axis of its centre of mass, else a cuboid.
+    """
     half, centre, axes = cuboid(mass, moments, com)
     apex = int(np.argmax(np.abs(com))) if com.any() else 2
     i, j = (apex + 1) % 3, (apex + 2) % 3

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._core import Work, record, start
 from .._model.scene import Scene
-from .._options.methods import is_kowalewski, why_no_closed_form
+from .._options.methods import explain_no_closed_form, is_kowalewski
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array
@@ -26,10 +26,12 @@ def record_states(
 
 
 def record_unordered(scene: Scene, options: SolveOptions, times: Array) -> CoreResult:
-    """Record the states at times in any order and on either side of 0. Where a run fails the result
-    has the states that it reached."""
+    """Record the states at times in any order and on either side of 0.
+
+    Where a run fails the result has the states that it reached.
+    """
     states = np.empty((times.size, 8))
-    low = np.empty((times.size, 8)) if options.extended_precision else None
+    low = np.empty((times.size, 8)) if options.has_low_words else None
     counts, end = np.zeros(4, dtype=np.int64), 0.0
     for side in (times < 0.0, times >= 0.0):
         at = np.flatnonzero(side)
@@ -51,7 +53,7 @@ def creation_error(
 ) -> Exception:
     """Return the exception for a top that the core cannot create, with a step that it accepts."""
     if status == "ERR_METHOD" and is_kowalewski(scene):
-        return ValueError(f"the method {method!r} does not apply: {why_no_closed_form(scene)}")
+        return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
     would = ""
     if status == "ERR_STEP_SIZE" and step:
         fits = step

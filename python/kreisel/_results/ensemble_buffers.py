@@ -1,5 +1,4 @@
-"""Buffers of an ensemble: arrays with a row for each top, in C order, and the functions of the core
-that write them."""
+"""Buffers of an ensemble, with a row for each top in C order, and the core calls that fill them."""
 
 from __future__ import annotations
 
@@ -27,8 +26,11 @@ INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
 
 class RawEvents(NamedTuple):
-    """Events of several tops: the row of the top, the states (e, 8), their low words, the index of
-    the event and its direction."""
+    """Events of several tops, as columns.
+
+    They are the row of the top, the states (e, 8), their low words, the index of the event and its
+    direction.
+    """
 
     top: Counts
     states: Array
@@ -88,7 +90,7 @@ class EnsembleBuffers:
                 buffers.columns[name] = np.empty((n, k, *RECORDABLE[name].shape))
         else:
             buffers.states = np.empty((n, k, 8)) if out is None else out
-            buffers.low = np.empty((n, k, 8)) if options.solve.extended_precision else None
+            buffers.low = np.empty((n, k, 8)) if options.solve.has_low_words else None
         return buffers
 
     @property
@@ -161,8 +163,10 @@ class EnsembleBuffers:
 
 
 class SliceRunner(NamedTuple):
-    """A function that runs the tops begin..end of an ensemble into its buffers. `is_native` is
-    True if the core has threads of its own for it."""
+    """A function that runs the tops begin..end of an ensemble into its buffers.
+
+    `is_native` is True if the core has threads of its own for it.
+    """
 
     run: Callable[[EnsembleBuffers, EnsembleOptions, Ensemble, int, int, Array, Work | None], Any]
     is_native: bool = False
@@ -177,8 +181,11 @@ def run_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end, several at a time, and return their rows, which share memory with
-    `buffers`. `work` may stop the run, or assigns it some of these tops."""
+    """Run the tops begin..end, several at a time, and return their rows.
+
+    The rows share memory with `buffers`. `work` may stop the run, or assign some of these tops to
+    it.
+    """
     part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))
     failed, last = Worker(*options.core, options.core_reductions, work).run(
         tops._core_scenes, begin, end, t[begin:end] if t.ndim == 2 else t,

@@ -13,8 +13,9 @@ from .ensemble_buffers import Counts, RawEvents
 
 @dataclass(frozen=True, eq=False)
 class EnsembleEvents(ReadOnlyArrays):
-    """e events of an ensemble, top by top, in the order in which each top met them. Arrays are
-    read-only.
+    """e events of an ensemble, top by top, in the order in which each top met them.
+
+    Arrays are read-only.
 
     top        (e,) the number of the top; (e, dimensions) of an ensemble with several or none
     states     (e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]

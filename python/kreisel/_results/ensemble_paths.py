@@ -25,10 +25,11 @@ if TYPE_CHECKING:
 
 
 class Paths(EnsembleResult, QuantityAttributes):
-    """The motions of an ensemble of tops, at k times each. Arrays are read-only. t, q and m are
-    views of `states`; other quantities are computed on first access. An array has the shape of the
-    ensemble, then k, then the shape of the quantity. A top that failed keeps its good states,
-    followed by NaN.
+    """The motions of an ensemble of tops, at k times each.
+
+    Arrays are read-only. t, q and m are views of `states`; other quantities are computed on first
+    access. An array has the shape of the ensemble, then k, then the shape of the quantity. A top
+    that failed keeps its good states, followed by NaN.
 
     tops    the ensemble
     paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; at other times the top
@@ -55,26 +56,26 @@ class Paths(EnsembleResult, QuantityAttributes):
     def states(self) -> Array:
         """(*shape, k, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
         if self._buffers.states is None:
-            raise self._left_out("states")
-        return self._shaped(self._buffers.states)
+            raise self._missing_error("states")
+        return self._reshape(self._buffers.states)
 
     def _column(self, name: str) -> Array:
         """Return a quantity of all tops."""
         columns = self._buffers.columns
         if name in columns:
-            return self._shaped(columns[name])
+            return self._reshape(columns[name])
         if self.want is not None:
-            raise self._left_out(name)
+            raise self._missing_error(name)
         if name in STATE_COLUMNS:
             return self.states[..., STATE_COLUMNS[name]]
         if name in LOW:
             part, low = STATE_COLUMNS[name.removesuffix("_low")], self._buffers.low
             if low is None:
                 return read_only(0.0 * self.states[..., part])
-            return self._shaped(low)[..., part]
-        return self._shaped(values(name, self.tops, self._buffers))
+            return self._reshape(low)[..., part]
+        return self._reshape(values(name, self.tops, self._buffers))
 
-    def _left_out(self, name: str) -> AttributeError:
+    def _missing_error(self, name: str) -> AttributeError:
         more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
         return AttributeError(
             f"this result has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
@@ -82,8 +83,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @property
     def q(self) -> Array:
-        """(*shape, k, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the
-        body was described to space."""
+        """(*shape, k, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
         return self._column("q")
 
     @property
@@ -113,7 +113,7 @@ class Paths(EnsembleResult, QuantityAttributes):
             if name.startswith("_"):
                 raise AttributeError(name)
             if self.want is not None and hasattr(type(self), name):
-                raise self._left_out(name)
+                raise self._missing_error(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
             raise AttributeError(f"paths have no {short_repr(name)}; {suggest(name, known)}")
 
@@ -153,12 +153,16 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError: paths have several arrays."""
-        raise TypeError("paths are no array: take one of theirs, as paths.q or paths.states")
+        raise TypeError(
+            "paths are not an array: use one of their arrays, as paths.q or paths.states"
+        )
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
-        """Return an xarray.Dataset with a variable for each quantity in `names`, or for what the
-        paths keep. Its dimensions are those of the ensemble by name, then time, then those of a
-        path's quantity. If each top has its own times, t is a variable along both.
+        """Return an xarray.Dataset with a variable for each quantity in `names`.
+
+        The default is all quantities that the paths keep. The dimensions are those of the ensemble
+        by name, then time, then those of a path's quantity. If each top has its own times, t is a
+        variable along both.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])

@@ -14,7 +14,7 @@ from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions, format_index, member, unravel_index
 from .._options.methods import methods
 from .._options.solve_options import SolveOptions
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.literals import QuantityName
 from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
@@ -25,11 +25,12 @@ from .state_quantities import NO_STATES
 _T = TypeVar("_T", bound=np.generic)
 
 
-@frozen_message("solve again, for another result")
+@refuse_assignment("solve again, for another result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
-    """The results of each top of an ensemble. Arrays are read-only, and begin with the shape of the
-    ensemble.
+    """The results of each top of an ensemble.
+
+    Arrays are read-only, and begin with the shape of the ensemble.
 
     tops  the ensemble
     """
@@ -59,8 +60,10 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def method(self) -> str:
-        """The name of the method; 'auto' is exact for tops that have a closed form, and taylor for
-        all others."""
+        """The name of the method.
+
+        'auto' is exact for tops that have a closed form, and taylor for all others.
+        """
         return self._options.solve.requested_method
 
     @property
@@ -78,7 +81,7 @@ class EnsembleResult(ReadOnlyArrays):
         """The digits as used; None where none were requested."""
         return self._options.solve.digits
 
-    def _shaped(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
+    def _reshape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
         """Return rows over the shape of the ensemble."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
@@ -87,55 +90,59 @@ class EnsembleResult(ReadOnlyArrays):
     @property
     def t(self) -> Array:
         """(k,) times of all tops, or (*shape, k) where each has its own [T]."""
-        return read_only(self._t[:]) if self._t.ndim == 1 else self._shaped(self._t)
+        return read_only(self._t[:]) if self._t.ndim == 1 else self._reshape(self._t)
 
     @property
     def status(self) -> Codes:
-        """(*shape) 0 for a top without failure, else the code of its failure; `status_names` and
-        `message` give its text."""
-        return self._shaped(self._buffers.status)
+        """(*shape) 0 for a top without failure, else the code of its failure.
+
+        `status_names` and `message` give its text.
+        """
+        return self._reshape(self._buffers.status)
 
     @property
     def status_names(self) -> npt.NDArray[np.str_]:
         """(*shape) 'OK', 'ERR_LIMIT', 'ERR_NOT_FINITE', ...: as in kreisel.h without the prefix."""
-        return self._shaped(np.array(STATUSES)[self._buffers.status])
+        return self._reshape(np.array(STATUSES)[self._buffers.status])
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the numbers of the tops that did not reach their last time; (f, dimensions) of an
-        ensemble with several dimensions or none."""
+        """(f,) the numbers of the tops that did not reach their last time.
+
+        The shape is (f, dimensions) for an ensemble with several dimensions or none.
+        """
         found = np.argwhere(self.status)
         return found[:, 0] if self.ndim == 1 else found
 
     @property
     def reached(self) -> Array:
         """(*shape) the time of the last good state [T]."""
-        return self._shaped(self._buffers.reached)
+        return self._reshape(self._buffers.reached)
 
     @property
     def done(self) -> Counts:
         """(*shape) the number of times that were reached."""
-        return self._shaped(self._buffers.done)
+        return self._reshape(self._buffers.done)
 
     @property
     def steps(self) -> Counts:
         """(*shape) steps of the method."""
-        return self._shaped(self._buffers.counts[:, 0])
+        return self._reshape(self._buffers.counts[:, 0])
 
     @property
     def rejected(self) -> Counts:
         """(*shape) rejected steps."""
-        return self._shaped(self._buffers.counts[:, 1])
+        return self._reshape(self._buffers.counts[:, 1])
 
     @property
     def evaluations(self) -> Counts:
         """(*shape) evaluations of the right-hand side or torque."""
-        return self._shaped(self._buffers.counts[:, 2])
+        return self._reshape(self._buffers.counts[:, 2])
 
     @property
     def iterations(self) -> Counts:
         """(*shape) iterations of an implicit solver."""
-        return self._shaped(self._buffers.counts[:, 3])
+        return self._reshape(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
         """Return how the top of this index failed, or 'success'."""
@@ -147,9 +154,11 @@ class EnsembleResult(ReadOnlyArrays):
         return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure(i))
 
     def check(self) -> Self:
-        """Return the result if all tops reached their last times. Raises kreisel.Error for the
-        first that did not: its message has the index and the number of failures, its `.path` is the
-        path of that top, its `.paths` this result."""
+        """Return the result if all tops reached their last times.
+
+        Raises kreisel.Error for the first that did not: its message has the index and the number of
+        failures, its `.path` is the path of that top, its `.paths` this result.
+        """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
             raise self._stop_error(int(failed[0]), failed.size)
@@ -165,8 +174,7 @@ class EnsembleResult(ReadOnlyArrays):
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
     def _stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` tops that did not reach their ends, of which the i-th is
-        the first."""
+        """Return the exception for `count` tops that did not reach their ends; `i` is the first."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure(i)}"

@@ -69,9 +69,10 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
 
 def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
     """Return each component of the reductions as a column with its name and unit."""
+    n = len(reduced._buffers.status)
     for name, quantity, values in _reductions(kept):
         kind = name.removeprefix(quantity.name)
-        parts = values.reshape(reduced.size, -1)
+        parts = values.reshape(n, -1)
         for i in range(parts.shape[1]):
             column = name if parts.shape[1] == 1 else quantity.components[i] + kind
             yield column, parts[:, i], quantity.dimension

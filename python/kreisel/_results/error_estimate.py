@@ -42,7 +42,7 @@ _MAX_POINTS = 1024  # times of a path at which tangents are computed
 ROUNDINGS = 128  # a closed form errs by far less than this many roundings of the start
 
 
-def closed_form_holds(scene: Scene) -> bool:
+def has_closed_form(scene: Scene) -> bool:
     """Return True if the scene has a closed form without any rounding of its body."""
     if not CLOSED_FORM.method.suits(scene) or is_kowalewski(scene):
         return False
@@ -67,7 +67,7 @@ def estimate_error(
     `angle_to` returns the largest angle to a second run, `growth` how far a rounding of the start
     has grown. The error is pi if nothing is known of the attitude.
     """
-    if not digits and method != EXACT and closed_form_holds(scene):
+    if not digits and method != EXACT and has_closed_form(scene):
         error = angle_to(CLOSED_FORM)
         if error >= ROUNDINGS * ROUNDING * growth():
             return error
@@ -81,15 +81,14 @@ def estimate_error(
 
 
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
-    """Return how a rounding of the state moves attitude and momentum, over the rounding, as
-    columns.
+    """Return the changes of attitude and momentum by roundings of the state, as columns.
 
-    Doubles hold either in the top's own units. A series of more digits holds the momentum seen from
-    the body, which the attitude takes along, and each number is rounded by its own size.
-
+    The changes are relative to the rounding. Doubles hold attitude and momentum in the top's own
+    units. A series of more digits holds the momentum seen from the body, which turns with the
+    attitude, and each number is rounded by its own size.
     """
     if digits <= 16:
-        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._fastest] * 3)
+        return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_bound] * 3)
     to_space, principal = _matrix(scene.attitude), _matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
     turns = _rounding_turns(scene)
@@ -99,8 +98,10 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
 
 def _rounding_turns(scene: Scene) -> Array:
-    """Return how a rounding of each number of the principal axes' attitude turns the body, seen
-    from it. The number is a sum of products, each rounded by its own size."""
+    """Return the turns of the body, seen from it, by roundings of the principal axes' attitude.
+
+    Each number of that attitude is a sum of products, and each product is rounded by its own size.
+    """
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
     sizes: Any = np.diag(np.linalg.norm(multiply(each, axes), axis=1))
@@ -120,14 +121,12 @@ def rounding_growth(
     max_steps: int = 0,
     progress: Progress | Work | None = None,
 ) -> tuple[CoreResult, float]:
-    """Return a result of the core, and how far one rounding of the start moves the attitude at most
-    [rad], over the rounding.
+    """Return a result of the core, and the largest growth of a rounding of the start.
 
-    The growth is that of tangents of the series, whatever method moves the top. With more digits it
-    is that of the roundings of all numbers, added as independent errors. It is infinite if a
-    tangent outgrows doubles. The result has the states at which the growth was computed; some are
-    missing if the run fails.
-
+    The growth is the change of the attitude [rad] over the rounding, by the tangents of the series,
+    whatever method moves the top. With more digits it is that of the roundings of all numbers,
+    added as independent errors. It is infinite if a tangent outgrows doubles. The result has the
+    states at which the growth was computed; some are missing if the run fails.
     """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
@@ -152,8 +151,10 @@ def rounding_growth(
 
 
 def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """Return the largest angle between attitudes, each with its low words: their difference loses
-    no digit."""
+    """Return the largest angle between attitudes, each with its low words.
+
+    The difference of two attitudes loses no digit.
+    """
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)
     sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]

@@ -1,5 +1,4 @@
-"""Execution of jobs on an executor, and of work on the slices of an ensemble, in the calling thread
-or on workers."""
+"""Execution of jobs on an executor, and of the slices of an ensemble on threads or workers."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
     kinds = "iub" if given.ndim else "iu"
     if given.ndim > 1 or (given.size and given.dtype.kind not in kinds):
         raise TypeError(
-            "the states of a path are meant by a whole number, a slice or a list of them, not "
+            "the states of a path are indexed by a whole number, a slice or a list of numbers, not "
             f"{short_repr(which)}; its quantities are attributes"
         )
     if given.ndim == 0:

@@ -25,8 +25,9 @@ LOG, MEGNO, MOST, ENERGY, MOMENTUM, REST = range(6)
 
 @dataclass(frozen=True, eq=False)
 class Indicator(ReadOnlyArrays):
-    """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli. Arrays are read-only; those of
-    one scene have the shape () in place of an ensemble's.
+    """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli.
+
+    Arrays are read-only; those of one scene have the shape () in place of an ensemble's.
 
     t            (k,) the times of the curve [T]
     curve        (*shape, k) the indicator over the way from the start to these times
@@ -73,15 +74,18 @@ def compute_indicator(
     pool: WorkerPool,
     progress: Progress | None,
 ) -> Indicator:
-    """Return the indicator of all tops at validated times; `controls` is tol, max_steps and the
-    direction. Raises kreisel.Interrupted for Ctrl-C, with what was done."""
+    """Compute the indicator of all tops at validated times.
+
+    `controls` is tol, max_steps and the direction. Raises kreisel.Interrupted for Ctrl-C, with the
+    tops that were done.
+    """
     n = tops.size
     curve, worst = np.full((n, t.size), np.nan), np.full(n, np.nan)
     status = np.full(n, INTERRUPTED, dtype=np.int8)
     work = Work()
 
     def job(begin: int, end: int) -> Job[tuple[Codes, Array]]:
-        return _rows, (tops, begin, end, t, controls, work)
+        return _compute_rows, (tops, begin, end, t, controls, work)
 
     def collect(begin: int, part: tuple[Codes, Array]) -> None:
         codes, rows = part
@@ -99,13 +103,13 @@ def compute_indicator(
         left = np.flatnonzero(status == INTERRUPTED)
         if not left.size:
             raise
-        raise _stopped(Interrupted, tops, int(left[0]), "interrupted", result()) from None
+        raise _stop_error(Interrupted, tops, int(left[0]), "interrupted", result()) from None
     if progress is not None:
         progress(1.0)
     return result()
 
 
-def _rows(
+def _compute_rows(
     tops: Ensemble,
     begin: int,
     end: int,
@@ -122,7 +126,7 @@ def _rows(
     return status, out
 
 
-def _stopped(
+def _stop_error(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, told: Indicator
 ) -> Error | Interrupted:
     """Return the exception for the i-th top."""
@@ -136,4 +140,4 @@ def _stopped(
 def raise_if_failed(tops: Ensemble, told: Indicator, text: str) -> None:
     """Raise kreisel.Error if the only top failed."""
     if told.failed.size:
-        raise _stopped(Error, tops, 0, text, told)
+        raise _stop_error(Error, tops, 0, text, told)

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from .._core import statuses
 from .._model.scene import Scene
 from .._options.methods import EXACT
-from .._options.plan import Plan, StepChoice, plan_of
+from .._options.plan import Plan, StepChoice, make_plan
 from .._options.solve_options import SolveOptions, parse_want
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
@@ -39,9 +39,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Path(ReadOnlyArrays, Tables):
-    """n states of a scene in motion. Arrays are read-only; a copy is writeable. t, q and m are
-    views of `states`; other quantities are computed on first access. Vectors are seen from space
-    unless said otherwise.
+    """n states of a scene in motion.
+
+    Arrays are read-only; a copy is writeable. t, q and m are views of `states`; other quantities
+    are computed on first access. Vectors are seen from space unless said otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     method  its name; step (negative: back in time), tol and digits as used, None where it has none
@@ -134,7 +135,7 @@ class Path(ReadOnlyArrays, Tables):
     @cached_property
     def plan(self) -> Plan:
         """The kreisel.Plan of this path: what was used, what was left out, and why."""
-        return plan_of(self.scene, self._options, len(self), self._choice)
+        return make_plan(self.scene, self._options, len(self), self._choice)
 
     @cached_property
     def events(self) -> Events:
@@ -145,8 +146,9 @@ class Path(ReadOnlyArrays, Tables):
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """Return a path of the states of the same run at other times: bit for bit those that solve
-        returns with the same arguments.
+        """Return a path of the states of the same run at other times.
+
+        The states have the bits that solve returns with the same arguments.
 
         t  a number, for the path of one state, or a list in any order, between 0 and where the
            path ends [T]
@@ -172,8 +174,9 @@ class Path(ReadOnlyArrays, Tables):
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
     def __getitem__(self, which: StateIndex) -> Path:
-        """Return a path of some states, without events. A number selects one state; a slice, a list
-        of numbers or a mask several, as of an array.
+        """Return a path of some states, without events.
+
+        A number selects one state; a slice, a list of numbers or a mask several, as of an array.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
@@ -194,18 +197,22 @@ class Path(ReadOnlyArrays, Tables):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError: a path has several arrays."""
-        raise TypeError("a path is no array: use one of its arrays, as path.q or path.states")
+        raise TypeError("a path is not an array: use one of its arrays, as path.q or path.states")
 
     def scene_at(self, i: int) -> Scene:
-        """Return the scene that begins, at t = 0, with state i. Raises IndexError if there is no
-        such state."""
+        """Return the scene that begins, at t = 0, with state i.
+
+        Raises IndexError if there is no such state.
+        """
         (state,) = self.states[resolve_index(len(self), index(i))]
         return self.scene.replace(attitude=state[1:5], momentum=state[5:])
 
     @property
     def end(self) -> Scene:
-        """The scene that begins, at t = 0, with the last state. Raises IndexError if there is no
-        state."""
+        """The scene that begins, at t = 0, with the last state.
+
+        Raises IndexError if there is no state.
+        """
         return self.scene_at(-1)
 
     def only(self, want: Iterable[QuantityName]) -> Path:
@@ -224,8 +231,9 @@ class Path(ReadOnlyArrays, Tables):
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the path to a file for kreisel.load. The file is replaced atomically. Raises
-        OSError if it cannot be written.
+        """Write the path to a file for kreisel.load.
+
+        The file is replaced atomically. Raises OSError if it cannot be written.
 
         The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
         `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
@@ -254,10 +262,11 @@ class Path(ReadOnlyArrays, Tables):
         fps: int = 25,
         size: int = 480,
     ) -> Film:
-        """Return a film of the body in motion with the trace of its apex, drawn with matplotlib. A
-        notebook shows it, and it can be written to a file. A body symmetric about its apex is drawn
-        as a body of revolution, any other as a cuboid, in the proportions of its moments, at the
-        end of its lever. The view is from the side of the initial tilt.
+        """Return a film of the body in motion with the trace of its apex, drawn with matplotlib.
+
+        A notebook shows it, and it can be written to a file. A body symmetric about its apex is
+        drawn as a body of revolution, any other as a cuboid, in the proportions of its moments, at
+        the end of its lever. The view is from the side of the initial tilt.
 
         file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; it is written atomically
         speed  the path's time that passes in a second [T]; default: the whole path in 8 seconds
@@ -273,9 +282,9 @@ class Path(ReadOnlyArrays, Tables):
         `path(t)`, and so are the exceptions. Raises ValueError for a path without duration and for
         more than 2**28 pixels in all, OSError for a file that cannot be written.
         """
-        from .._plot.film import film_of
+        from .._plot.film import make_film
 
-        return film_of(self, file, speed, fps, size)
+        return make_film(self, file, speed, fps, size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,7 +317,7 @@ class Events(ReadOnlyArrays):
         return self.path.states
 
 
-class Stopped(BaseException):
+class RunStop(BaseException):
     """A run that ended before its last time.
 
     status  its name, as in kreisel.h without the prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE', ...
@@ -323,17 +332,17 @@ class Stopped(BaseException):
         self.path = path
         self.paths = paths
 
-    def __reduce__(self) -> tuple[type[Stopped], tuple[str, str, Path, object]]:
+    def __reduce__(self) -> tuple[type[RunStop], tuple[str, str, Path, object]]:
         return type(self), (str(self), self.status, self.path, self.paths)
 
 
-class Error(Stopped, RuntimeError):
+class Error(RunStop, RuntimeError):
     """A run failed. `.path` holds what was reached, `.status` the reason's name."""
 
     __module__ = "kreisel"  # a traceback names what users catch
 
 
-class Interrupted(Stopped, KeyboardInterrupt):
+class Interrupted(RunStop, KeyboardInterrupt):
     """Ctrl-C during a run. `.path` holds what was reached."""
 
     __module__ = "kreisel"
@@ -341,7 +350,7 @@ class Interrupted(Stopped, KeyboardInterrupt):
 
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status of a run: a failure with its path, or bad input."""
-    kinds: dict[str, type[Stopped]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
+    kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
         below = ", which is below the rounding of doubles" if path.tol < ROUNDING else ""
@@ -355,12 +364,14 @@ def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
     """Return the path of a result of the core, with all its states."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
-    return Path(scene, states, Stats(*counts), options.of_path, is_back, low)
+    return Path(scene, states, Stats(*counts), options.path_options, is_back, low)
 
 
 def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
-    """Return the path of a result of the core, with no more than what is wanted. Raises the
-    exception for its status."""
+    """Return the path of a result of the core, with no more than what is wanted.
+
+    Raises the exception for its status.
+    """
     path = keep_wanted(make_path(scene, options, result), options.want, result[-1])
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, result[-1]))

@@ -44,7 +44,7 @@ def record_path_fast(
     if status != "OK" or options.want is not None or progress is not None:
         return report_end(path_or_raise(scene, options, result), progress)
     is_back = end < 0.0 and options.step is not None
-    return Path(scene, states, Stats(*counts), options.of_path, is_back, low)
+    return Path(scene, states, Stats(*counts), options.path_options, is_back, low)
 
 
 def report_end(path: Path, progress: Progress | None) -> Path:

@@ -18,11 +18,12 @@ if TYPE_CHECKING:
 
 
 class Reductions(EnsembleResult):
-    """The result of kreisel.reduce: a mapping from the names of quantities to mappings from 'min',
-    'max', 'mean', 'variance', 'last', 'where_min' and 'where_max' to arrays. The arrays are
-    read-only. Their shape is that of the ensemble and then that of the quantity; a top that failed
-    has NaN. A variance is that of the states there are; where_min and where_max are the first times
-    of the minimum and the maximum [T].
+    """The result of kreisel.reduce: a mapping from names of quantities to mappings of arrays.
+
+    The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
+    'where_max'. The arrays are read-only. Their shape is that of the ensemble and then that of the
+    quantity; a top that failed has NaN. A variance is that of the states there are; where_min and
+    where_max are the first times of the minimum and the maximum [T].
 
     tops  the ensemble
 
@@ -52,7 +53,7 @@ class Reductions(EnsembleResult):
         at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
         columns = self._buffers.reduced[:, at[0] : at[-1] + 1]
         shape = QUANTITIES[name].shape if name in QUANTITIES else ()
-        return self._shaped(columns.reshape(len(columns), *shape))
+        return self._reshape(columns.reshape(len(columns), *shape))
 
     @overload
     def __getitem__(self, key: str) -> dict[str, Array]: ...
@@ -95,17 +96,22 @@ class Reductions(EnsembleResult):
         return {name: self[name] for name in self}.values()
 
     def to_xarray(self) -> Dataset:
-        """Return an xarray.Dataset with a variable such as nutation_max for each reduction, with
-        its units. Its dimensions are those of the ensemble by name; parameters that vary are
-        coordinates, and so are `status` and `reached`. Raises ImportError without xarray."""
+        """Return an xarray.Dataset with a variable such as nutation_max for each reduction.
+
+        Variables have units. The dimensions are those of the ensemble by name; parameters that vary
+        are coordinates, and so are `status` and `reached`. Raises ImportError without xarray.
+        """
         from .ensemble_tables import reduction_dataset
 
         return reduction_dataset(self, dict(self.items()))
 
     def to_pandas(self) -> DataFrame:
-        """Return a pandas.DataFrame with a row for each top, in C order, and a column such as
-        nutation_max or apex_z_mean for each number. Parameters that vary are columns, and so are
-        `status` and `reached`. `attrs` has the units. Raises ImportError without pandas."""
+        """Return a pandas.DataFrame with a row for each top, in C order.
+
+        It has a column such as nutation_max or apex_z_mean for each number. Parameters that vary
+        are columns, and so are `status` and `reached`. `attrs` has the units. Raises ImportError
+        without pandas.
+        """
         from .ensemble_tables import reduction_frame
 
         return reduction_frame(self, dict(self.items()))

@@ -28,8 +28,10 @@ def run_ensemble(
     progress: Progress | None = None,
     out: Array | None = None,
 ) -> _Result:
-    """Return the result of all tops at validated times, (k,) or (n, k). Raises kreisel.Interrupted
-    for Ctrl-C, with what was done."""
+    """Return the result of all tops at validated times, (k,) or (n, k).
+
+    Raises kreisel.Interrupted for Ctrl-C, with what was done.
+    """
     n = tops.size
     buffers, work = EnsembleBuffers.empty(n, t.shape[-1], options, out), Work()
     flat = tops.ravel() if pool.is_remote else tops

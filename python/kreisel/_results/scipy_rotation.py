@@ -15,8 +15,10 @@ with optional_dependency("scipy"):
 
 
 class Attitudes(Rotation):
-    """Rotations that also apply to read-only arrays, as those of a path are, which SciPy 1.17
-    refuses. Rotations derived from them do so as well."""
+    """Rotations that also apply to read-only arrays, which SciPy 1.17 refuses.
+
+    The arrays of a path are read-only. Rotations derived from these apply to them as well.
+    """
 
     def apply(self, vectors: ArrayLike, inverse: bool = False) -> Array:
         turned: Array = super().apply(np.array(vectors, dtype=np.float64), inverse)

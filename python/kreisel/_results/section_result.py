@@ -22,9 +22,10 @@ from .state_quantities import STATE_COLUMNS, add_quantities
 
 
 class Section(EnsembleResult, QuantityAttributes):
-    """The states in which each top of an ensemble met an event, as kreisel.section found them: e
-    states in flat arrays, top by top, each in the order of time. Arrays are read-only; quantities
-    other than t, q and m are computed on first access.
+    """The states in which each top of an ensemble met an event, as kreisel.section found them.
+
+    The e states are in flat arrays, top by top, each in the order of time. Arrays are read-only;
+    quantities other than t, q and m are computed on first access.
 
     tops        the ensemble
     section[i]  a kreisel.Path of these states of one top; slices, lists and masks give the
@@ -47,24 +48,26 @@ class Section(EnsembleResult, QuantityAttributes):
 
     @property
     def max_wait(self) -> Array:
-        """(*shape) the longest time from the start or the last event to the next; negative back in
-        time [T]."""
-        return self._shaped(self._t[:, 0].copy())
+        """(*shape) the longest time between events or from the start to the first [T].
+
+        It is negative back in time.
+        """
+        return self._reshape(self._t[:, 0].copy())
 
     @cached_property
-    def _found(self) -> npt.NDArray[np.bool_]:
+    def _is_state(self) -> npt.NDArray[np.bool_]:
         """(tops, n) True for the rows that are states."""
         return np.arange(self.n) < self._buffers.done[:, None]
 
-    def _flat(self, rows: Array) -> Array:
+    def _select_states(self, rows: Array) -> Array:
         """Return the rows that are states."""
-        whole = bool(self._found.all())
-        return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._found])
+        whole = bool(self._is_state.all())
+        return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._is_state])
 
     @cached_property
     def top(self) -> Counts:
         """(e,) the number of the top; (e, dimensions) of an ensemble with several or none."""
-        row: Counts = np.nonzero(self._found)[0].astype(np.int64)
+        row: Counts = np.nonzero(self._is_state)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
         top: Counts = row if self.ndim == 1 else index.T.reshape(len(row), self.ndim)
         top.flags.writeable = False
@@ -74,7 +77,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def states(self) -> Array:
         """(e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]."""
         assert self._buffers.states is not None
-        return self._flat(self._buffers.states)
+        return self._select_states(self._buffers.states)
 
     @property
     def t(self) -> Array:
@@ -83,8 +86,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
     @property
     def q(self) -> Array:
-        """(e, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was
-        described to space."""
+        """(e, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
         return self.states[:, STATE_COLUMNS["q"]]
 
     @property
@@ -126,11 +128,11 @@ class Section(EnsembleResult, QuantityAttributes):
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError: a section has several arrays."""
-        raise TypeError("a section is no array: use one of its arrays, as section.q")
+        raise TypeError("a section is not an array: use one of its arrays, as section.q")
 
 
 def _column(section: Section, name: str) -> Array:
-    return section._flat(values(name, section.tops, section._buffers))
+    return section._select_states(values(name, section.tops, section._buffers))
 
 
 add_quantities(Section, ("e",), _column)
@@ -145,8 +147,10 @@ def run_section(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Search for the states of the tops begin..end; each row of `t` has the longest wait of a top
-    in each place."""
+    """Search for the states of the tops begin..end.
+
+    Each row of `t` has the longest wait of a top in each place.
+    """
     part = buffers.select(slice(begin, end))
     assert part.states is not None and options.core_events is not None
     wait = np.ascontiguousarray(t[begin:end, 0])
@@ -161,8 +165,11 @@ SECTION = SliceRunner(run_section, is_native=True)
 
 
 def slowest_turns(tops: Ensemble) -> Array:
-    """Return (n,) the time that each top takes for a turn about the axis of its largest moment, or
-    to swing about it [T]; 1 for a top at rest without torque."""
+    """Return (n,) the time of one turn of each top about the axis of its largest moment [T].
+
+    It is the time of one swing about that axis if that is shorter, and 1 for a top at rest without
+    torque.
+    """
     body = tops.body
     largest = np.max(body.moments, axis=-1)
     rate = np.linalg.norm(tops.momentum, axis=-1) / largest

@@ -12,7 +12,7 @@ import numpy as np
 from .._core import tangents as TANGENTS
 from .._core import version
 from .._model.scene import Scene, parse_toml
-from .._options.methods import methods, unknown_method
+from .._options.methods import methods, unknown_method_message
 from .._options.plan import StepChoice
 from .._options.quantities import LOW, QUANTITIES, RECORDABLE
 from .._options.solve_options import SolveOptions, options_for_method, parse_want
@@ -90,13 +90,16 @@ def _arrays(path: States, prefix: str) -> dict[str, Array]:
 def load_path(
     file: BinaryIO, size: int
 ) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
-    """Return the path in a file of `size` bytes, and its events: the path at them, their indices
-    and directions. Raises ValueError if dump_path did not write it."""
+    """Return the path in a file of `size` bytes, and its events.
+
+    The events are the path at them, their indices and their directions. Raises ValueError if
+    dump_path did not write the file.
+    """
     archive = Archive(file, size)
     try:
         head = _object(json.loads(archive.text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
-            raise ValueError(f"it is of the format {head['format']}, which a later kreisel writes")
+            raise ValueError(f"its format {head['format']} is that of a later kreisel")
         words = _parse_head(head, parse_toml(archive.text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
@@ -116,7 +119,7 @@ def load_path(
 
 def _object(value: object) -> dict[str, object]:
     if not isinstance(value, dict):
-        raise TypeError(f"{short_repr(value)} is no table of words")
+        raise TypeError(f"{short_repr(value)} is not a table")
     return value
 
 
@@ -126,7 +129,7 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
     if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
         raise TypeError("method, asked and stats are texts and a list of numbers")
     if method not in methods:
-        raise ValueError(unknown_method(method))
+        raise ValueError(unknown_method_message(method))
     step = None if head["step"] is None else as_float("step", head["step"])
     size = None if step is None else abs(step)
     options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)

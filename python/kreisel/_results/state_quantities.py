@@ -40,8 +40,7 @@ DEPENDENCIES = {  # attributes that need quantities or the states
 
 
 class Stats(NamedTuple):
-    """The cost of a run: steps, rejected steps, evaluations of the right-hand side or torque,
-    iterations of a solver."""
+    """The cost of a run: steps, rejected steps, evaluations of the torque, solver iterations."""
 
     steps: int
     rejected: int
@@ -69,9 +68,11 @@ class States(QuantityAttributes):
 
     @property
     def step(self) -> float | None:
-        """The step as used, negative back in time; None where the method has none or chose its
-        own [T]."""
-        return self._options.signed_step(self._is_back)
+        """The step as used, negative back in time [T]; None for a method without step.
+
+        It is also None for a method that chose its own steps.
+        """
+        return self._options.step_with_sign(self._is_back)
 
     @property
     def tol(self) -> float | None:
@@ -134,8 +135,7 @@ class States(QuantityAttributes):
 
     @property
     def q(self) -> Array:
-        """(n, 4) unit quaternions (w, x, y, z), scalar first, from the frame in which the body was
-        described to space."""
+        """(n, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
         return self._part("q")
 
     @property
@@ -167,15 +167,15 @@ class States(QuantityAttributes):
 
     @property
     def tangents(self) -> Array:
-        """(n, 6, c) derivatives of the states, if solve was given tangents. The first three rows
-        are the rotation vector by which the attitude turns, seen from the body [rad]; the others
-        are the momentum, in space [M L^2 T^-1].
+        """(n, 6, c) derivatives of the states, if solve was given tangents.
+
+        The first three rows are the rotation vector by which the attitude turns, seen from the body
+        [rad]; the others are the momentum, in space [M L^2 T^-1].
 
         With "start" the first six columns are the derivatives by the start, so that the first
         matrix is the unit matrix. Columns of the moments (3), the centre of mass (3) along the
         principal axes, gravity and mass follow as requested, each in its own unit. The momentum at
         the start does not change with the other parameters.
-
         """
         return self._tangents().high
 
@@ -186,14 +186,18 @@ class States(QuantityAttributes):
 
     @property
     def tangents_rest(self) -> float:
-        """The truncation error of the tangents: the largest last term of their series, over the
-        size of the tangent. The path alone controls the steps."""
+        """The truncation error of the tangents, relative to their size.
+
+        It is the largest last term of their series. The path alone controls the steps.
+        """
         return self._tangents().truncation
 
     @property
     def conditioning(self) -> Array:
-        """(n,) how far one rounding (2^-53) of each datum of the scene moves the attitude at most
-        [rad], of a path with all tangents."""
+        """(n,) the largest turn by one rounding (2^-53) of each datum of the scene [rad].
+
+        It needs a path with all tangents.
+        """
         return self._tangents().conditioning(self.scene)
 
     def _tangents(self) -> TangentData:
@@ -203,31 +207,35 @@ class States(QuantityAttributes):
 
     @property
     def rotation(self) -> Rotation:
-        """The attitudes as one scipy.spatial.transform.Rotation. Raises ImportError without
-        SciPy."""
+        """The attitudes as one scipy.spatial.transform.Rotation.
+
+        Raises ImportError without SciPy.
+        """
         from .scipy_rotation import Attitudes
 
         return Attitudes(self.q_xyzw)
 
     def modified_energy(self, step: float) -> Array:
-        """Return (n,) the energy that bobenko_suris conserves at this step,
-        E + step <torque, m> / (2 I1)
-        [M L^2 T^-2].
+        """Return (n,) the energy that bobenko_suris conserves at this step [M L^2 T^-2].
 
-        NaN unless the body is a Lagrange top. A step back in time is negative, as `path.step` is.
+        It is E + step <torque, m> / (2 I1), and NaN unless the body is a Lagrange top. A step back
+        in time is negative, as `path.step` is.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
-        """Return (n,) the energy that bobenko_suris4 conserves at this step, E up to a constant and
-        step^4 [M L^2 T^-2]; NaN unless the body is a Lagrange top, and where the step is too large
-        for the method."""
+        """Return (n,) the energy that bobenko_suris4 conserves at this step [M L^2 T^-2].
+
+        It is E up to a constant and step^4, and NaN unless the body is a Lagrange top and where the
+        step is too large for the method.
+        """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 
     @cached_property
     def energy_error(self) -> float:
-        """max |E - E0| / max (T + M |g| |com|) over the states, E0 at t = 0. It is zero for a path
-        without states, and nan for a damped top, which loses energy.
+        """The largest |E - E0| / max (T + M |g| |com|) over the states, with E0 at t = 0.
+
+        It is zero for a path without states, and NaN for a damped top, which loses energy.
         """
         if self.scene._is_damped:
             return np.nan

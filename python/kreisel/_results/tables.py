@@ -47,11 +47,14 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows t
 def quantity_rows(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
-    """Return the quantities in `names`, or those that the path keeps, with their values at each
-    state. The dimension of an angle is its unit."""
+    """Return quantities with their values at each state.
+
+    `names` names them; the default is all that the path keeps. The dimension of an angle is its
+    unit.
+    """
     in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
-    for name in _parse_names(names) or _kept_names(path):
+    for name in _parse_names(names) or _default_names(path):
         quantity, values = RECORDABLE[name], getattr(path, name)
         if name in ANGLES:
             values = np.unwrap(values) if unwrapped else values
@@ -73,7 +76,7 @@ def _parse_names(names: Iterable[str]) -> list[str]:
     return [name for name in dict.fromkeys(names) if name != "t"]
 
 
-def _kept_names(path: HasQuantities) -> tuple[str, ...]:
+def _default_names(path: HasQuantities) -> tuple[str, ...]:
     if path.want is not None:
         return path.want
     return ("q", "m") if path._low is None else ("q", "m", *LOW)
@@ -132,8 +135,9 @@ class Tables(States):
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
-        """Return a pandas.DataFrame with a row for each state and t as its index. The columns are
-        the components of the quantities in `names`, or of what the path keeps.
+        """Return a pandas.DataFrame with a row for each state and t as its index.
+
+        The columns are the components of the quantities in `names`, or of what the path keeps.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
@@ -154,9 +158,10 @@ class Tables(States):
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
-        """Return an xarray.Dataset with a variable for each quantity in `names`, or for what the
-        path keeps. Its dimensions are time, and for components quaternion (w, x, y, z), axis
-        (x, y, z) and principal_axis (N, B, T).
+        """Return an xarray.Dataset with a variable for each quantity in `names`.
+
+        The default is all quantities that the path keeps. The dimensions are time, and for
+        components quaternion (w, x, y, z), axis (x, y, z) and principal_axis (N, B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
@@ -187,8 +192,10 @@ class Tables(States):
         unwrap: bool = False,
         units: bool = False,
     ) -> None:
-        """Write t and the components of the quantities in `names`, or of what the path keeps, with
-        all digits and with their names in the first line.
+        """Write t and the components of the quantities in `names` as CSV, with all digits.
+
+        The default is all quantities that the path keeps. The first line has the names of the
+        columns.
 
             >>> import pathlib, tempfile
             >>> import kreisel as kr
@@ -203,9 +210,8 @@ class Tables(States):
                none
 
         pandas.read_csv(file, index_col="t") is the same table as to_pandas, to the bit from pandas
-        3.1 on, and before with float_precision="round_trip". The file is replaced
-        atomically. Raises OSError if it cannot be written, else what to_pandas raises; needs no
-        pandas.
+        3.1 on, and before with float_precision="round_trip". The file is replaced atomically.
+        Raises OSError if it cannot be written, else what to_pandas raises; needs no pandas.
         """
         rows = quantity_rows(self, names, degrees, unwrap)
         heads = None

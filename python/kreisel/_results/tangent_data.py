@@ -22,8 +22,11 @@ _ROUNDING = 2.0**-53
 
 
 class TangentData(NamedTuple):
-    """(n, 6, columns) tangents, their low words, the largest last term of their series, and the
-    names of what they are derivatives by, in the order of the core's table."""
+    """(n, 6, columns) tangents, their low words and their truncation error.
+
+    The truncation error is the largest last term of the series. `names` are the parameters of the
+    columns, in the order of the core's table.
+    """
 
     high: Array
     low: Array

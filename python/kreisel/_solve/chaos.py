@@ -43,8 +43,9 @@ def lyapunov(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """Compute the largest Lyapunov exponent, ln(|tangent(t)| / |tangent(0)|) / t [T^-1]. For a
-    regular motion it goes to zero as ln(t) / t.
+    """Compute the largest Lyapunov exponent, ln(|tangent(t)| / |tangent(0)|) / t [T^-1].
+
+    For a regular motion it goes to zero as ln(t) / t.
 
     scene      an undamped kreisel.Scene or kreisel.Ensemble
     t          a number: the curve has 32 times up to it, evenly in the logarithm over three
@@ -90,9 +91,11 @@ def megno(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """Compute the mean exponential growth of nearby orbits (MEGNO), averaged over time. It goes to
-    2 if the motion is regular and its neighbours part linearly, to 0 if they do not part. For a
-    chaotic motion it is half the Lyapunov exponent times t. Arguments are as in kreisel.lyapunov.
+    """Compute the mean exponential growth of nearby orbits (MEGNO), averaged over time.
+
+    It goes to 2 if the motion is regular and its neighbours part linearly, to 0 if they do not
+    part. For a chaotic motion it is half the Lyapunov exponent times t. Arguments are as in
+    kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.megno(kr.scenes.asymmetric, 1000).value > 20
@@ -100,8 +103,8 @@ def megno(
         >>> round(kr.megno(kr.scenes.thesis, 10000).value, 1)
         2.0
 
-    Raises what kreisel.lyapunov raises.
-    Source: Cincotta and Simo, Astron. Astrophys. Suppl. 147 (2000).
+    Raises what kreisel.lyapunov raises. Source: Cincotta and Simo, Astron. Astrophys. Suppl. 147
+    (2000).
     """
     return _indicator(
         scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MEGNO]
@@ -118,9 +121,10 @@ def oli(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Indicator:
-    """Compute the orthogonal Lyapunov indicator: the largest logarithm up to t of the size of a
-    tangent, across the flow and the turn about the vertical. It grows as ln(t) for a regular
-    motion, and as t for a chaotic one. Arguments are as in kreisel.lyapunov.
+    """Compute the orthogonal Lyapunov indicator: the largest logarithm of a tangent's size up to t.
+
+    The tangent is taken across the flow and the turn about the vertical. The indicator grows as
+    ln(t) for a regular motion, and as t for a chaotic one. Arguments are as in kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.oli(kr.scenes.asymmetric, 1000).value > 100
@@ -128,8 +132,8 @@ def oli(
         >>> round(kr.oli(kr.scenes.thesis, 1000).value, 1)
         8.4
 
-    Raises what kreisel.lyapunov raises.
-    Source: Fouchard, Lega, Froeschle and Froeschle, Celest. Mech. 83 (2002).
+    Raises what kreisel.lyapunov raises. Source: Fouchard, Lega, Froeschle and Froeschle, Celest.
+    Mech. 83 (2002).
     """
     return _indicator(
         scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MOST]
@@ -164,8 +168,10 @@ def _indicator(
 def parse_growth(
     scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, tuple[float, int, Sequence[float]]]:
-    """Return the times of the curve, and the tuple of tol, max_steps and direction. Raises
-    TypeError or ValueError for an invalid argument."""
+    """Return the times of the curve, and the tuple of tol, max_steps and direction.
+
+    Raises TypeError or ValueError for an invalid argument.
+    """
     if not isinstance(scene, Scene | Ensemble):
         raise TypeError(f"scene must be a kreisel.Scene or a kreisel.Ensemble, not {scene!r}")
     times = _parse_times(t)
@@ -173,8 +179,8 @@ def parse_growth(
     controls = accuracy, as_int("max_steps", max_steps, 0), _parse_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
-            "a damped top has no such indicator: its neighbours come to rest, and what certifies "
-            "a tangent is not kept"
+            "a damped top has no such indicator: its neighbours come to rest, and energy and "
+            "<m, e3> are not conserved"
         )
     return times, controls
 
@@ -185,9 +191,7 @@ def _parse_times(t: Numbers) -> Array:
         end = as_float("t", t)
         times = end * np.logspace(-_DECADES, 0.0, POINTS)
     if not times.size or not times.all():
-        raise ValueError(
-            "t must be times on one side of the start, where nothing has grown yet: not 0"
-        )
+        raise ValueError("t must be times on one side of the start, without 0 itself")
     return times
 
 

@@ -19,7 +19,7 @@ from .._options.ensemble_options import (
     parse_times,
 )
 from .._options.methods import FALLBACK
-from .._options.plan import GEOMETRIC, Plan, plan_of
+from .._options.plan import GEOMETRIC, Plan, make_plan
 from .._options.solve_options import parse_options
 from .._options.times import time_array
 from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
@@ -111,6 +111,7 @@ def plan(
     reduce: ReductionSpec | None = None,
 ) -> Plan | EnsemblePlan:
     """Return what kreisel.solve would use with these arguments, and what it would leave out.
+
     Nothing runs except a few tops of an ensemble for some milliseconds, to estimate the run time.
 
     t       optional; with it the plan includes the number of states
@@ -136,7 +137,7 @@ def plan(
         return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
     options = parse_options(scene, method, step, tol, digits, 0, want, every)
     states = None if t is None else time_array(t, options.step, options.every, options.size).size
-    return plan_of(scene, options, states)
+    return make_plan(scene, options, states)
 
 
 def _plan_ensemble(
@@ -181,7 +182,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     if not tops.size:
         return None
     scene = member(tops, 0)
-    plan = plan_of(scene, options.options_for(scene), states)
+    plan = make_plan(scene, options.options_for(scene), states)
     kernel, order = Worker(*options.core, []).kernel
     if plan.method != FALLBACK or options.is_scalar or not kernel or any(scene.damping):
         return plan
@@ -194,8 +195,10 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
 def _time_sample(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
-    """Return an estimate of the run time [s], and the number of tops that it was measured with;
-    their steps and states are limited."""
+    """Return an estimate of the run time [s], and the number of tops that were measured.
+
+    The steps and states of these tops are limited.
+    """
     if not tops.size or not t.shape[-1]:
         return 0.0, 0
     at = np.unique(np.linspace(0, tops.size - 1, _SAMPLES).astype(np.int64))

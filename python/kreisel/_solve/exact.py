@@ -25,10 +25,10 @@ from .._model.scene import Ensemble, Scene
 from .._model.turning_points import TurningPoints, compute_turning_points
 from .._options.methods import (
     EXACT,
+    explain_no_closed_form,
     is_kowalewski,
     methods,
     resolve_method,
-    why_no_closed_form,
 )
 from .._options.solve_options import SolveOptions
 from .._options.times import check_horizon
@@ -61,8 +61,9 @@ class _Rates:
 
 @dataclass(frozen=True)
 class Exact(_Rates):
-    """The motion of a scene in closed form. Call it with a time or an array of times for a
-    kreisel.Path.
+    """The motion of a scene in closed form.
+
+    Call it with a time or an array of times for a kreisel.Path.
 
     period      of the nutation: from one lowest height of the axis to the next; inf if it keeps
                 its height [T]. The axis of a free body without symmetry nods twice while the
@@ -107,8 +108,10 @@ class Exact(_Rates):
 
     @property
     def t_least(self) -> float:
-        """The first time from the start on at which the nutation is least; the start if it never
-        changes, inf if it is never reached [T]."""
+        """The first time from the start on at which the nutation is least [T].
+
+        It is the start if the nutation never changes, and inf if the least one is never reached.
+        """
         return float(self._turning.t_least[0])
 
     @property
@@ -127,16 +130,18 @@ class Exact(_Rates):
         the upright in infinite time). Without torque it is 'circle' or 'resting'. Values equal to
         1e-12 count as equal.
         """
-        return str(self._turning.course[0])
+        return str(self._turning.motion_type[0])
 
     @property
     def critical_spin(self) -> float:
-        """The spin beyond which the body sleeps upright, 2 sqrt(I1 mass |gravity| |com|) / I3
-        [T^-1]."""
+        """The spin beyond which the body sleeps upright [T^-1].
+
+        It is 2 sqrt(I1 mass |gravity| |com|) / I3.
+        """
         return float(self._turning.critical_spin[0])
 
     def potential(self, nutation: Numbers) -> Array:
-        """Return the effective potential at each nutation [rad], in the same shape [M L^2 T^-2]:
+        """Return the effective potential at each nutation [rad], in the same shape [M L^2 T^-2].
 
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
@@ -183,7 +188,7 @@ class ExactKowalewski(Exact):
     period, precession and spin are NaN: the axis alone has none.
 
         >>> import kreisel as kr
-        >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), made_up=True)
+        >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
         >>> top = kr.exact(kr.Scene(body, momentum=(0.3, 1.1, 0.8), attitude=(0.8, 0.6, 0, 0)))
         >>> top.certificate < 1e-13, top.mismatch
         (True, 0.0)
@@ -205,12 +210,12 @@ class ExactKowalewski(Exact):
 
 @dataclass(frozen=True)
 class ExactMap(_Rates):
-    """The states of bobenko_suris with this step in closed form. Call it with a whole number or an
-    array of whole numbers.
+    """The states of bobenko_suris with this step in closed form.
+
+    Call it with a whole number or an array of whole numbers.
 
     Its period, precession and spin, as in Exact, are those of the map: their differences from those
     of the motion are errors of the method.
-
     """
 
     step: float
@@ -240,8 +245,13 @@ def exact(scene: Scene, *, map: Literal["bobenko_suris"], step: float) -> ExactM
 def exact(
     scene: Scene | Ensemble | Sequence[Scene], *, map: str | None = None, step: float | None = None
 ) -> Exact | ExactEnsemble | ExactMap:
-    """Return the closed form of a scene: of a Lagrange top, a spherical body, any body without
-    torque, or, as a kreisel.ExactKowalewski, of a Kowalewski top.
+    """Return the closed form of a scene.
+
+    One exists for a Lagrange top, a spherical body, any body without torque, and, as a
+    kreisel.ExactKowalewski, for a Kowalewski top.
+
+    One exists for a Lagrange top, a spherical body, any body without torque, and, as a
+    kreisel.ExactKowalewski, for most Kowalewski tops.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": the closed form of the integrable map instead, for Lagrange tops
@@ -257,7 +267,7 @@ def exact(
     if map is not None:
         return _exact_map(top, map, step)
     if step is not None:
-        raise ValueError('step is for map="bobenko_suris"; the motion itself has none')
+        raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
     if is_kowalewski(top):
         return _exact_kowalewski(top)
     status, period, precession, spin, plan = exact_plan(top._block)
@@ -288,7 +298,7 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
 def _exact_kowalewski(scene: Scene) -> ExactKowalewski:
     status, _, frequencies, certificate, mismatch, plan = kowalewski_plan(scene._block, 0.0)
     if status == "ERR_METHOD":
-        raise ValueError(f"{why_no_closed_form(scene)}: {scene!r}")
+        raise ValueError(f"{explain_no_closed_form(scene)}: {scene!r}")
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: {scene!r}")
     rates = math.nan, math.nan, math.nan

@@ -20,7 +20,11 @@ from .._core import (
     unsuited,
 )
 from .._model.scene import Ensemble, Scene
-from .._model.turning_points import TurningPoints, turning_points_from_rows, why_no_turning_points
+from .._model.turning_points import (
+    TurningPoints,
+    explain_no_turning_points,
+    turning_points_from_rows,
+)
 from .._options.ensemble_options import (
     format_index,
     member,
@@ -28,7 +32,7 @@ from .._options.ensemble_options import (
     parse_threads,
     unravel_index,
 )
-from .._options.methods import EXACT, methods, why_no_closed_form
+from .._options.methods import EXACT, explain_no_closed_form, methods
 from .._options.times import check_horizon
 from .._results.ensemble_buffers import LANES, Codes
 from .._results.ensemble_paths import Paths
@@ -39,10 +43,11 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 
 @dataclass(frozen=True, eq=False)
 class ExactEnsemble:
-    """The motions of an ensemble in closed form. Call it with a time for an array (*shape, 8) of
-    states t, q (w, x, y, z), m as in kreisel.Path. Call it with k times, or with an array
-    (*shape, k) of times of each top, for an array (*shape, k, 8). `shape` is that of the ensemble,
-    (n,) for a list.
+    """The motions of an ensemble in closed form.
+
+    Call it with a time for an array (*shape, 8) of states t, q (w, x, y, z), m as in kreisel.Path.
+    Call it with k times, or with an array (*shape, k) of times of each top, for an array (*shape,
+    k, 8). `shape` is that of the ensemble, (n,) for a list.
 
     period, precession, spin and turning points are arrays of that shape, computed on first access.
     Each value, and each state bit for bit, is that of the scene alone. Turning points raise
@@ -94,8 +99,11 @@ class ExactEnsemble:
         return self._states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _states(self, t: Array) -> Array:
-        """Return (n, k, 8) states at times (k,) or (n, k). The core's worker computes the same
-        states faster if times lead away from 0, but at 0 it returns the start itself."""
+        """Return (n, k, 8) states at times (k,) or (n, k).
+
+        The core's worker computes the same states faster if times lead away from 0, but at 0 it
+        returns the start itself.
+        """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
             pool = WorkerPool(parse_threads(None, None))
@@ -104,9 +112,9 @@ class ExactEnsemble:
             return paths.check().states.reshape(self.tops.size, t.shape[-1], 8)
         states = np.empty((self.tops.size, t.shape[-1], 8))
         if t.ndim == 2:
-            self._each(exact_states_of_tops, states, t)
+            self._run_slices(exact_states_of_tops, states, t)
         else:
-            self._each(partial(exact_states_of_tops, t=t), states)
+            self._run_slices(partial(exact_states_of_tops, t=t), states)
         return states
 
     def _check_horizon(self, times: Array) -> None:
@@ -121,14 +129,16 @@ class ExactEnsemble:
             try:
                 check_horizon(member(self.tops, i), end, None)
             except ValueError as error:
-                raise ValueError(f"{self._named(i)}{error}") from None
+                raise ValueError(f"{self._error_prefix(i)}{error}") from None
 
-    def _named(self, i: int) -> str:
+    def _error_prefix(self, i: int) -> str:
         return f"{self._word}{format_index(unravel_index(i, self.tops.shape))}: "
 
-    def _each(self, function: Callable[..., tuple[str, int]], *rows: Array | Codes) -> None:
-        """Call a function of the core for slices of the tops, with the rows of each. Raises
-        ValueError for the first top that it rejects."""
+    def _run_slices(self, function: Callable[..., tuple[str, int]], *rows: Array | Codes) -> None:
+        """Call a function of the core for slices of the tops, with the rows of each.
+
+        Raises ValueError for the first top that it rejects.
+        """
         found: list[tuple[int, str]] = []
 
         def job(begin: int, end: int) -> Job[tuple[str, int]]:
@@ -148,78 +158,80 @@ class ExactEnsemble:
         if found:
             first, status = min(found)
             error = _no_turning_error if function is exact_turnings else no_closed_form_error
-            raise error(status, member(self.tops, first), self._named(first))
+            raise error(status, member(self.tops, first), self._error_prefix(first))
 
     @cached_property
     def _rates(self) -> Array:
         rates = np.empty((self.tops.size, 3))
-        self._each(exact_rates, rates)
+        self._run_slices(exact_rates, rates)
         return rates
 
     @cached_property
     def _turning(self) -> TurningPoints:
         rows, numbers = np.empty((self.tops.size, 10)), np.zeros(self.tops.size, dtype=np.int8)
-        self._each(exact_turnings, rows, numbers)
+        self._run_slices(exact_turnings, rows, numbers)
         return turning_points_from_rows(rows, np.array(courses)[numbers])
 
-    def _shaped(self, row: Array) -> Array:
+    def _reshape(self, row: Array) -> Array:
         return read_only(row.reshape(self.tops.shape))
 
     @property
     def period(self) -> Array:
         """(*shape) as in Exact [T]."""
-        return self._shaped(self._rates[:, 0])
+        return self._reshape(self._rates[:, 0])
 
     @property
     def precession(self) -> Array:
         """(*shape) as in Exact [T^-1]."""
-        return self._shaped(self._rates[:, 1])
+        return self._reshape(self._rates[:, 1])
 
     @property
     def spin(self) -> Array:
         """(*shape) as in Exact [T^-1]."""
-        return self._shaped(self._rates[:, 2])
+        return self._reshape(self._rates[:, 2])
 
     @property
     def least_nutation(self) -> Array:
         """(*shape) as in Exact [rad]."""
-        return self._shaped(self._turning.least)
+        return self._reshape(self._turning.least)
 
     @property
     def greatest_nutation(self) -> Array:
         """(*shape) as in Exact [rad]."""
-        return self._shaped(self._turning.greatest)
+        return self._reshape(self._turning.greatest)
 
     @property
     def t_least(self) -> Array:
         """(*shape) as in Exact [T]."""
-        return self._shaped(self._turning.t_least)
+        return self._reshape(self._turning.t_least)
 
     @property
     def t_greatest(self) -> Array:
         """(*shape) as in Exact [T]."""
-        return self._shaped(self._turning.t_greatest)
+        return self._reshape(self._turning.t_greatest)
 
     @property
     def motion_type(self) -> npt.NDArray[np.str_]:
         """(*shape) as in Exact."""
-        course = self._turning.course.reshape(self.tops.shape)
+        course = self._turning.motion_type.reshape(self.tops.shape)
         course.flags.writeable = False
         return course
 
     @property
     def critical_spin(self) -> Array:
         """(*shape) as in Exact [T^-1]."""
-        return self._shaped(self._turning.critical_spin)
+        return self._reshape(self._turning.critical_spin)
 
 
 def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:
-    return ValueError(where + why_no_turning_points(status, scene))
+    return ValueError(where + explain_no_turning_points(status, scene))
 
 
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
-    """Return the closed forms of an ensemble. Raises ValueError, with its index, for the first
-    scene without one."""
+    """Return the closed forms of an ensemble.
+
+    Raises ValueError, with its index, for the first scene without one.
+    """
     first, count = unsuited(tops._core_scenes, "auto")
     if count:
         more = f", the first of {count} such" if count > 1 else ""
@@ -241,7 +253,7 @@ def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueErr
     """Return the exception for a scene without closed form."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
-    return ValueError(f"{where}{why_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
+    return ValueError(f"{where}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
 
 
 def parse_time_list(t: Numbers) -> Array:

@@ -17,8 +17,10 @@ _MAX_SCENE_BYTES = 1 << 20
 
 
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
-    """Load a file by its content: a path that path.save wrote, bit for bit; a scene in TOML; or the
-    run of a checkpoint, as kreisel.resume does.
+    """Load a file by its content: a path, a scene or a run.
+
+    A path is one that path.save wrote, and is equal to the bit. A scene is in TOML. A run is that
+    of a checkpoint, as kreisel.resume reads it.
 
         >>> import os, tempfile
         >>> import kreisel as kr
@@ -36,7 +38,7 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         raise TypeError(f"file must be the name of a file, not {file!r}")
     about = os.stat(name)
     if not (stat.S_ISREG(about.st_mode) or stat.S_ISDIR(about.st_mode)):
-        raise ValueError(f"{name} is no regular file")
+        raise ValueError(f"{name} is not a regular file")
     with open(name, "rb") as opened:
         begins = opened.read(len(MAGIC))
         if begins == MAGIC:
@@ -50,7 +52,7 @@ def _path(name: str, file: BinaryIO, size: int) -> Path:
     try:
         path, met = load_path(file, size)
     except ValueError as error:
-        raise ValueError(f"{name} is no path that was saved: {error}") from None
+        raise ValueError(f"{name} is not a saved path: {error}") from None
     if met is None:
         return Path(*path)
     at, which, direction = met

@@ -17,7 +17,7 @@ from .._core import start as start_top
 from .._core import statuses
 from .._model.scene import Scene, parse_toml
 from .._options.methods import FALLBACK
-from .._options.plan import Plan, plan_of
+from .._options.plan import Plan, make_plan
 from .._options.solve_options import (
     Progress,
     SolveOptions,
@@ -42,7 +42,7 @@ from .._results.path import (
 )
 from .._results.recorder import add_events, record_chunks, report_end
 from .._utils.atomic_io import atomic_write
-from .._utils.errors import frozen_message
+from .._utils.errors import refuse_assignment
 from .._utils.literals import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, as_int, short_repr
 from ..events import Event, from_record, parse_events, to_core_events, to_record
@@ -55,13 +55,14 @@ _FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
 EventSpec = Event | Sequence[Event]
 
 
-@frozen_message(
+@refuse_assignment(
     "a run goes on as it began; kreisel.start(path.end.replace(momentum=...)) begins another one "
     "at the last state of its path"
 )
 class Run:
-    """A top in motion, from kreisel.start or kreisel.resume. Times are counted from its start and
-    lead away from it.
+    """A top in motion, from kreisel.start or kreisel.resume.
+
+    Times are counted from its start and lead away from it.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve, step positive
     t      the time of the last state returned, or of the last good state after a failure [T]
@@ -102,9 +103,12 @@ class Run:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
 
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
-        """Advance to t and return the path: for a number the current state and that at t, or with
-        `every` the states of each so many steps since; for a list exactly these states. Raises what
-        kreisel.solve raises; the run then stays at its last good state."""
+        """Advance to t and return the path.
+
+        For a number it has the current state and the state at t, or with `every` the states of each
+        so many steps since; for a list exactly these states. Raises what kreisel.solve raises; the
+        run then stays at its last good state.
+        """
         times = self._times(t, every)
         if times.size:
             self._check(times)
@@ -136,8 +140,10 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """Return the states of kreisel.stream from the current time on. The run may be saved
-        between two paths."""
+        """Return the states of kreisel.stream from the current time on.
+
+        The run may be saved between two paths.
+        """
         number = parse_every(self._options.method, every)
         reached = None if self._fresh else self.t
         chunks = time_chunks(t, self.step, number, as_int("chunk", chunk, 1), reached)
@@ -171,7 +177,7 @@ class Run:
         met = None
         try:
             if self.events is None:
-                low = self._options.extended_precision
+                low = self._options.has_low_words
                 result = self._top.record(times, low, progress)
             else:
                 result, met = self._top.record_events(times, progress)
@@ -192,12 +198,11 @@ class Run:
     @property
     def plan(self) -> Plan:
         """The kreisel.Plan of the run."""
-        return plan_of(self.scene, self._options)
+        return make_plan(self.scene, self._options)
 
     @property
     def checkpoint(self) -> bytes:
-        """The complete state of the run for kreisel.resume: it then continues with the same
-        bits."""
+        """The complete state of the run, from which kreisel.resume continues with the same bits."""
         head = {
             "scene": self.scene.to_toml(),
             "method": self.method,
@@ -229,6 +234,7 @@ class Run:
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
     """Return the run of a checkpoint, or of the file in which it was saved, with its events.
+
     `max_steps` sets another limit. help(kreisel.start) explains how to store each state exactly
     once even if a run is killed.
 
@@ -240,12 +246,12 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
     magic, body = data[: len(MAGIC) + 9], data[len(MAGIC) + 9 :]
     if magic != MAGIC + b"%08x\n" % zlib.crc32(body):
-        raise ValueError(f"{name} is not what a run has saved, or damaged")
+        raise ValueError(f"{name} is not a saved run, or is damaged")
     line, _, memory = body.partition(b"\n")
     try:
         run, kernel = _restore_run(line, memory, max_steps)
     except (AttributeError, KeyError, RecursionError, TypeError, ValueError) as error:
-        raise ValueError(f"{name} is no checkpoint of a run: {error}") from None
+        raise ValueError(f"{name} is not a checkpoint of a run: {error}") from None
     now = run._top.kernel[0]
     if kernel != now and not {kernel, now} <= _FUSED:
         said = f"{name} was made with the kernel {kernel!r}; {now!r} goes on to rounding only"
@@ -274,9 +280,9 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     t, stats, fresh, kernel = (head[word] for word in ("t", "stats", "fresh", "kernel"))
     costs = [as_int("a number of the stats", n, 0) for n in stats]
     if len(costs) != len(Stats._fields) or not isinstance(fresh, bool) or t != run._top.t:
-        raise ValueError("its time, stats and motion do not belong together")
+        raise ValueError("its time, stats and motion are inconsistent")
     if not isinstance(kernel, str):
-        raise TypeError(f"a kernel has a name, not {kernel!r}")
+        raise TypeError(f"the kernel must be a name, not {kernel!r}")
     run.__dict__.update(t=run._top.t, stats=Stats(*costs), _fresh=fresh)
     return run, kernel
 
@@ -293,8 +299,9 @@ def start(
     events: EventSpec | None = None,
     back: bool = False,
 ) -> Run:
-    """Start a run of a scene that advances in pieces: run.to(t) is kreisel.solve up to t;
-    run.save(file) and kreisel.resume continue it later.
+    """Start a run of a scene that advances in pieces.
+
+    run.to(t) is kreisel.solve up to t; run.save(file) and kreisel.resume continue the run later.
 
         file = pathlib.Path("run.kreisel")
         run = kr.resume(file) if file.exists() else kr.start(scene, "strang", step=0.01)

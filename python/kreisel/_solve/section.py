@@ -87,8 +87,10 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """Return (tops, n) the longest wait of each top, and the options with the event. Raises
-    TypeError or ValueError for an invalid argument."""
+    """Return (tops, n) the longest wait of each top, and the options with the event.
+
+    Raises TypeError or ValueError for an invalid argument.
+    """
     options = parse_ensemble_options(tops, FALLBACK, None, tol, digits, max_steps, has_events=True)
     events = to_core_events([parse_event(event)])
     waits = np.broadcast_to(_parse_wait(tops, max_wait)[:, None], (tops.size, as_int("n", n, 1)))
@@ -101,9 +103,7 @@ def parse_event(event: object) -> Event:
         return nutation(direction=1)
     [one] = parse_events(FALLBACK, [event])
     if one.max_count is not None or one.terminal:
-        raise ValueError(
-            "n says how many are looked for: leave max_count and terminal out of the event"
-        )
+        raise ValueError("n is the number of events: leave max_count and terminal out of the event")
     return one
 
 
@@ -115,7 +115,7 @@ def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
         return np.minimum(_TURNS * slowest_turns(tops), 0.25 * known)
     given = as_finite_array("max_wait", max_wait, "a number, or one for each top")
     if (given == 0.0).any():
-        raise ValueError("max_wait must not be zero: no event comes in no time")
+        raise ValueError("max_wait must not be zero")
     try:
         return np.array(np.broadcast_to(given, tops.shape)).reshape(-1)
     except ValueError:

@@ -155,8 +155,10 @@ def _parse_special(
     tangents: TangentSpec | None,
     others: dict[str, object],
 ) -> SolveOptions:
-    """Return the options of a solve with tangents, with events or by method='geometric'. Raises
-    TypeError or ValueError for an invalid argument, and for those of an ensemble."""
+    """Return the options of a solve with tangents, with events or by method='geometric'.
+
+    Raises TypeError or ValueError for an invalid argument, and for those of an ensemble.
+    """
     if tangents is not None:
         excluded = {"error": error, "want": want, "events": events} | others
         controls = step, tol, digits, max_steps
@@ -175,8 +177,7 @@ def _parse_special(
 def _solve_checked(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Return the path of options that take more than a single call of the core, or of times that
-    need validation."""
+    """Return the path of options or times that a single call of the core cannot serve."""
     if options.tangents:
         return record_tangents(scene, options, t, progress)
     times = time_array(t, options.step, options.every, options.size)

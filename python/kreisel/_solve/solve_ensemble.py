@@ -155,7 +155,7 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
     if error is not None:
         raise error_not_allowed(method)
     if events is not None and reduce is not None:
-        raise ValueError("events are met on the way of paths: leave reduce out")
+        raise ValueError("events need paths: leave out reduce")
     controls = step, tol, digits, max_steps, want, reduce, every
     options = parse_ensemble_options(tops, method, *controls, has_events=events is not None)
     if events is None:
@@ -168,6 +168,4 @@ def reject_ensemble_arguments(scene: object, **given: object) -> None:
     """Raise ValueError for arguments of an ensemble that were given with one scene."""
     check_type("scene", scene, Scene)
     names = [name for name, value in given.items() if value is not None]
-    raise ValueError(
-        f"{' and '.join(names)}: for a kreisel.Ensemble of many tops, not for one scene"
-    )
+    raise ValueError(f"{' and '.join(names)}: only for a kreisel.Ensemble, not for a single scene")

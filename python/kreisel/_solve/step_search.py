@@ -1,12 +1,10 @@
-"""The choice of method='geometric': the cheapest geometric method and step that keep the attitude
-error below a target.
+"""The search of method='geometric' for the cheapest geometric method and step below an error.
 
 A method of order p errs by about g w t (c h r)^p. The rate r and the weight w come from the
 integrals of motion, and the constants c were measured. The factor g is how much more than a regular
 motion this one magnifies small changes, as near an unstable equilibrium. With this estimate the
 cheapest method and its step h are guessed. The step is refined until the run is near enough to a
 reference.
-
 """
 
 from __future__ import annotations
@@ -33,7 +31,7 @@ from .._results.error_estimate import (
     ROUNDING,
     ROUNDINGS,
     SERIES,
-    closed_form_holds,
+    has_closed_form,
     rounding_growth,
 )
 from .._results.path import (
@@ -118,9 +116,11 @@ class StepSearch:
         return method, max(1.0, prices[method][1])
 
     def check_times(self, steps: int) -> Array:
-        """Return the times at which the error of a run with `steps` steps is computed: ends of
-        steps, which cost nothing, times inside the steps where these are few, and requested
-        times."""
+        """Return the times at which the error of a run with `steps` steps is computed.
+
+        They are ends of steps, which cost nothing, times inside the steps if there are few steps,
+        and requested times.
+        """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
         ends = np.append(np.arange(each, steps, each), steps)
@@ -133,14 +133,19 @@ class StepSearch:
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
     def reference(self) -> SolveOptions:
-        """Return the options of the reference: the closed form if the target is far above its
-        roundings."""
+        """Return the options of the reference.
+
+        It is the closed form if the target is far above the roundings of that.
+        """
         near = ROUNDINGS * self.conditioning <= self.target
-        return CLOSED_FORM if near and closed_form_holds(self.scene) else LONGER_SERIES
+        return CLOSED_FORM if near and has_closed_form(self.scene) else LONGER_SERIES
 
     def run(self, steps: int) -> tuple[Array, float] | None:
-        """Return the states of a run with so many steps at the requested times, and the largest
-        attitude error on the way; None if the steps are too large for the method."""
+        """Return the states of a run with `steps` steps at the requested times, and its error.
+
+        The error is the largest attitude error on the way. Returns None if the steps are too large
+        for the method.
+        """
         check_times = self.check_times(steps)
         all_times = self.merge_times(check_times, self.times)
         before = self.spent.evaluations
@@ -187,7 +192,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
     """Return the error allowed. Raises ValueError if one of the arguments in `others` is given."""
     if error is None:
         raise ValueError(
-            "method='geometric' chooses its step: give the error allowed [rad], as in error=1e-6"
+            "method='geometric' chooses its step: give the allowed error [rad], as in error=1e-6"
         )
     given = [name for name, value in others.items() if value is not None]
     if given:
@@ -195,7 +200,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
     target = as_positive("error", error)
     if target > 0.1:
         raise ValueError(
-            f"error must be at most 0.1 rad, not {target!r}: beyond it two runs cannot be compared"
+            f"error must be at most 0.1 rad, not {target!r}: larger errors cannot be measured"
         )
     return target
 
@@ -210,8 +215,10 @@ def error_not_allowed(method: object) -> ValueError:
 def geometric_options(
     error: float | None, max_steps: object, want: object, excluded: Mapping[str, object]
 ) -> SolveOptions:
-    """Return the options of method='geometric'. Raises ValueError if one of the arguments in
-    `excluded` is given."""
+    """Return the options of method='geometric'.
+
+    Raises ValueError if one of the arguments in `excluded` is given.
+    """
     target = parse_error(error, excluded)
     most, names = as_int("max_steps", max_steps, 0), parse_want(want)
     placeholder = methods["strang"]
@@ -242,10 +249,12 @@ def search_path(
     progress: Listener = None,
 ) -> Path:
     """Return the path at these times, with an attitude error below `target` on all of [0, t].
-    `progress` is called during each run in turn."""
+
+    `progress` is called during each run in turn.
+    """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
-        raise search.refusal("the data do not hold so much")
+        raise search.refusal("the rounding of the scene alone exceeds it")
     steps, taken, least, stalls = search.first, 0, math.inf, 0
     while stalls < _STALLS:
         taken += steps
@@ -258,9 +267,7 @@ def search_path(
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
         least, steps = min(least, error), 2 * steps if stalled else search.refine(steps, error)
-    raise search.refusal(
-        f"the roundings of a run come to {least:.1e} rad, and finer steps add more"
-    )
+    raise search.refusal(f"rounding errors reach {least:.1e} rad, and finer steps add more")
 
 
 def _path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
@@ -376,8 +383,10 @@ def _write_row(
 
 
 def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return which states of a path are at the first of these times, and how many; the path of a
-    trial that failed has others between them."""
+    """Return the indices of a path's states at the first of these times, and their number.
+
+    The path of a failed trial has other states between them.
+    """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0
     at = np.minimum(np.searchsorted(np.abs(path.t), np.abs(times)), len(path) - 1)

@@ -57,8 +57,9 @@ def stream(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Iterator[Path] | Iterator[Paths]:
-    """Yield the states of kreisel.solve, with the same bits, as paths of at most `chunk` states
-    (default 2**14), in constant memory.
+    """Yield the states of kreisel.solve as paths of at most `chunk` states, in constant memory.
+
+    The states have the same bits. The default of `chunk` is 2**14.
 
     t      a list; an iterator of times, which may be endless; or with `every` a number, which may
            be math.inf [T]
@@ -82,7 +83,9 @@ def stream(
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):
         if isinstance(t, Iterator):
-            raise TypeError("times of an ensemble are a number, a list or an array, no iterator")
+            raise TypeError(
+                "times of an ensemble must be a number, a list or an array, not an iterator"
+            )
         arguments = SolveArguments(step, tol, digits, every, max_steps, None, want, events)
         size = most or 1 << 20
         return stream_ensemble(scene, t, method, arguments, size, progress, threads, executor)

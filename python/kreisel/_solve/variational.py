@@ -1,5 +1,4 @@
-"""Tangents: a path with the derivatives of its states by its start and by parameters of its
-body."""
+"""Paths with tangents: the derivatives of the states by the start and by the body's parameters."""
 
 from __future__ import annotations
 
@@ -36,7 +35,7 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
         if not isinstance(name, str) or name not in TANGENTS:
             raise ValueError(unknown_name_message("name in tangents:", str(name), TANGENTS))
     if not names:
-        raise ValueError("tangents names nothing to derive by; leave it out for a path alone")
+        raise ValueError("tangents is empty; leave it out for a path without tangents")
     return tuple(name for name in TANGENTS if name in names)
 
 
@@ -49,16 +48,18 @@ def parse_tangent_options(
     excluded: Mapping[str, object],
 ) -> SolveOptions:
     """Return the options of a path with tangents; `controls` is step, tol, digits and max_steps.
-    Raises ValueError if one of the arguments in `excluded` is given."""
+
+    Raises ValueError if one of the arguments in `excluded` is given.
+    """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     for name, value in excluded.items():
         if value is not None:
-            raise ValueError(f"tangents ride along with all states of a path: leave {name} out")
+            raise ValueError(f"tangents are computed for all states of a path: leave out {name}")
     chosen = FALLBACK if method == "auto" else method
     options = parse_options(top, chosen, *controls, requested=method)
     if not options.method.tangents:
         raise ValueError(
-            f"the method {chosen!r} carries no tangents: that is for method='taylor', or 'auto'"
+            f"the method {chosen!r} computes no tangents: use method='taylor' or 'auto'"
         )
     parse_every(options.method, every)
     return replace(options, tangents=names)
@@ -78,7 +79,7 @@ def record_tangents(
     if top is None:
         path = make_path(scene, options, (status, scene._start.copy(), None, (0, 0, 0, 0), end))
         raise stop_exception(status, path, progress_text(path, end))
-    result, high, low, rest = top.record_tangents(times, options.extended_precision, progress)
+    result, high, low, rest = top.record_tangents(times, options.has_low_words, progress)
     path = make_path(scene, options, result)
     path = replace(path, _tangent_data=TangentData.from_flat(high, low, rest, names))
     if result[0] != "OK":

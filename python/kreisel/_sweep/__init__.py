@@ -1,1 +1,1 @@
-"""Sweeps: many tops in parts on the disk, each made by whoever is free, none of them twice."""
+"""Sweeps: ensembles larger than memory, computed and stored in parts."""

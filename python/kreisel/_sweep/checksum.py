@@ -1,7 +1,7 @@
-"""Seals: a file says itself what it must be, to the bit.
+"""Checksums of whole files, stored inside the files.
 
-A mark is followed by the SHA-256 of the whole file with zeros in its place. It stands inside the
-file, so that one renaming puts file and seal in their place, and nobody else need know of it.
+A mark is followed by the SHA-256 of the file with zeros in the place of the digest. Parquet has
+checksums of its pages only: a change in the schema or the statistics would go unnoticed.
 """
 
 from __future__ import annotations
@@ -9,22 +9,22 @@ from __future__ import annotations
 import hashlib
 
 _MARK, _SIZE = b"kreisel-sha256:", 64
-OPEN = (_MARK + b"0" * _SIZE).decode()  # what a file has where its seal will be
+PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()  # the mark of a file without its digest
 
 
 def add_checksum(data: bytearray) -> bytearray:
-    """The bytes of a file, of which the last open seal is closed in place."""
-    at = data.rindex(OPEN.encode()) + len(_MARK)
+    """Write the digest of a file into its last placeholder, and return the file."""
+    at = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
     data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()
     return data
 
 
-def is_whole(data: bytes) -> bool:
-    """Return True if the checksum of a file is right."""
+def has_checksum(data: bytes) -> bool:
+    """Return True if a file has the right checksum."""
     at = data.rfind(_MARK) + len(_MARK)
     if at < len(_MARK):
         return False
     view, digest = memoryview(data), hashlib.sha256()
-    for piece in (view[:at], OPEN.encode()[len(_MARK) :], view[at + _SIZE :]):
+    for piece in (view[:at], PLACEHOLDER.encode()[len(_MARK) :], view[at + _SIZE :]):
         digest.update(piece)
     return digest.hexdigest().encode() == data[at : at + _SIZE]

@@ -1,5 +1,8 @@
-"""Parts as Parquet: a row for each top; what has many numbers of a top is a list, and so are its
-events. Doubles are split into streams of bytes, which packs them without loss."""
+"""Files of parts in Parquet: a row for each top.
+
+A column with many numbers of a top is a list, and so are the events. The bytes of doubles are split
+into streams, which compresses them without loss.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._utils.optional import optional_dependency
-from .checksum import OPEN
+from .checksum import PLACEHOLDER
 from .part_table import COUNT, Column, PartTable
 from .start_table import PARQUET
 
@@ -21,32 +24,32 @@ with optional_dependency(PARQUET):
 if TYPE_CHECKING:
     from pyarrow import Table
 
-_GROUP = 1 << 16  # rows that a reader takes at once
+_GROUP = 1 << 16  # rows that a reader decodes at once
 _PER = b"top", b"time", b"event"  # what a column has a value for
-_ABOUT, _SEAL = "kreisel", "kreisel seal"
+_ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys of the metadata of a file
 
 
-def encode(rows: PartTable, about: Mapping[str, Any]) -> bytearray:
-    """The file, with an open seal."""
-    table = as_table(rows)
+def encode(part: PartTable, about: Mapping[str, Any]) -> bytearray:
+    """Return a file with a placeholder for its checksum."""
+    table = as_table(part)
     out = pa.BufferOutputStream()
-    doubles = [name for name in parquet_paths(table) if name[1] == pa.float64()]
+    doubles = [name for name, kind in list_leaves(table) if kind == pa.float64()]
     with parquet.ParquetWriter(
         out,
         table.schema,
         compression="zstd",
         compression_level=1,
         use_dictionary=False,
-        use_byte_stream_split=[name for name, _ in doubles],
+        use_byte_stream_split=doubles,
         write_page_checksum=True,
     ) as writer:
         writer.write_table(table, row_group_size=_GROUP)
-        writer.add_key_value_metadata({_ABOUT: json.dumps(about), _SEAL: OPEN})
+        writer.add_key_value_metadata({_ABOUT: json.dumps(about), _CHECKSUM: PLACEHOLDER})
     return bytearray(out.getvalue())
 
 
-def parquet_paths(table: Table) -> list[tuple[str, Any]]:
-    """The columns by the names that the file has for their numbers, with their kinds."""
+def list_leaves(table: Table) -> list[tuple[str, Any]]:
+    """Return the path of each column's numbers in a Parquet file, and their type."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)
@@ -55,19 +58,22 @@ def parquet_paths(table: Table) -> list[tuple[str, Any]]:
     ]
 
 
-def as_table(rows: PartTable) -> Table:
-    """The rows as a table of Arrow, whose fields have their units, and say of what there are many:
-    a top has one value, or one per time or per event."""
-    columns = {name: _array(values) for name, values in rows.columns.items()}
-    per = {name: "top" if rows.columns[name].ndim == 1 else "time" for name in columns}
-    if rows.ragged:
-        offsets = np.concatenate([[0], np.cumsum(rows.columns[COUNT])]).astype(np.int64)
-        columns |= {name: _list(offsets, values) for name, values in rows.ragged.items()}
+def as_table(part: PartTable) -> Table:
+    """Return the rows as a table of Arrow.
+
+    The metadata of each field has its `units`, and in `per` what it has a value for: a top, a time
+    or an event.
+    """
+    columns = {name: _array(values) for name, values in part.columns.items()}
+    per = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
+    if part.ragged:
+        offsets = np.concatenate([[0], np.cumsum(part.columns[COUNT])]).astype(np.int64)
+        columns |= {name: _list(offsets, values) for name, values in part.ragged.items()}
     fields = [
         pa.field(
             name,
             column.type,
-            metadata={"units": rows.units.get(name, ""), "per": per.get(name, "event")},
+            metadata={"units": part.units.get(name, ""), "per": per.get(name, "event")},
         )
         for name, column in columns.items()
     ]
@@ -85,49 +91,63 @@ def _list(offsets: Column, values: Column) -> Any:
     return pa.LargeListArray.from_arrays(pa.array(offsets), pa.array(values))
 
 
-def about(file: str) -> dict[str, Any]:
-    """Return the description in a part file; raise ValueError if it has none."""
+def read_about(data: bytes) -> dict[str, Any]:
+    """Return the description in the bytes of a part. Raises ValueError if there is none."""
     try:
-        found = parquet.read_metadata(file).metadata or {}
-        told: dict[str, Any] = json.loads(found[_ABOUT.encode()])
-    except (pa.ArrowException, OSError, KeyError, ValueError) as error:
-        raise ValueError(f"{file} is damaged, or no part of a sweep: {error}") from None
-    if not isinstance(told, dict):
-        raise ValueError(f"{file} is damaged, or no part of a sweep")
-    return told
+        return _parse_about(parquet.read_metadata(pa.BufferReader(data)).metadata)
+    except (pa.ArrowException, OSError) as error:
+        raise ValueError(f"it is no part of a sweep: {error}") from None
 
 
-def decode(file: str, names: Iterable[str] | None, states: int) -> PartTable:
-    """The rows of a part, or some columns of them; ValueError where bits of these have changed."""
+def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
+    """Return the description in the metadata of a file."""
+    try:
+        about = json.loads((metadata or {})[_ABOUT.encode()])
+    except (KeyError, ValueError) as error:
+        raise ValueError(f"it is no part of a sweep: {error}") from None
+    if not isinstance(about, dict):
+        raise ValueError("it is no part of a sweep")
+    return about
+
+
+def decode(
+    file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
+) -> PartTable:
+    """Return the columns `names` of a part, or all columns.
+
+    Without names the table has no rows, and the columns are empty. Raises ValueError if the file is
+    damaged, or if its description differs from `expected`.
+    """
     wanted = None if names is None else list(names)
     try:
         with parquet.ParquetFile(file, page_checksum_verification=True) as source:
-            table = source.read(columns=wanted)
-    except (pa.ArrowException, OSError) as error:
-        raise ValueError(f"{file} is damaged: {error}") from None
-    if wanted is not None and not {*wanted} <= {*table.column_names}:
-        raise ValueError(f"{file} is damaged: it has no {wanted}")
-    try:
-        return _rows_of(table, states)
-    except (AttributeError, TypeError, ValueError, pa.ArrowException) as error:
-        # The schema has no checksum of its own.
-        raise ValueError(f"{file} is damaged: {error}") from None
+            about = _parse_about(source.metadata.metadata)
+            if any(about.get(name) != value for name, value in expected.items()):
+                raise ValueError(f"it is not part {expected['part']} of this plan")
+            table = source.schema_arrow.empty_table() if wanted == [] else source.read(wanted)
+        missing = {*(wanted or ())} - {*table.column_names}
+        if missing:
+            raise ValueError(f"it has no {', '.join(sorted(missing))}")
+        return _read_table(table, states)
+    except (pa.ArrowException, OSError, AttributeError, TypeError, ValueError) as error:
+        # The schema has no checksum of its own: it may contradict the data in any way.
+        raise ValueError(f"{file} is damaged, or no part of this sweep: {error}") from None
 
 
-def _rows_of(table: Table, states: int) -> PartTable:
+def _read_table(table: Table, states: int) -> PartTable:
     """Convert a table of Arrow to the rows of a part."""
-    rows = PartTable()
+    part = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):
-        whole, told = column.combine_chunks(), field.metadata or {}
-        rows.units[field.name] = told.get(b"units", b"").decode()
-        per = told.get(b"per")
+        whole, metadata = column.combine_chunks(), field.metadata or {}
+        part.units[field.name] = metadata.get(b"units", b"").decode()
+        per = metadata.get(b"per")
         if per not in _PER or pa.types.is_primitive(field.type) != (per == b"top"):
-            raise ValueError(f"its schema does not tell how {field.name!r} belongs to the tops")
+            raise ValueError(f"its schema does not say how {field.name!r} belongs to the tops")
         flat = whole if per == b"top" else whole.flatten()
         values = flat.to_numpy(zero_copy_only=False)
         if per == b"event":
-            rows.ragged[field.name] = values
+            part.ragged[field.name] = values
         else:
             shape = (len(whole),) if per == b"top" else (len(whole), states)
-            rows.columns[field.name] = values.reshape(shape)
-    return rows
+            part.columns[field.name] = values.reshape(shape)
+    return part

@@ -1,16 +1,16 @@
-"""The plan of a sweep in TOML: the words of kreisel.sweep, and a table that tells the tops.
+"""Plans of sweeps as TOML: the arguments of kreisel.sweep, and a table that describes the tops.
 
     t = 100                          # or a list, or { from = 0, to = 100, n = 101 }
     scene = "sleeping"               # a scene with a name, or a file; or a table [scene]
     [reduce]
     nutation = ["min", "max"]
-    [grid]                           # or [random], [scatter], [columns]: the makers of Source
+    [grid]                           # or [random], [scatter], [columns]: constructors of Source
     spin = { from = 0, to = 20, n = 1000 }
     tilt = { from = 0, to = 1, n = 1000 }
 
-A name of a file is looked for beside the plan. Events are tables [[events]], with the name of their
-maker as `event` and its words. With verb = "section" the plan has no t, and a table [event] of the
-same kind; with "lyapunov", "megno" or "oli" it has the words of these.
+Names of files are relative to the plan. Events are tables [[events]]: the name of their constructor
+as `event`, and its arguments. With task = "section" the plan has no t, and a table [event] of the
+same kind. With "lyapunov", "megno" or "oli" it has the arguments of that function.
 """
 
 from __future__ import annotations
@@ -27,103 +27,104 @@ from .._model.toml import check_table, parse_tables, read
 from .._utils.errors import unknown_name_message
 from .._utils.validation import as_float, as_int, short_repr
 from ..events import MAKERS, Event
-from ..scenes import about, named
+from ..scenes import about, get_scene
 from .source import Source
 from .sweep_plan import SweepPlan, make_plan
-from .task import WORDS, parse_task
+from .task import ARGUMENTS, parse_task
 
-_MAKERS: dict[str, Callable[..., Source]] = {
+_CONSTRUCTORS: dict[str, Callable[..., Source]] = {
     "grid": Source.grid,
     "random": Source.random,
     "scatter": Source.scatter,
     "columns": Source.columns,
 }
-_WORDS = ["verb", *WORDS, "part"]
+_KEYS = ["task", *ARGUMENTS, "part_size"]
 
 
-def from_file(file: Path) -> SweepPlan:
-    """The plan in a file; TypeError or ValueError, with the file's name, for what is none."""
-    return read(file, lambda text: _plan(parse_tables(text), file.parent))
+def read_plan(file: Path) -> SweepPlan:
+    """Return the plan in a file. Raises TypeError or ValueError with the name of the file."""
+    return read(file, lambda text: _plan_from_tables(parse_tables(text), file.parent))
 
 
-def _plan(told: dict[str, Any], beside: Path) -> SweepPlan:
-    for name in told:
-        if name not in (*_WORDS, *_MAKERS, "scene"):
+def _plan_from_tables(tables: dict[str, Any], folder: Path) -> SweepPlan:
+    for name in tables:
+        if name not in (*_KEYS, *_CONSTRUCTORS, "scene"):
             raise ValueError(
-                unknown_name_message("key in a plan:", name, [*_WORDS, *_MAKERS, "scene"])
+                unknown_name_message("key in a plan:", name, [*_KEYS, *_CONSTRUCTORS, "scene"])
             )
-    words = {name: told[name] for name in WORDS if name in told}
-    if "t" in words:
-        words["t"] = _values("t", words["t"])
-    if "events" in words:
-        words["events"] = [_event(row) for row in _rows(words["events"])]
-    if "event" in words:
-        words["event"] = _event(dict(check_table("event", words["event"])))
-    if "reduce" in words:
-        check_table("reduce", words["reduce"])
-    asked = parse_task(told.get("verb", "solve"), words)
-    return make_plan(_source(told, beside), asked, told.get("part"))
+    arguments = {name: tables[name] for name in ARGUMENTS if name in tables}
+    if "t" in arguments:
+        arguments["t"] = _parse_values("t", arguments["t"])
+    if "events" in arguments:
+        arguments["events"] = [_parse_event(row) for row in _list_rows(arguments["events"])]
+    if "event" in arguments:
+        arguments["event"] = _parse_event(dict(check_table("event", arguments["event"])))
+    if "reduce" in arguments:
+        check_table("reduce", arguments["reduce"])
+    task = parse_task(tables.get("task", "solve"), arguments)
+    return make_plan(_parse_source(tables, folder), task, tables.get("part_size"))
 
 
-def _source(told: dict[str, Any], beside: Path) -> Source:
-    chosen = [name for name in _MAKERS if name in told]
+def _parse_source(tables: dict[str, Any], folder: Path) -> Source:
+    chosen = [name for name in _CONSTRUCTORS if name in tables]
     if len(chosen) != 1:
         many = f"not {' and '.join(chosen)}" if chosen else "and there is none"
-        raise ValueError(f"a plan has exactly one of the tables {', '.join(_MAKERS)}, {many}")
-    if "scene" not in told:
+        raise ValueError(f"a plan has exactly one of the tables {', '.join(_CONSTRUCTORS)}, {many}")
+    if "scene" not in tables:
         raise ValueError("a plan has a scene: a name, a file, or a table [scene]")
-    scene, name = _scene(told["scene"], beside), chosen[0]
-    words = {word: _values(word, value) for word, value in check_table(name, told[name]).items()}
-    if name == "columns" and "file" in words:
-        words["file"] = beside / str(words["file"])
-    maker = _MAKERS[name]
-    known = inspect.signature(maker).parameters
+    scene, name = _parse_scene(tables["scene"], folder), chosen[0]
+    table = check_table(name, tables[name])
+    arguments = {key: _parse_values(key, value) for key, value in table.items()}
+    if name == "columns" and "file" in arguments:
+        arguments["file"] = folder / str(arguments["file"])
+    constructor = _CONSTRUCTORS[name]
+    known = inspect.signature(constructor).parameters
     if not any(each.kind is each.VAR_KEYWORD for each in known.values()):
-        _refuse_unknown(name, words, [word for word in known if word != "scene"])
-    for word, each in known.items():
+        _check_keys(name, arguments, [key for key in known if key != "scene"])
+    for key, each in known.items():
         is_needed = each.default is each.empty and each.kind is each.POSITIONAL_OR_KEYWORD
-        if is_needed and word not in ("scene", *words):
-            raise ValueError(f"[{name}] has no {word}")
-    return maker(scene, **words)
+        if is_needed and key not in ("scene", *arguments):
+            raise ValueError(f"[{name}] has no {key}")
+    return constructor(scene, **arguments)
 
 
-def _refuse_unknown(name: str, words: Mapping[str, Any], known: list[str]) -> None:
-    for word in words:
-        if word not in known:
-            raise ValueError(unknown_name_message(f"key in [{name}]:", word, known))
+def _check_keys(name: str, arguments: Mapping[str, Any], known: list[str]) -> None:
+    for key in arguments:
+        if key not in known:
+            raise ValueError(unknown_name_message(f"key in [{name}]:", key, known))
 
 
-def _scene(told: object, beside: Path) -> Scene:
-    if isinstance(told, str):
-        return named(told) if told in about else Scene.from_toml(beside / told)
-    return build_from_table(dict(check_table("scene", told)))
+def _parse_scene(given: object, folder: Path) -> Scene:
+    if isinstance(given, str):
+        return get_scene(given) if given in about else Scene.from_toml(folder / given)
+    return build_from_table(dict(check_table("scene", given)))
 
 
-def _values(name: str, told: object) -> Any:
-    """A value or a list of values, or the evenly spaced ones of a table from, to, n."""
-    if not isinstance(told, dict):
-        return told
-    _refuse_unknown(name, told, ["from", "to", "n"])
-    missing = {"from", "to", "n"} - told.keys()
+def _parse_values(name: str, given: object) -> Any:
+    """Return a value, a list of values, or the evenly spaced values of a table from, to, n."""
+    if not isinstance(given, dict):
+        return given
+    _check_keys(name, given, ["from", "to", "n"])
+    missing = {"from", "to", "n"} - given.keys()
     if missing:
         raise ValueError(f"{name} has no {sorted(missing)[0]}: it goes from one value to another")
-    ends = (np.asarray(told[end], dtype=np.float64) for end in ("from", "to"))
+    ends = (np.asarray(given[end], dtype=np.float64) for end in ("from", "to"))
     begin, end = (as_float(name, one[()]) if not one.ndim else one for one in ends)
-    return np.linspace(begin, end, as_int(f"n of {name}", told["n"], 1))
+    return np.linspace(begin, end, as_int(f"n of {name}", given["n"], 1))
 
 
-def _rows(told: object) -> list[dict[str, Any]]:
-    if not isinstance(told, list):
-        raise TypeError(f"events are tables [[events]], not {short_repr(told)}")
-    return [dict(check_table("events", row)) for row in told]
+def _list_rows(given: object) -> list[dict[str, Any]]:
+    if not isinstance(given, list):
+        raise TypeError(f"events are tables [[events]], not {short_repr(given)}")
+    return [dict(check_table("events", row)) for row in given]
 
 
-def _event(row: dict[str, Any]) -> Event:
+def _parse_event(row: dict[str, Any]) -> Event:
     name = row.pop("event", None)
     if name not in MAKERS:
         raise ValueError(unknown_name_message("event", str(name), MAKERS))
     try:
         return MAKERS[name](**row)
     except (TypeError, ValueError) as error:
-        said = str(error).replace(f"{name}()", "it")
-        raise ValueError(f"event {name}: {said}") from None
+        text = str(error).replace(f"{name}()", "it")
+        raise ValueError(f"event {name}: {text}") from None

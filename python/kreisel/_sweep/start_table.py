@@ -1,8 +1,7 @@
-"""Tables of starts in files: a column for each word, or for each of its components."""
+"""Tables of starts in files: a column for each parameter, or for each of its components."""
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -11,33 +10,24 @@ import numpy.typing as npt
 from .._utils.errors import unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array
-from .parameter_values import WORDS, components
+from .start_parameters import PARAMETERS, components
 
 PARQUET = "'kreisel[sweep]'"
-_VALUES = (3, 3), (4,), (3,), (1,), ()  # shapes of a word's value, the longest first
+_VALUES = (3, 3), (4,), (3,), (1,), ()  # shapes of a value, the longest first
 
 
 def read_columns(file: str) -> dict[str, Array]:
-    """The words in a table, (n, *value) each; ValueError for columns that are none."""
+    """Return the parameters in a table, (n, *value) each.
+
+    Raises ValueError for a column that is no parameter, ImportError without pyarrow.
+    """
     ending = Path(file).suffix.lower()
-    if ending == ".npz":
-        columns = _of_npz(file)
-        known = {name: np.asarray(columns.pop(name)) for name in WORDS if name in columns}
-        return known | {name: np.asarray(column) for name, column in columns.items()}
     if ending not in (".parquet", ".csv"):
-        raise ValueError(f"{file}: a table of starts ends in .parquet, .csv or .npz")
-    return _words(file, _of_arrow(file, ending))
+        raise ValueError(f"{file}: a table of starts ends in .parquet or .csv")
+    return _join_components(file, _read_table(file, ending))
 
 
-def _of_npz(file: str) -> dict[str, npt.NDArray[np.generic]]:
-    try:
-        with np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{file} is no archive of numpy: {error}") from None
-
-
-def _of_arrow(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
+def _read_table(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
     with optional_dependency(PARQUET):
         import pyarrow as pa
         import pyarrow.csv as text
@@ -59,16 +49,16 @@ def _of_arrow(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
     return columns
 
 
-def _words(file: str, columns: dict[str, npt.NDArray[np.generic]]) -> dict[str, Array]:
-    """Columns put together, component by component, as the words that they are."""
-    words, left = {}, dict(columns)
-    for name in WORDS:
+def _join_components(file: str, columns: dict[str, npt.NDArray[np.generic]]) -> dict[str, Array]:
+    """Join the columns of components to parameters."""
+    parameters, left = {}, dict(columns)
+    for name in PARAMETERS:
         for value in _VALUES:
             names = components(name, value)
             if left.keys() >= set(names):
-                joined = [left.pop(one) for one in names]
-                words[name] = np.stack(joined, axis=-1).reshape(-1, *value)
+                parts = [left.pop(one) for one in names]
+                parameters[name] = np.stack(parts, axis=-1).reshape(-1, *value)
     if left:
-        known = [one for name in WORDS for one in components(name, ())]
+        known = [one for name in PARAMETERS for one in components(name, ())]
         raise ValueError(f"{file}: {unknown_name_message('column', next(iter(left)), known)}")
-    return {name: np.asarray(values) for name, values in words.items()}
+    return {name: np.asarray(values) for name, values in parameters.items()}

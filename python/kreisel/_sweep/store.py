@@ -1,19 +1,17 @@
-"""The folder of a sweep: plan.json, what its tops start from where that is long, and the parts.
+"""The folder of a sweep: plan.json, files of long arrays of starts, and the parts.
 
-A name stands for a file that is whole and on the disk: it is written beside its place and renamed.
-What is there already counts where it is a part of this plan, made by this version, with each bit as
-it was sealed.
+A file is written under a temporary name and renamed, so that a name stands for a complete file on
+the disk. A part that exists counts if it belongs to this plan, was written by this version, and has
+the checksum of its bits.
 
-Files in the place of a part: the folder belongs to the plan in plan.json, and the names of parts in
-it belong to the sweep. A file under such a name is replaced, with a warning, unless it is a whole
-part of this plan and this number. Two things are never replaced: a folder, and a whole part of
-another plan, which somebody may have computed for a long time. Files of other names are not
-touched.
+The names of parts in the folder belong to the sweep. A file under such a name is replaced, with a
+warning, unless it is a complete part of this plan and this number. Two things are never replaced: a
+folder, and a complete part of another plan, which may have taken long to compute. Files of other
+names stay untouched.
 """
 
 from __future__ import annotations
 
-import importlib
 import io
 import json
 import os
@@ -21,88 +19,78 @@ import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any
 
 import numpy as np
 
 from .._core import version
 from .._utils.atomic_io import atomic_write, check_writable, sync_folder
 from .._utils.validation import Array
-from .checksum import add_checksum, is_whole
+from .checksum import add_checksum, has_checksum
 from .part_table import PartTable
-from .sweep_plan import SweepPlan, hash_of, name_of, read
+from .sweep_plan import SweepPlan, content_name, hash_plan, plan_from_json
 
 PLAN = "plan.json"
 REPAIR = (
     "the same call of kreisel.sweep replaces it, read_sweep(folder, partial=True) leaves it out"
 )
 _MOVE = "it is not overwritten; move it away, or delete it, and call again"
-_OURS = "sweep"
-_LONGEST = 1 << 30  # bytes of a plan: none comes near
+_PROGRAM = "sweep"  # the value of "kreisel" in a plan file
+_MAX_BYTES = 1 << 30  # of a plan file: far beyond any plan, but an endless device is refused
 DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
 FOREIGN = "foreign"
 
 
-class PartFormat(Protocol):
-    """A file format of parts, implemented by the modules npy and parquet."""
-
-    def encode(self, rows: PartTable, about: dict[str, Any]) -> bytearray: ...
-    def about(self, file: str) -> dict[str, Any]: ...
-    def decode(self, file: str, names: Iterable[str] | None, states: int) -> PartTable: ...
-
-
 class SweepStore:
-    """The folder of a plan."""
+    """The files of a plan in its folder. Raises ImportError without pyarrow."""
 
-    def __init__(self, place: Path, plan: SweepPlan, form: str) -> None:
-        self.place, self.plan, self.ending = place, plan, form
-        self.form = cast(PartFormat, importlib.import_module(f"{__package__}.{form}"))
+    def __init__(self, folder: Path, plan: SweepPlan) -> None:
+        from . import parquet
+
+        self.folder, self.plan, self._format = folder, plan, parquet
 
     def file(self, i: int) -> Path:
-        """The name of a part."""
-        return self.place / f"part-{i:06}.{self.ending}"
+        """Return the path of a part."""
+        return self.folder / f"part-{i:06}.parquet"
 
-    def put(self, i: int, rows: PartTable) -> None:
-        """Writes a part."""
-        about = {
-            "plan": self.plan.hash,
-            "part": i,
-            "version": version,
-            "kernel": self.plan.kernel,
-        }
-        atomic_write(self.file(i), bytes(add_checksum(self.form.encode(rows, about))))
+    def write_part(self, i: int, part: PartTable) -> None:
+        """Write a part with its checksum."""
+        about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
+        atomic_write(self.file(i), bytes(add_checksum(self._format.encode(part, about))))
 
-    def found(self) -> list[int]:
+    def list_parts(self) -> list[int]:
         """Return the numbers of the parts that have a file, in ascending order."""
-        names = {entry.name for entry in os.scandir(self.place)}
-        of_a_part = re.compile(rf"part-([0-9]{{6,}})\.{self.ending}")
-        numbers = {int(match[1]) for match in map(of_a_part.fullmatch, names) if match}
-        return sorted(i for i in numbers if i < self.plan.parts and self.file(i).name in names)
+        found, parts = [], self.plan.parts
+        for entry in os.scandir(self.folder):
+            match = re.fullmatch(r"part-([0-9]{6,})\.parquet", entry.name)
+            i = int(match[1]) if match else parts
+            if i < parts and entry.name == f"part-{i:06}.parquet":
+                found.append(i)
+        return sorted(found)
 
-    def get(self, i: int, names: Iterable[str] | None = None) -> PartTable:
-        """Return the rows of a part, or some of its columns. Raises ValueError if the part is
-        damaged, or is not this part of this plan."""
+    def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
+        """Return the columns `names` of a part, or all; without names it has no rows.
+
+        Raises ValueError if the part is damaged, or is not this part of this plan.
+        """
+        expected = {"plan": self.plan.hash, "part": i}
         try:
-            about = self.form.about(str(self.file(i)))
-            if (about.get("plan"), about.get("part")) != (self.plan.hash, i):
-                raise ValueError(f"{self.file(i)} is not part {i} of this plan")
-            return self.form.decode(str(self.file(i)), names, self.plan.states)
+            return self._format.decode(str(self.file(i)), expected, names, self.plan.states)
         except ValueError as error:
             raise ValueError(f"{error}; {REPAIR}") from None
 
-    def look(self, i: int) -> str:
+    def verify_part(self, i: int) -> str:
         """Verify each bit of a part, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
-        file = self.file(i)
         try:
-            data = file.read_bytes()
+            data = self.file(i).read_bytes()
         except FileNotFoundError:
             return MISSING
         except IsADirectoryError:
             return FOREIGN
-        if not is_whole(data):
+        if not has_checksum(data):
             return DAMAGED
         try:
-            about = self.form.about(str(file))
+            about = self._format.read_about(data)
         except ValueError:
             return FOREIGN
         if about.get("plan") != self.plan.hash:
@@ -111,13 +99,13 @@ class SweepStore:
             return DAMAGED
         return DONE if about.get("version") == version else OLD
 
-    def refusal(self, i: int) -> FileExistsError:
-        """Return the error for a part in whose place something foreign is."""
+    def foreign_error(self, i: int) -> FileExistsError:
+        """Return the error for a foreign file or folder in the place of a part."""
         file = self.file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
         try:
-            about = self.form.about(str(file))
+            about = self._format.read_about(file.read_bytes())
         except ValueError:
             about = {}
         return FileExistsError(
@@ -126,28 +114,33 @@ class SweepStore:
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _open_cached, (str(self.place), self.plan.hash)
+        return _open_cached, (str(self.folder), self.plan.hash)
 
 
-def open_store(place: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
-    """The folder of a sweep as it stands there; ValueError where it is none, or of another plan
-    than expected."""
-    where = Path(os.path.abspath(place))
-    told = _describe_file(where)
-    plan = _prefix_name(where, told)
+def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
+    """Open the folder of a sweep.
+
+    Raises ValueError if it is none, or if the hash of its plan is not `expected`.
+    """
+    where = Path(os.path.abspath(folder))
+    content = _read_plan_file(where)
+    try:
+        plan = plan_from_json(content["plan"], lambda name: _read_starts(where / name))
+    except ValueError as error:
+        raise ValueError(f"{where / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:
         raise ValueError(f"{where} has the plan {plan.hash[:16]} now, not {expected[:16]}")
-    return SweepStore(where, plan, told["form"])
+    return SweepStore(where, plan)
 
 
 @lru_cache(maxsize=4)
-def _open_cached(place: str, expected: str) -> SweepStore:
+def _open_cached(folder: str, expected: str) -> SweepStore:
     """Open the store once for all tasks of a worker process."""
-    return open_store(place, expected)
+    return open_store(folder, expected)
 
 
-def _describe_file(where: Path) -> dict[str, Any]:
-    """plan.json; ValueError for what is none."""
+def _read_plan_file(where: Path) -> dict[str, Any]:
+    """Return the contents of plan.json. Raises ValueError if it is no plan file, or damaged."""
     file = where / PLAN
     if not where.is_dir():
         raise FileNotFoundError(f"there is no folder {where}")
@@ -155,133 +148,118 @@ def _describe_file(where: Path) -> dict[str, Any]:
         raise ValueError(f"{where} is no folder of a sweep: it has no {PLAN}")
     try:
         with open(file, "rb") as plan:
-            told = json.loads(plan.read(_LONGEST))
+            content = json.loads(plan.read(_MAX_BYTES))
     except (ValueError, RecursionError):
-        told = None
-    if not isinstance(told, dict) or told.get("kreisel") != _OURS:
+        content = None
+    if not isinstance(content, dict) or content.get("kreisel") != _PROGRAM:
         raise ValueError(f"{file} is no plan of a sweep")
-    if told.get("hash") != hash_of(told.get("plan", {})):
-        raise ValueError(f"{file} is damaged: its plan has not the hash that it says")
-    if told.get("form") not in ("parquet", "npy"):
-        raise ValueError(f"{file}: parts are written as parquet or npy, not {told.get('form')!r}")
-    return told
+    if content.get("hash") != hash_plan(content.get("plan", {})):
+        raise ValueError(f"{file} is damaged: its hash does not belong to its plan")
+    return content
 
 
-def _prefix_name(where: Path, told: dict[str, Any]) -> SweepPlan:
-    try:
-        return read(told["plan"], lambda name: _starts(where / name))
-    except ValueError as error:
-        raise ValueError(f"{where / PLAN}: {error}") from None
-
-
-def _starts(file: Path) -> Array:
-    """Numbers that are too many for the plan itself; they are what their name says."""
+def _read_starts(file: Path) -> Array:
+    """Return a long array of starts. Raises ValueError if it does not belong to its name."""
     values: Array = np.load(file, allow_pickle=False)
-    if name_of(values) != file.name:
-        raise ValueError(f"{file} is damaged: its numbers are not those of its name")
+    if content_name(values) != file.name:
+        raise ValueError(f"{file} is damaged: its numbers do not belong to its name")
     return values
 
 
-def create_or_open(place: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
-    """The folder for this plan: made where there is none, or as it stands there from before.
-    ValueError where it is of another plan, FileExistsError where it is of something else, OSError
-    where nothing can be written."""
-    where = Path(os.path.abspath(place))
+def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
+    """Create the folder of a plan, or open it if it exists.
+
+    Raises ValueError if the folder has another plan, FileExistsError if it belongs to something
+    else, OSError if it cannot be written, ImportError without pyarrow.
+    """
+    where = Path(os.path.abspath(folder))
+    store = SweepStore(where, plan)
     if where.exists() and not where.is_dir():
         raise FileExistsError(f"{where} is no folder")
-    if not (where / PLAN).exists():
-        _begin(where, plan)
-    told = _describe_file(where)
-    if told["hash"] != plan.hash:
-        raise ValueError(_plan_mismatch(where, told, plan))
+    if not (where / PLAN).exists() and _create(where, plan):
+        return store
+    content = _read_plan_file(where)
+    if content["hash"] != plan.hash:
+        raise ValueError(_plan_mismatch(where, content, plan))
     check_writable(where / PLAN)
-    _put_starts(where, plan)
-    return SweepStore(where, plan, told["form"])
+    _write_starts(where, plan)
+    return store
 
 
-def _begin(where: Path, plan: SweepPlan) -> None:
-    """Puts the plan into an empty folder, or a new one."""
+def _create(where: Path, plan: SweepPlan) -> bool:
+    """Write the plan into a new or empty folder; return False if another process was first."""
     if where.is_dir():
-        names = sorted(each.name for each in where.iterdir() if not each.name.startswith("."))
-        strange = [name for name in names if name != PLAN and not name.startswith("starts-")]
-        if strange:
-            raise FileExistsError(
-                f"{where} is no folder of a sweep, and it is not empty: it has {strange[0]!r}"
-            )
+        for name in sorted(os.listdir(where)):
+            if not name.startswith((".", "starts-")) and name != PLAN:
+                raise FileExistsError(
+                    f"{where} is no folder of a sweep, and it is not empty: it has {name!r}"
+                )
     else:
         where.mkdir()
         sync_folder(where.parent)
-    _put_starts(where, plan)
-    told = {
-        "kreisel": _OURS,
+    _write_starts(where, plan)
+    content = {
+        "kreisel": _PROGRAM,
         "version": version,
         "hash": plan.hash,
-        "form": _best_form(),
         "tops": plan.source.size,
         "parts": plan.parts,
     }
-    plan_lines = _in_lines(plan.told, 1)
-    told_lines = _in_lines(told, 0)[:-2]
-    _put_first(where / PLAN, f'{told_lines},\n"plan": {plan_lines}\n}}\n'.encode())
+    plan_lines, lines = _dump_lines(plan.as_json, 1), _dump_lines(content, 0)[:-2]
+    return _write_exclusive(where / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
 
 
-def _put_starts(where: Path, plan: SweepPlan) -> None:
-    """Writes what is too long for the plan itself, and is not there."""
+def _write_starts(where: Path, plan: SweepPlan) -> None:
+    """Write the arrays that are too long for the plan file, unless they exist."""
     for values in plan.arrays:
-        file = where / name_of(values)
+        file = where / content_name(values)
         if not file.exists():
             out = io.BytesIO()
             np.lib.format.write_array(out, np.ascontiguousarray(values), allow_pickle=False)
             atomic_write(file, out.getvalue())
 
 
-def _in_lines(told: Mapping[str, Any], deep: int) -> str:
-    """JSON with a line for each name."""
-    space = " " * deep
-    lines = (f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in told.items())
+def _dump_lines(content: Mapping[str, Any], indent: int) -> str:
+    """Return JSON with a line for each name."""
+    space = " " * indent
+    lines = [f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in content.items()]
     return "{\n" + ",\n".join(lines) + "\n}"
 
 
-def _best_form() -> str:
-    try:
-        import pyarrow  # noqa: F401  whether it is there is all that counts
-    except ModuleNotFoundError:
-        return "npy"
-    return "parquet"
-
-
-def _put_first(file: Path, data: bytes) -> None:
-    """Writes a file unless another was quicker, whose file then stands."""
+def _write_exclusive(file: Path, data: bytes) -> bool:
+    """Write a file unless it exists; return True if it was written."""
     new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
     atomic_write(new, data)
     try:
         os.link(new, file)
     except FileExistsError:
-        pass
-    except OSError:  # a disk that has no links
-        if not file.exists():
-            os.replace(new, file)
+        return False
+    except OSError:  # a file system without links
+        if file.exists():
+            return False
+        os.replace(new, file)
     finally:
         new.unlink(missing_ok=True)
+    return True
 
 
-def _plan_mismatch(where: Path, told: dict[str, Any], plan: SweepPlan) -> str:
+def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str:
     """Describe the differences between two plans."""
-    there, here = told["plan"], plan.told
+    there, here = content["plan"], plan.as_json
     names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]
     lines = [
-        f"  {name}: {_short(there.get(name))} there, {_short(here.get(name))} here"
+        f"  {name}: {_shorten(there.get(name))} there, {_shorten(here.get(name))} here"
         for name in names
     ]
     return "\n".join(
         [
-            f"{where} is of another plan: {told['hash'][:16]} there, {plan.hash[:16]} here; in",
+            f"{where} is of another plan: {content['hash'][:16]} there, {plan.hash[:16]} here; in",
             *lines,
             "give another folder, or the plan that is there",
         ]
     )
 
 
-def _short(value: object) -> str:
+def _shorten(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 120 else f"{text[:100]} ... {text[-16:]}"

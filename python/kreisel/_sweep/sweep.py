@@ -1,4 +1,4 @@
-"""kreisel.sweep: more tops than a machine's memory holds, in parts on the disk."""
+"""kreisel.sweep: ensembles larger than memory, written to disk in parts."""
 
 from __future__ import annotations
 
@@ -16,18 +16,20 @@ from .._utils.errors import warn
 from .._utils.literals import MethodName, QuantityName
 from .._utils.validation import Numbers, check_type, short_repr
 from ..events import Event
-from .plan_file import from_file
+from .plan_file import read_plan
 from .runner import PartRunner
 from .source import Source
 from .store import DAMAGED, DONE, FOREIGN, OLD, SweepStore, create_or_open
 from .sweep_plan import SweepPlan, make_plan
 from .sweep_result import SweepResult
-from .task import WORDS, Verb, parse_task
+from .task import ARGUMENTS, TaskName, parse_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Ctrl-C during kreisel.sweep. `.sweep` is what kreisel.read_sweep reads: all parts that were
-    finished; the same call makes the others."""
+    """Error for Ctrl-C during kreisel.sweep; the same call computes the missing parts.
+
+    sweep  the kreisel.SweepResult of the parts that were finished
+    """
 
     __module__ = "kreisel"  # a traceback names what users catch
 
@@ -44,8 +46,8 @@ def sweep(
     t: Numbers | None = None,
     method: MethodName | Literal["geometric"] = "auto",
     *,
-    to: str | os.PathLike[str],
-    verb: Verb = "solve",
+    folder: str | os.PathLike[str],
+    task: TaskName = "solve",
     step: float | None = None,
     tol: float | None = None,
     digits: int | None = None,
@@ -59,112 +61,118 @@ def sweep(
     event: Event | None = None,
     n: int | None = None,
     max_wait: float | None = None,
-    part: int | None = None,
+    part_size: int | None = None,
     parts: range | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> SweepResult:
-    """Moves tops part by part into files of a folder, and goes on where it was ended: by Ctrl-C, by
-    a crash, on another machine.
+    """Run a task on many tops, and write the results to a folder in parts.
 
-    A part is a file with a row for each of its tops: number, start, how it went, and what solve was
-    asked for, with units [M L T]; in Parquet, or where pyarrow is not installed numpy's. It depends
-    on the plan and its own number alone, not on who makes it, when, or beside what. A top that
-    fails is a row as others are, whose status is not 0. What stands in the folder already is looked
-    at, bit by bit; what is missing or damaged is made. Names of parts in the folder belong to the
-    sweep: whatever file has one and is not that part of the plan counts as damaged, and is replaced
-    with a warning. A folder, or a whole part of another plan, is never replaced: FileExistsError.
+    A sweep that was interrupted resumes where it stopped: after Ctrl-C, after a crash, or on
+    another machine. A part is a Parquet file with a row for each of its tops: index, start, status
+    and results, with units [M L T]. Its bits depend on the plan and the number of the part only. A
+    top that fails has a row with a status other than 0.
 
-    tops      a kreisel.Source or kreisel.Ensemble; or the name of a TOML file that has all: t and
-              the words to `part`, scene (a name, a file or a table), and one of the tables [grid],
-              [random], [scatter], [columns] with the words of that maker of Source, where values
-              may be { from = 0, to = 20, n = 1000 }; events are tables [[events]], each with the
-              `event` of kreisel.events and its words, and so is [event] of a section
-    t         a number or a list of times, for all tops; this and the words to `reduce` are those of
-              kreisel.solve
-    to        the folder: one that is not there yet, or empty, or has parts of the same plan
-    verb      what becomes of each top; with its own words, which are those of kreisel.<verb>:
-              "solve"; "lyapunov", "megno" or "oli": t, direction, tol, max_steps, and the columns
-              are the verb's name, certificate, t and <verb>_curve; "section": event, n, max_wait (a
-              number), tol, digits, max_steps, and the columns are events, how many were met, and
-              event_t, event_q_w, ..., event_m_z, which are the states
-    part      tops of a part; left out: 131072, or fewer so that a part takes about 64 MB
-    parts     which parts this call is to make, as range(0, 100); left out: all; range(0) plans only
-    threads   how many make a part, one part after the other; left out: all processors
-    executor  of concurrent.futures, in their place: each worker makes a part on one thread. Of a
-              Dask client: client.get_executor()
-    progress  called now and then with the part of this call's tops that is done, 0 .. 1
+    Existing parts are verified bit by bit; missing and damaged parts are computed. The names of
+    parts in the folder belong to the sweep: a file with such a name that is not this part of the
+    plan counts as damaged, and is replaced with a warning. A folder, or a complete part of another
+    plan, is never replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
+
+    tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file with all arguments
+               up to part_size, the scene (a name, a file or a table), and one of the tables [grid],
+               [random], [scatter], [columns] with the arguments of that constructor of Source.
+               Values may be { from = 0, to = 20, n = 1000 }. Events are tables [[events]] with the
+               name of a function of kreisel.events as `event`, and its arguments; the event of a
+               section is a table [event]
+    t          a number or a list of times, for all tops; as t and the arguments up to reduce of
+               kreisel.solve and kreisel.reduce
+    folder     the folder of the parts: new, empty, or with parts of the same plan
+    task       the function that runs on each top, with its arguments: "solve"; "lyapunov", "megno"
+               or "oli" with t, direction, tol, max_steps, and the columns <task>, certificate, t
+               and <task>_curve; "section" with event, n, max_wait (a number), tol, digits,
+               max_steps, and the columns events, which is the number of states, and event_t,
+               event_q_w, ..., event_m_z
+    part_size  tops of a part; default: 131072, or fewer for a part of about 64 MB
+    parts      the parts that this call computes, as range(0, 100); default: all; range(0): none
+    threads    threads that compute a part, one part after the other; default: all processors
+    executor   an executor of concurrent.futures instead of threads; each worker computes a part on
+               one thread. For a Dask client: client.get_executor()
+    progress   called at intervals with the fraction of the tops of this call that is done, 0 .. 1
 
         >>> import kreisel as kr, numpy as np, tempfile
         >>> spin, tilt = np.linspace(0, 20, 100), np.linspace(0.1, 1, 100)
         >>> source = kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt)
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     done = kr.sweep(source, 10, to=folder + "/runs", reduce={"nutation": "max"})
+        ...     done = kr.sweep(source, 10, folder=folder + "/runs", reduce={"nutation": "max"})
         ...     done, done["nutation_max"].shape
         (<kreisel.SweepResult of shape (100, 100): 1 of 1 parts>, (100, 100))
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     chaos = kr.sweep(source[:8], 1000, to=folder, verb="lyapunov")
+        ...     chaos = kr.sweep(source[:8], 1000, folder=folder, task="lyapunov")
         ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
         ((8,), (8, 32), 'T^-1')
 
-    Raises before anything runs TypeError and ValueError for words, ValueError for a folder of
-    another plan, FileExistsError for one of something else, OSError where it cannot be written.
-    OSError too where the disk is full, RuntimeError where an executor loses parts,
-    kreisel.SweepInterrupted for Ctrl-C; what is done then stays.
+    Raises before anything runs TypeError and ValueError for invalid arguments, ValueError for a
+    folder with another plan, FileExistsError for a folder of something else, OSError for a folder
+    that cannot be written, ImportError without pyarrow. Raises during the run OSError for a full
+    disk, RuntimeError if an executor loses parts, kreisel.SweepInterrupted for Ctrl-C; finished
+    parts stay.
     """
-    given = _task_arguments(locals())  # all words by their names, before there is anything else
-    plan = _plan(tops, verb, given, part)
+    arguments = _task_arguments(locals())  # first, while there are no other locals
+    plan = _make_plan(tops, task, arguments, part_size)
     callback = parse_progress(progress)
-    number = parse_threads(threads, executor)
-    chosen = _choose_parts(parts, plan.parts)
-    folder = create_or_open(to, plan)
-    return _make_plan(
-        PartRunner(folder, _to_make(folder, chosen), callback), chosen, number, executor
-    )
+    count = parse_threads(threads, executor)
+    chosen = _parse_parts(parts, plan.parts)
+    store = create_or_open(folder, plan)
+    runner = PartRunner(store, _list_incomplete(store, chosen), callback)
+    return _run_parts(runner, chosen, count, executor)
 
 
-def _task_arguments(words: Mapping[str, Any]) -> dict[str, Any]:
+def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
     """Select the arguments of sweep that belong to its task."""
-    left_out = {"method": "auto", "max_steps": 0}
-    told = {}
-    for name in WORDS:
-        value, default = words[name], left_out.get(name)
+    defaults = {"method": "auto", "max_steps": 0}
+    arguments = {}
+    for name in ARGUMENTS:
+        value, default = given[name], defaults.get(name)
         if value is not None and not (type(value) is type(default) and value == default):
-            told[name] = value
-    return told
+            arguments[name] = value
+    return arguments
+
+
+def _run_parts(
+    runner: PartRunner, chosen: range, threads: int, executor: Executor | None
+) -> SweepResult:
+    """Compute parts and return the sweep. Raises SweepInterrupted for Ctrl-C."""
+    store = runner.store
+    try:
+        if executor is None:
+            runner.run_local(threads)
+        else:
+            runner.run_on(executor)
+    except KeyboardInterrupt:
+        result = SweepResult(store)
+        done = sum(i in chosen for i in result.done)
+        left = f"{len(chosen) - done} of {len(chosen)} parts are left"
+        message = f"interrupted: {left}; the same call resumes in {store.folder}"
+        raise SweepInterrupted(message, result) from None
+    return SweepResult(store)
 
 
 def _make_plan(
-    shift: PartRunner, chosen: range, threads: int, executor: Executor | None
-) -> SweepResult:
-    """The sweep with these parts made. SweepInterrupted for Ctrl-C."""
-    folder = shift.folder
-    try:
-        if executor is None:
-            shift.here(threads)
-        else:
-            shift.by(executor)
-    except KeyboardInterrupt:
-        found = SweepResult(folder)
-        done = sum(i in chosen for i in found.done)
-        left = f"{len(chosen) - done} of {len(chosen)} parts are left"
-        said = f"interrupted: {left}; the same call goes on in {folder.place}"
-        raise SweepInterrupted(said, found) from None
-    return SweepResult(folder)
-
-
-def _plan(tops: Any, verb: str, words: Mapping[str, Any], part: int | None) -> SweepPlan:
+    tops: Any, task: str, arguments: Mapping[str, Any], part_size: int | None
+) -> SweepPlan:
     if isinstance(tops, (str, os.PathLike)):
-        if verb != "solve" or words or part is not None:
-            raise ValueError(f"{os.fspath(tops)} is a whole plan: give no more words than to")
-        return from_file(Path(tops))
+        if task != "solve" or arguments or part_size is not None:
+            raise ValueError(
+                f"{os.fspath(tops)} is a whole plan: give no other arguments than folder"
+            )
+        return read_plan(Path(tops))
     source = Source.of(tops) if isinstance(tops, Ensemble) else check_type("tops", tops, Source)
-    return make_plan(source, parse_task(verb, words), part)
+    return make_plan(source, parse_task(task, arguments), part_size)
 
 
-def _choose_parts(parts: object, count: int) -> range:
-    """The parts that are asked for."""
+def _parse_parts(parts: object, count: int) -> range:
+    """Return the parts that are requested."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:
@@ -176,16 +184,23 @@ def _choose_parts(parts: object, count: int) -> range:
     return parts
 
 
-def _to_make(folder: SweepStore, chosen: range) -> list[int]:
-    """Return the parts that are missing or damaged, and warn of those that are damaged. Raises
-    FileExistsError for a folder, or a part of another plan, in the place of a part."""
-    stand = {i: folder.look(i) for i in chosen}
-    for i, how in stand.items():
-        if how == FOREIGN:
-            raise folder.refusal(i)
-    for what in (DAMAGED, OLD):
-        found = [i for i, how in stand.items() if how == what]
-        if found:
-            first = f"part {found[0]}" + (f" and {len(found) - 1} more" if found[1:] else "")
-            warn(f"{folder.place}: {first} made anew, {what}")
-    return [i for i, how in stand.items() if how != DONE]
+def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
+    """Return the parts that are missing or damaged, and warn of those that are damaged.
+
+    Raises FileExistsError for a folder, or a part of another plan, in the place of a part.
+    """
+    left: list[int] = []
+    replaced: dict[str, list[int]] = {DAMAGED: [], OLD: []}
+    for i in chosen:
+        status = store.verify_part(i)
+        if status == FOREIGN:
+            raise store.foreign_error(i)
+        if status != DONE:
+            left.append(i)
+        if status in replaced:
+            replaced[status].append(i)
+    for status, parts in replaced.items():
+        if parts:
+            first = f"part {parts[0]}" + (f" and {len(parts) - 1} more" if parts[1:] else "")
+            warn(f"{store.folder}: {first} computed again, {status}")
+    return left

@@ -1,11 +1,14 @@
-"""The plan of a sweep: all that decides the bits of its parts, as canonical JSON with a hash; the
-machine, its threads and who does the work are no part of it."""
+"""The plan of a sweep: everything that decides the bits of its parts.
+
+It is stored as canonical JSON with a hash. The machine, its threads and the executor do not belong
+to it.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,200 +16,213 @@ from typing import Any
 import numpy as np
 
 from .._core import Worker
+from .._model.broadcasting import Parameter
 from .._model.scene import Ensemble, Scene
 from .._options.ensemble_options import EnsembleOptions
 from .._options.solve_options import Progress
-from .._options.times import memory
+from .._options.times import total_memory
 from .._utils.validation import Array, as_int
-from .parameter_values import ParameterValues
 from .source import Places, RandomSpec, Source
-from .task import Became, SweepTask, task_from_json
+from .task import SweepTask, TaskResult, task_from_json
 
-FORMAT = 1  # of the parts: another layout has another number
-MOST, _BYTES = 1 << 17, 1 << 26  # tops of a part, and about so many bytes of what is kept of them
-_INLINE = 1 << 16  # numbers of a word that stand in the plan itself; more have a file beside it
-_ROW = 64  # bytes of a top beside what is asked for: its number, its start, how it went
+FORMAT = 1  # the number of the layout of parts
+_MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # tops and bytes of a part, unless part_size is given
+_MAX_INLINE = 1 << 16  # numbers of a parameter in the plan file; more have a file of their own
+_ROW_BYTES = 64  # of a top beside its results: its index, start and status
 
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """A source of tops, what is asked of each, and how many make a part."""
+    """A source of tops, the task of each top, and the number of tops in a part.
+
+    `options` and `times` are those of the task. `sample` has the tops on which the plan was
+    validated, with their indices.
+    """
 
     source: Source
-    asked: SweepTask
-    part: int
-    order: EnsembleOptions
+    task: SweepTask
+    part_size: int
+    options: EnsembleOptions
     times: Array
-    sample: tuple[Places, Ensemble] | None = None  # the tops by which the plan was validated
+    sample: tuple[Places, Ensemble] | None = None
 
-    @property
+    @cached_property
     def states(self) -> int:
         """The number of states of each top."""
         return int(self.times.size)
 
-    @property
+    @cached_property
     def parts(self) -> int:
         """The number of parts."""
-        return -(-self.source.size // self.part)
+        return -(-self.source.size // self.part_size)
 
     def tops_of(self, i: int) -> range:
-        """The numbers of the tops of a part."""
-        return range(i * self.part, min((i + 1) * self.part, self.source.size))
+        """Return the indices of the tops of part `i`."""
+        begin = i * self.part_size
+        return range(begin, min(begin + self.part_size, self.source.size))
+
+    def count_tops(self, parts: Sequence[int]) -> int:
+        """Return the number of tops of some parts; the last part of a plan may be smaller."""
+        short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
+        return len(parts) * self.part_size - short
 
     @cached_property
-    def told(self) -> dict[str, Any]:
-        """The plan as JSON has it."""
+    def as_json(self) -> dict[str, Any]:
+        """The plan as an object of JSON."""
         source = self.source
-        drawn = source._drawn
-        told: dict[str, Any] = {
+        random = source._random
+        plan: dict[str, Any] = {
             "format": FORMAT,
             "scene": source.scene.to_toml(),
             "shape": list(source.shape),
             "axes": list(source.axes),
-            "made_of": _words(source._words),
-            "varied": _varied_parameters(source),
+            "parameters": _list_parameters(source._parameters.values()),
+            "varied": _list_varied(source),
             "flags": dict(source._flags),
-            "part": self.part,
-        } | self.asked.told
-        if drawn is not None:
-            told["random"] = {
-                "seed": drawn.seed,
-                "ranges": _words(drawn.ranges),
-                "widths": dict(drawn.widths),
+            "part_size": self.part_size,
+        } | self.task.as_json
+        if random is not None:
+            plan["random"] = {
+                "seed": random.seed,
+                "ranges": _list_parameters(random.ranges.values()),
+                "widths": dict(random.widths),
             }
-        return told
+        return plan
 
     @cached_property
     def hash(self) -> str:
-        """SHA-256 of the plan as JSON, its names in order, without spaces."""
-        return hash_of(self.told)
+        """The SHA-256 of the canonical JSON of the plan."""
+        return hash_plan(self.as_json)
 
     @property
-    def arrays(self) -> Iterator[Array]:
-        """The numbers that are too many for the plan itself."""
-        for words in (self.source._words, self.source._told):
-            yield from (one.values for one in words.values() if one.values.size > _INLINE)
+    def arrays(self) -> list[Array]:
+        """The arrays of values that are too long for the plan file."""
+        parameters = *self.source._parameters.values(), *self.source._varied.values()
+        return [one.values for one in parameters if one.values.size > _MAX_INLINE]
 
     @cached_property
     def kernel(self) -> str:
-        """The instruction set of the series here; the bits are the same on all that have fma."""
-        return "" if self.order.searches_step else Worker(*self.order.core, []).kernel[0]
+        """The instruction set of the Taylor kernel here; all that have fma give the same bits."""
+        return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
-        """Return the tops of these numbers; those of the sample are not made again."""
+        """Return the tops with these indices; the sample is not built again."""
         if self.sample is not None:
-            numbers, ensemble = self.sample
-            if len(numbers) == len(tops) and (numbers[0], numbers[-1]) == (tops[0], tops[-1]):
+            at, ensemble = self.sample
+            if len(at) == len(tops) and (at[0], at[-1]) == (tops[0], tops[-1]):
                 return ensemble
         return self.source[tops.start : tops.stop]
 
-    def compute_tops(self, tops: range, threads: int, progress: Progress | None) -> Became:
+    def compute_tops(self, tops: range, threads: int, progress: Progress | None) -> TaskResult:
         """Compute the tops with these indices.
 
         Raises TypeError or ValueError for the first invalid top, with its index.
         """
         try:
-            return self.asked.compute_tops(self.ensemble(tops), threads, progress)
+            some = self.ensemble(tops)
+            return self.task.compute_tops(some, self.options, self.times, threads, progress)
         except (TypeError, ValueError) as error:
             at = np.arange(tops.start, tops.stop, dtype=np.int64)
-            raise self.source._refusal(self.asked.look, at, error) from None
+            raise self.source._first_error(self.task.parse, at, error) from None
 
 
-def hash_of(told: Mapping[str, Any]) -> str:
-    """SHA-256 of a plan as canonical JSON."""
-    return hashlib.sha256(canonical(told).encode()).hexdigest()
+def hash_plan(plan: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of the canonical JSON of a plan."""
+    return hashlib.sha256(dump_canonical(plan).encode()).hexdigest()
 
 
-def canonical(told: Mapping[str, Any]) -> str:
-    """JSON that is the same for the same plan."""
-    return json.dumps(told, sort_keys=True, separators=(",", ":"), allow_nan=False)
+def dump_canonical(plan: Mapping[str, Any]) -> str:
+    """Return JSON with sorted names and without spaces, the same for equal plans."""
+    return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
-def name_of(values: Array) -> str:
-    """The name of the file that has these numbers: it tells what they are."""
+def content_name(values: Array) -> str:
+    """Return the name of the file of an array, which contains a hash of its numbers."""
     digest = hashlib.sha256(str(values.shape).encode())
     digest.update(np.ascontiguousarray(values, dtype="<f8").data)
     return f"starts-{digest.hexdigest()}.npy"
 
 
-def _words(words: Mapping[str, ParameterValues]) -> list[list[Any]]:
-    """Words in their order, each with the shape of a value and its numbers, or where these are."""
+def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
+    """Return each parameter as its name, the shape of a value, and its values or their file."""
     return [
         [
-            name,
+            one.name,
             list(one.value),
-            name_of(one.values) if one.values.size > _INLINE else one.values.tolist(),
+            content_name(one.values) if one.values.size > _MAX_INLINE else one.values.tolist(),
         ]
-        for name, one in words.items()
+        for one in parameters
     ]
 
 
-def _varied_parameters(source: Source) -> list[str | list[Any]]:
-    """The words that vary: the names of those of which the tops are made, and others whole."""
+def _list_varied(source: Source) -> list[str | list[Any]]:
+    """Return the parameters that vary: the names of those that build tops, others as a list."""
     return [
-        name if source._words.get(name) is one else _words({name: one})[0]
-        for name, one in source._told.items()
+        name if source._parameters.get(name) is one else _list_parameters([one])[0]
+        for name, one in source._varied.items()
     ]
 
 
-def make_plan(source: Source, asked: SweepTask, part: int | None = None) -> SweepPlan:
-    """The plan that asks this of the tops of a source. TypeError, ValueError or MemoryError for
-    what cannot be, by a look at some of its tops."""
+def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
+    """Return the plan of a task for the tops of a source, validated on some of its tops.
+
+    Raises TypeError, ValueError or MemoryError for a task that the tops do not allow.
+    """
     sample = source._sample()
     try:
-        ensemble = source._made(sample)
-        order, times = asked.look(ensemble)
+        ensemble = source._build(sample)
+        options, times = task.parse(ensemble)
     except (TypeError, ValueError) as error:
-        raise source._refusal(asked.look, sample, error) from None
+        raise source._first_error(task.parse, sample, error) from None
     states = times.shape[-1]
-    size = _default(order, states) if part is None else as_int("part", part, 1)
-    kept = min(size, source.size) * _row(order, states)
-    if kept > memory():
+    results = 8 * len(options.reductions) or states * (8 + options.size)
+    row = _ROW_BYTES + results
+    if part_size is None:
+        size = max(1, min(_MAX_PART, _PART_BYTES // row))
+    else:
+        size = as_int("part_size", part_size, 1)
+    needed = min(size, source.size) * row
+    if needed > total_memory():
         raise MemoryError(
-            f"a part of {size} tops with {states} states each needs {1e-9 * kept:.3g} GB, more "
+            f"a part of {size} tops with {states} states each needs {1e-9 * needed:.3g} GB, more "
             "than this machine has: take smaller parts, fewer times, or keep less"
         )
-    return SweepPlan(source, asked.normalized(order), size, order, times, (sample, ensemble))
+    return SweepPlan(source, task.normalize(options), size, options, times, (sample, ensemble))
 
 
-def _row(order: EnsembleOptions, states: int) -> int:
-    kept = 8 * len(order.reductions) if order.reductions else states * (8 + order.size)
-    return _ROW + kept
+def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
+    """Return the plan in an object of JSON; `load` returns the array of a file beside it.
 
-
-def _default(order: EnsembleOptions, states: int) -> int:
-    return max(1, min(MOST, _BYTES // _row(order, states)))
-
-
-def read(told: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
-    """The plan that JSON tells, with what `load` finds in the files beside it; ValueError where it
-    is none."""
+    Raises ValueError if it is no plan, or a plan of another version.
+    """
     try:
-        plan = make_plan(_source(told, load), task_from_json(told), told["part"])
+        source, task = _source_from_json(plan, load), task_from_json(plan)
+        result = make_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
         raise ValueError(f"it is no plan of a sweep: {error}") from None
-    if plan.hash != hash_of(told):
-        raise ValueError("it is a plan that this version would tell in other words")
-    return plan
+    if result.hash != hash_plan(plan):
+        raise ValueError("it is a plan that this version would write in another form")
+    return result
 
 
-def _source(told: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
-    def words(rows: list[list[Any]]) -> dict[str, ParameterValues]:
-        return {
-            name: ParameterValues(
-                load(numbers) if isinstance(numbers, str) else np.asarray(numbers, np.float64),
-                tuple(value),
-            )
-            for name, value, numbers in rows
-        }
+def _source_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Source:
+    def parse(rows: list[list[Any]]) -> dict[str, Parameter]:
+        parameters = {}
+        for name, value, numbers in rows:
+            is_file = isinstance(numbers, str)
+            values = load(numbers) if is_file else np.asarray(numbers, np.float64)
+            if not np.isfinite(values).all():
+                raise ValueError(f"{name} must be finite")
+            parameters[name] = Parameter(name, values, tuple(value))
+        return parameters
 
-    drawn = None
-    if "random" in told:
-        random = told["random"]
-        drawn = RandomSpec(random["seed"], words(random["ranges"]), random["widths"])
-    made_of = words(told["made_of"])
-    varied: dict[str, ParameterValues] = {}
-    for row in told["varied"]:
-        varied |= {row: made_of[row]} if isinstance(row, str) else words([row])
-    scene, shape = Scene.from_toml(told["scene"]), tuple(told["shape"])
-    return Source(scene, shape, tuple(told["axes"]), made_of, varied, told["flags"], drawn)
+    random = None
+    if "random" in plan:
+        spec = plan["random"]
+        random = RandomSpec(spec["seed"], parse(spec["ranges"]), spec["widths"])
+    parameters = parse(plan["parameters"])
+    varied: dict[str, Parameter] = {}
+    for row in plan["varied"]:
+        varied |= {row: parameters[row]} if isinstance(row, str) else parse([row])
+    scene, shape, axes = Scene.from_toml(plan["scene"]), tuple(plan["shape"]), tuple(plan["axes"])
+    return Source(scene, shape, axes, parameters, varied, plan["flags"], random)

@@ -14,10 +14,10 @@ import numpy.typing as npt
 from .._results.ensemble_buffers import RawEvents
 from .._results.ensemble_events import EnsembleEvents, ensemble_events
 from .._results.tables import TABLES
-from .._utils.errors import frozen_message, unknown_name_message
+from .._utils.errors import refuse_assignment, unknown_name_message
 from .._utils.optional import optional_dependency
 from .._utils.validation import as_bool, as_int
-from .part_table import COUNT, MET, PartTable
+from .part_table import COUNT, EVENT_STATE, PartTable
 from .start_table import PARQUET
 from .store import DAMAGED, DONE, FOREIGN, MISSING, OLD, REPAIR, SweepStore, open_store
 
@@ -27,274 +27,279 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
 Column = npt.NDArray[Any]
-_HOW = "status", "reached"
+_STATUS = "status", "reached"
 
 
-@frozen_message("kreisel.sweep computes, this reads what is there")
+@refuse_assignment("kreisel.sweep computes the results that are read here")
 class SweepResult:
-    """The parts of a sweep. `swept[name]` is a column as an array of numpy: of the shape of all
-    tops, and behind it k where a top has as many values, one for each time. Nothing is read before
-    it is asked for, and then no more than that.
+    """The results of a sweep in a folder.
 
-    shape, axes, size  of all tops, as of the source
-    parts    how many parts the plan has
-    plan     the plan, as plan.json has it; hash: its SHA-256
-    columns  the names, units the dimension [M L T] of each
+    `result[name]` is a column as a NumPy array: of the shape of all tops, and (*shape, k) if a top
+    has k values, one for each time. Only the columns that are needed are read.
 
-    Iteration gives the parts that are there, one after the other, each as a mapping from names to
-    arrays. A column of parts that are not all there is refused, unless read_sweep was asked for
-    what there is: then it has the rows of the tops that `swept["top"]` tells. For that each bit of
-    the parts is verified once, and damaged parts count as missing.
+    shape, axes, size  as of the source
+    parts    the number of parts
+    plan     the plan as in plan.json
+    hash     the SHA-256 of the plan
+    columns  the names of the columns
+    units    the dimension [M L T] of each column
+
+    Iteration yields the parts that exist, each as a mapping from names to arrays. A column raises
+    ValueError if parts are missing, unless the sweep was opened with partial=True: then it has the
+    rows of the tops in `result["top"]`. Each bit of the parts is then verified once, and damaged
+    parts count as missing.
     """
 
-    _folder: SweepStore
+    _store: SweepStore
     _partial: bool
     _found: list[int]
 
-    def __init__(self, folder: SweepStore, partial: bool = False) -> None:
-        self.__dict__.update(_folder=folder, _partial=partial, _found=folder.found())
+    def __init__(self, store: SweepStore, partial: bool = False) -> None:
+        self.__dict__.update(_store=store, _partial=partial, _found=store.list_parts())
 
     @cached_property
     def done(self) -> list[int]:
-        """The numbers of the parts that are there; of read_sweep(partial=True) those that are
-        whole."""
+        """The numbers of the parts that exist; with partial=True of those that are intact."""
         if not self._partial:
             return self._found
-        return [i for i in self._found if self._folder.look(i) in (DONE, OLD)]
+        return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
 
     def __repr__(self) -> str:
-        there = f"{len(self.done)} of {self.parts} parts"
-        return f"<kreisel.SweepResult of shape {self.shape}: {there}>"
+        done = f"{len(self.done)} of {self.parts} parts"
+        return f"<kreisel.SweepResult of shape {self.shape}: {done}>"
 
     @property
     def folder(self) -> str:
         """The folder of the parts."""
-        return str(self._folder.place)
+        return str(self._store.folder)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of all tops."""
-        return self._folder.plan.source.shape
+        return self._store.plan.source.shape
 
     @property
     def axes(self) -> tuple[str, ...]:
         """A name for each dimension."""
-        return self._folder.plan.source.axes
+        return self._store.plan.source.axes
 
     @property
     def size(self) -> int:
         """The number of tops in all parts."""
-        return self._folder.plan.source.size
+        return self._store.plan.source.size
 
     @property
     def parts(self) -> int:
         """The number of parts of the plan."""
-        return self._folder.plan.parts
+        return self._store.plan.parts
 
     @property
     def missing(self) -> list[int]:
-        """The numbers of the parts that are not there."""
-        return [i for gap in gaps(self.done, self.parts) for i in gap]
+        """The numbers of the parts that do not exist."""
+        return [i for gap in list_gaps(self.done, self.parts) for i in gap]
 
     @property
     def plan(self) -> dict[str, Any]:
-        """The contents of plan.json."""
-        return dict(self._folder.plan.told)
+        """The plan as in plan.json."""
+        return dict(self._store.plan.as_json)
 
     @property
     def hash(self) -> str:
-        """The SHA-256 of the plan, which each part has too."""
-        return self._folder.plan.hash
+        """The SHA-256 of the plan, which each part contains too."""
+        return self._store.plan.hash
 
     @cached_property
-    def _first(self) -> PartTable:
-        """The names and units of all parts, by the first that is there."""
+    def _schema(self) -> PartTable:
+        """The columns of all parts without rows, read from the first part."""
         if not self.done:
             raise ValueError(f"{self.folder} has no part yet")
-        return self._folder.get(self.done[0])
+        return self._store.read_part(self.done[0], [])
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of what there is of each top, and of the events that it met."""
-        return (*self._first.columns, *self._first.ragged)
+        """The names of the columns of tops, and then of events."""
+        return (*self._schema.columns, *self._schema.ragged)
 
     @property
     def units(self) -> dict[str, str]:
         """The dimension [M L T] of each column; empty for a pure number."""
-        return {name: self._first.units.get(name, "") for name in self.columns}
+        return {name: self._schema.units.get(name, "") for name in self.columns}
 
     def __getitem__(self, name: str) -> Column:
-        """A column over all tops; of events over all events, those of a top after those of
-        another."""
-        if name not in self.columns:
+        """Return a column over all tops, or a column of events, top by top."""
+        schema = self._schema
+        is_ragged = name in schema.ragged
+        if name not in schema.columns and not is_ragged:
             raise KeyError(unknown_name_message("column", str(name), self.columns))
-        pieces = [
-            (rows.ragged if name in rows.ragged else rows.columns)[name]
-            for rows in self._parts([name])
-        ]
-        return self._shaped(np.concatenate(pieces), name in self._first.ragged)
-
-    def _shaped(self, values: Column, ragged: bool) -> Column:
-        if len(self.done) == self.parts and not ragged:
+        parts = self._read_parts([name])
+        values = np.concatenate([(p.ragged if is_ragged else p.columns)[name] for p in parts])
+        if len(self.done) == self.parts and not is_ragged:
             values = values.reshape(*self.shape, *values.shape[1:])
         values.flags.writeable = False
         return values
 
-    def _parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """The rows of all parts, or of those that are there; ValueError where that is not all."""
+    def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
+        """Return an iterator over the parts. Raises ValueError if parts are missing."""
         left = self.parts - len(self.done)
         if left and not self._partial:
-            missing = chain.from_iterable(gaps(self.done, self.parts))
+            missing = chain.from_iterable(list_gaps(self.done, self.parts))
             some = ", ".join(map(str, islice(missing, 8)))
             raise ValueError(
                 f"{left} of {self.parts} parts are missing: {some}"
-                f"{', ...' if left > 8 else ''}; the same call of kreisel.sweep makes them, "
-                "read_sweep(folder, partial=True) reads what there is"
+                f"{', ...' if left > 8 else ''}; the same call of kreisel.sweep computes them, "
+                "read_sweep(folder, partial=True) reads the others"
             )
-        return (self._folder.get(i, names) for i in self.done)
+        return (self._store.read_part(i, names) for i in self.done)
 
     def __iter__(self) -> Iterator[dict[str, Column]]:
-        """The parts that are there, each as columns by their names."""
+        """Iterate over the parts that exist, each as columns by name."""
         for i in self.done:
-            rows = self._folder.get(i)
-            yield {**rows.columns, **rows.ragged}
+            part = self._store.read_part(i)
+            yield {**part.columns, **part.ragged}
 
     def part(self, i: int) -> dict[str, Column]:
-        """A part by its number, as columns by their names."""
+        """Return the columns of part `i` by name."""
         number = as_int("the number of a part", i, 0)
         if number not in self._found:
             raise IndexError(f"part {number} is not there: there are {len(self._found)} parts")
-        rows = self._folder.get(number)
-        return {**rows.columns, **rows.ragged}
+        part = self._store.read_part(number)
+        return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
-        """Return this sweep after verifying each bit of each part that is there. Raises ValueError
-        for the first part that is damaged, FileExistsError for a folder or a part of another plan
-        in the place of a part."""
+        """Verify each bit of each part that exists, and return the sweep.
+
+        Raises ValueError for the first part that is damaged, FileExistsError for a folder or a part
+        of another plan in the place of a part.
+        """
         for i in self._found:
-            how = self._folder.look(i)
-            if how == FOREIGN:
-                raise self._folder.refusal(i)
-            if how == DAMAGED:
-                raise ValueError(f"{self._folder.file(i)} is damaged; {REPAIR}")
+            status = self._store.verify_part(i)
+            if status == FOREIGN:
+                raise self._store.foreign_error(i)
+            if status == DAMAGED:
+                raise ValueError(f"{self._store.file(i)} is damaged; {REPAIR}")
         return self
 
-    def look(self) -> dict[str, list[int]]:
-        """Return the numbers of the parts that are done, missing, damaged, of another version, or
-        foreign, after verifying each bit of them. The same call of kreisel.sweep makes all of them
-        but foreign ones: a folder, or a whole part of another plan, in the place of a part."""
-        stand, there = self._verify()
-        missing = [i for gap in gaps(there, self.parts) for i in gap]
-        return stand | ({MISSING: missing} if missing else {})
+    def verify(self) -> dict[str, list[int]]:
+        """Verify each bit of each part, and return the numbers of the parts by their status.
 
-    def _verify(self) -> tuple[dict[str, list[int]], list[int]]:
-        """Verify the parts that have files; return how they stand, and the numbers of all."""
-        stand: dict[str, list[int]] = {DONE: []}
-        there = []
-        for i in self._folder.found():
-            how = self._folder.look(i)
-            if how != MISSING:
-                stand.setdefault(how, []).append(i)
-                there.append(i)
-        return stand, there
+        A status is "done", "missing", "damaged", "of another version" or "foreign". The same call
+        of kreisel.sweep computes all of them but foreign ones: a folder, or a complete part of
+        another plan, in the place of a part.
+        """
+        parts, found = self._verify_found()
+        missing = [i for gap in list_gaps(found, self.parts) for i in gap]
+        return parts | ({MISSING: missing} if missing else {})
+
+    def _verify_found(self) -> tuple[dict[str, list[int]], list[int]]:
+        """Verify the parts that have a file; return their numbers by status, and all of them."""
+        parts: dict[str, list[int]] = {DONE: []}
+        found = []
+        for i in self._store.list_parts():
+            status = self._store.verify_part(i)
+            if status != MISSING:
+                parts.setdefault(status, []).append(i)
+                found.append(i)
+        return parts, found
 
     @property
     def events(self) -> EnsembleEvents | None:
-        """The events that the tops of solve met, where they were looked for; else None. Where parts
-        are missing their tops have met none. The states of a section are columns: `events` tells
-        how many a top has, `event_t` and the others are those of all tops."""
-        if "event_which" not in self._first.ragged:
+        """The events of the tops, or None if none were requested.
+
+        Tops of parts that are missing have no events. The states of a section are columns: `events`
+        has the number of states of each top, `event_t` and others have the states of all tops.
+        """
+        if "event_which" not in self._schema.ragged:
             return None
-        met = [_events_of(rows) for rows in self._parts(["top", COUNT, *self._first.ragged])]
-        columns = [np.concatenate(column) for column in zip(*met, strict=True)]
-        return ensemble_events(RawEvents(*columns), self.shape)
+        parts = self._read_parts(["top", COUNT, *self._schema.ragged])
+        columns = zip(*[_raw_events(part) for part in parts], strict=True)
+        return ensemble_events(RawEvents(*map(np.concatenate, columns)), self.shape)
 
     def to_arrow(self) -> Table:
-        """A pyarrow.Table with a row for each top, whose fields have their `units` as metadata;
-        what has many numbers of a top is a list. ImportError without pyarrow."""
+        """Return a pyarrow.Table with a row for each top.
+
+        The metadata of a field has its `units`. A column with many numbers of a top is a list.
+        """
         with optional_dependency(PARQUET):
             import pyarrow as pa
 
             from .parquet import as_table
-        return pa.concat_tables([as_table(rows) for rows in self._parts()])
+        return pa.concat_tables([as_table(part) for part in self._read_parts()])
 
     def to_pandas(self) -> DataFrame:
-        """A pandas.DataFrame with a row for each top, or where states are kept for each of them;
-        `attrs` has the units. Of events there is how many: see `events`. ImportError without
-        pandas."""
+        """Return a pandas.DataFrame with a row for each top, or for each state of each top.
+
+        `attrs` has the units. The frame has the number of events; see `events` for the events.
+        Raises ImportError without pandas.
+        """
         with optional_dependency(TABLES):
             import pandas as pd
-        many = self._many
-        each = self._folder.plan.states if many else 1
+        has_states = any(values.ndim > 1 for values in self._schema.columns.values())
+        each = self._store.plan.states if has_states else 1
         pieces = [
             pd.DataFrame(
                 {
                     name: values.reshape(-1) if values.ndim > 1 else np.repeat(values, each)
-                    for name, values in rows.columns.items()
+                    for name, values in part.columns.items()
                 }
             )
-            for rows in self._parts()
+            for part in self._read_parts()
         ]
         frame = pd.concat(pieces, ignore_index=True)
         frame.attrs = {"units": {name: self.units[name] for name in frame.columns}}
         return frame
 
-    @property
-    def _many(self) -> list[str]:
-        """The columns that have many numbers of a top."""
-        return [name for name, values in self._first.columns.items() if values.ndim > 1]
-
     def to_xarray(self) -> Dataset:
-        """An xarray.Dataset with a variable for each column, with its units, over the dimensions of
-        the tops by name, and time where states are kept. Words that vary are coordinates, and so
-        are `status` and `reached`. Tops of parts that are missing have NaN, or -1. Of events there
-        is how many. ImportError without xarray."""
+        """Return an xarray.Dataset with a variable for each column, with its units.
+
+        Its dimensions are those of the tops by name, and time if there are states. Parameters that
+        vary are coordinates, and so are `status` and `reached`. Tops of parts that are missing have
+        NaN, or -1. The dataset has the number of events. Raises ImportError without xarray.
+        """
         with optional_dependency(TABLES):
             import xarray as xr
-        table, source = self._whole(), self._folder.plan.source
+        table, source = self._read_all(), self._store.plan.source
         names = list(table)
-        starts = names[1 : names.index(_HOW[0])]
+        starts = names[1 : names.index(_STATUS[0])]
         variables: dict[str, Any] = {}
         coordinates: dict[str, Any] = {}
         for name, values in table.items():
             unit = {"units": self.units[name]}
-            if name in self.axes and name in source._told:
-                coordinates[name] = ((name,), source._told[name].values.reshape(-1), unit)
+            if name in self.axes and name in source._varied:
+                coordinates[name] = ((name,), source._varied[name].values.reshape(-1), unit)
             elif name == "t":
-                coordinates["time"] = (("time",), self._folder.plan.times, unit)
-            elif name in (*starts, *_HOW, *self.axes):
+                coordinates["time"] = (("time",), self._store.plan.times, unit)
+            elif name in (*starts, *_STATUS, *self.axes):
                 coordinates[name] = (self.axes, values, unit)
             elif name != "top":
                 inner = ("time",) * (values.ndim - len(self.shape))
                 variables[name] = ((*self.axes, *inner), values, unit)
         return xr.Dataset(variables, coordinates, {"plan": self.hash})
 
-    def _whole(self) -> dict[str, Column]:
+    def _read_all(self) -> dict[str, Column]:
         """Return all columns over the shape of all tops."""
         table: dict[str, Column] = {}
-        for rows in self._parts():
-            where = rows.columns["top"]
-            for name, values in rows.columns.items():
+        for part in self._read_parts():
+            at = part.columns["top"]
+            for name, values in part.columns.items():
                 if name not in table:
-                    nothing = np.nan if values.dtype.kind == "f" else -1
-                    shape = self.size, *values.shape[1:]
-                    table[name] = np.full(shape, nothing, values.dtype)
-                table[name][where] = values
+                    empty = np.nan if values.dtype.kind == "f" else -1
+                    table[name] = np.full((self.size, *values.shape[1:]), empty, values.dtype)
+                table[name][at] = values
         return {n: values.reshape(*self.shape, *values.shape[1:]) for n, values in table.items()}
 
 
-def gaps(numbers: list[int], end: int) -> Iterator[range]:
+def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
     """Yield the ranges of numbers below `end` that ascending `numbers` leave out."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)
 
 
-def _events_of(rows: PartTable) -> RawEvents:
-    """The events of a part, with the numbers of their tops."""
-    top = np.repeat(rows.columns["top"], rows.columns[COUNT])
-    states = np.column_stack([rows.ragged[f"event_{name}"] for name in MET])
-    which, direction = rows.ragged["event_which"], rows.ragged["event_direction"]
+def _raw_events(part: PartTable) -> RawEvents:
+    """Return the events of a part with the indices of their tops."""
+    top = np.repeat(part.columns["top"], part.columns[COUNT])
+    states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
+    which, direction = part.ragged["event_which"], part.ragged["event_direction"]
     return RawEvents(top, states, np.zeros_like(states), which, direction)
 
 
@@ -305,13 +310,15 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
 
         >>> import kreisel as kr, tempfile
         >>> tops = kr.Source.random(kr.scenes.sleeping, 1000, seed=7, spin=(0, 20), tilt=(0, 1))
+        >>> falls = {"nutation": ("min", "max")}
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     _ = kr.sweep(tops, 10, to=folder, part=256, reduce={"nutation": ("min", "max")})
-        ...     swept = kr.read_sweep(folder)
-        ...     swept, swept.columns[:4]
+        ...     _ = kr.sweep(tops, 10, folder=folder, part_size=256, reduce=falls)
+        ...     result = kr.read_sweep(folder)
+        ...     result, result.columns[:4]
         (<kreisel.SweepResult of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
 
     Other programs can read the files, as DuckDB: SELECT spin, nutation_max FROM 'runs/*.parquet'.
-    Raises FileNotFoundError and ValueError if the folder does not belong to a sweep.
+    Raises FileNotFoundError and ValueError if the folder does not belong to a sweep, ImportError
+    without pyarrow.
     """
     return SweepResult(open_store(folder), as_bool("partial", partial))

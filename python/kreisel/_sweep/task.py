@@ -11,129 +11,158 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 
 from .._model.scene import Ensemble
-from .._options.ensemble_options import EnsembleOptions, parse_ensemble_options, parse_times
+from .._options.ensemble_options import (
+    EnsembleOptions,
+    method_for_all,
+    parse_ensemble_options,
+    parse_times,
+)
 from .._options.methods import FALLBACK
 from .._options.solve_options import Progress
+from .._results.ensemble_buffers import LANES
 from .._results.ensemble_paths import Paths
+from .._results.executor import WorkerPool
 from .._results.indicators import Indicator
 from .._results.reductions import Reductions
+from .._results.run_ensemble import run_ensemble
 from .._results.section_result import Section
 from .._solve.chaos import lyapunov, megno, oli, parse_growth
 from .._solve.section import parse_event, parse_section, section
-from .._solve.solve_ensemble import SolveArguments, parse_arguments, reduce, solve_ensemble
+from .._solve.solve_ensemble import SolveArguments, parse_arguments, runner_for
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Array, Numbers, short_repr
 from ..events import Event, from_record, parse_events, to_record
 
-Verb = Literal["solve", "lyapunov", "megno", "oli", "section"]
-Became = Paths | Reductions | Indicator | Section
+TaskName = Literal["solve", "lyapunov", "megno", "oli", "section"]
+TaskResult = Paths | Reductions | Indicator | Section
 
 
 class SweepTask(Protocol):
-    """A verb with its words."""
+    """A function of kreisel with its arguments."""
 
     @property
-    def told(self) -> dict[str, Any]:
-        """The words that were given, as JSON has them."""
+    def as_json(self) -> dict[str, Any]:
+        """The arguments as an object of JSON."""
 
-    def normalized(self, order: EnsembleOptions) -> SweepTask:
+    def normalize(self, options: EnsembleOptions) -> SweepTask:
         """Return the task in the form of a plan, with equivalent arguments alike."""
 
-    def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        """The order of some tops, and their times; of a section, for each of its states how long
-        the tops wait. TypeError or ValueError for what cannot be."""
+    def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        """Return the options of some tops, and their times; of a section, the waits for its states.
 
-    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Became:
-        """Compute the results of these tops."""
+        Raises TypeError or ValueError for an invalid argument.
+        """
+
+    def compute_tops(
+        self,
+        some: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> TaskResult:
+        """Compute the results of the tops `some`, with the options and times of `parse`.
+
+        Raises TypeError or ValueError for the first top that the task does not suit.
+        """
 
 
-class Solve(NamedTuple):
-    """kreisel.solve."""
+class SolveTask(NamedTuple):
+    """A call of kreisel.solve, or of kreisel.reduce if there are reductions."""
 
     t: Numbers
     method: str
-    words: SolveArguments
+    arguments: SolveArguments
 
     @property
-    def told(self) -> dict[str, Any]:
-        words = self.words
-        told = _given_arguments(words._asdict())
-        if words.events is not None:
-            told["events"] = [to_record(event) for event in parse_events(FALLBACK, words.events)]
-        if words.want is not None:
-            told["want"] = list(words.want)
-        if words.reduce is not None:
-            told["reduce"] = [[name, kinds] for name, kinds in words.reduce.items()]
-        return {"t": self.t, "method": self.method, "solve": told}
+    def as_json(self) -> dict[str, Any]:
+        given = self.arguments
+        solve = _drop_none(given._asdict())
+        if given.events is not None:
+            solve["events"] = [to_record(event) for event in parse_events(FALLBACK, given.events)]
+        if given.want is not None:
+            solve["want"] = list(given.want)
+        if given.reduce is not None:
+            solve["reduce"] = [[name, kinds] for name, kinds in given.reduce.items()]
+        return {"t": self.t, "method": self.method, "solve": solve}
 
-    def normalized(self, order: EnsembleOptions) -> Solve:
-        words, options = self.words, order.solve
+    def normalize(self, options: EnsembleOptions) -> SolveTask:
+        given = self.arguments
         reduce = None
-        if words.reduce is not None:
+        if given.reduce is not None:
             reduce = {
                 name: [kinds] if isinstance(kinds, str) else list(dict.fromkeys(kinds))
-                for name, kinds in words.reduce.items()
+                for name, kinds in given.reduce.items()
             }
-        words = words._replace(
-            step=_double(words.step),
-            tol=_double(words.tol),
-            error=_double(words.error),
-            digits=options.digits,
-            every=None if words.every is None else int(words.every),
-            max_steps=int(words.max_steps),
-            want=None if order.reductions else options.want,
+        arguments = given._replace(
+            step=_as_float(given.step),
+            tol=_as_float(given.tol),
+            error=_as_float(given.error),
+            digits=options.solve.digits,
+            every=None if given.every is None else int(given.every),
+            max_steps=int(given.max_steps),
+            want=None if options.reductions else options.solve.want,
             reduce=reduce,
         )
-        return Solve(_doubles(self.t), self.method, words)
+        return SolveTask(_as_floats(self.t), self.method, arguments)
 
-    def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        words = self.words
-        options = parse_arguments(some, self.method, words)
+    def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        options = parse_arguments(some, self.method, self.arguments)
         return options, parse_times(some, self.t, options)
 
     def compute_tops(
-        self, some: Ensemble, threads: int, progress: Progress | None
+        self,
+        some: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
     ) -> Paths | Reductions:
-        words = self.words
-        if words.reduce is None:
-            return solve_ensemble(some, self.t, self.method, words, progress, threads)
-        run: Callable[..., Reductions] = reduce
-        controls = {name: getattr(words, name) for name in ("step", "tol", "digits", "every")}
-        controls |= {"max_steps": words.max_steps, "threads": threads, "progress": progress}
-        return run(some, self.t, words.reduce, self.method, **controls)
+        if not (options.is_auto or options.searches_step):
+            method_for_all(options.solve.method.name, some)
+        kind: type[Paths | Reductions] = Reductions if options.reductions else Paths
+        runner = LANES if options.reductions else runner_for(options)
+        return run_ensemble(kind, some, times, options, WorkerPool(threads), runner, progress)
 
 
-class Growth(NamedTuple):
-    """An indicator of chaos."""
+class ChaosTask(NamedTuple):
+    """A call of kreisel.lyapunov, megno or oli."""
 
-    verb: str
+    name: str
     t: Numbers
     direction: Sequence[float] | None = None
     tol: float | None = None
     max_steps: int = 0
 
     @property
-    def told(self) -> dict[str, Any]:
-        words = _given_arguments(self._asdict())
-        return {words.pop("verb"): words}
+    def as_json(self) -> dict[str, Any]:
+        arguments = _drop_none(self._asdict())
+        return {arguments.pop("name"): arguments}
 
-    def normalized(self, order: EnsembleOptions) -> Growth:
-        direction = None if self.direction is None else _doubles(self.direction)
-        steering = direction, _double(self.tol), int(self.max_steps)
-        return Growth(self.verb, _doubles(self.t), *steering)
+    def normalize(self, options: EnsembleOptions) -> ChaosTask:
+        direction = None if self.direction is None else _as_floats(self.direction)
+        controls = direction, _as_float(self.tol), int(self.max_steps)
+        return ChaosTask(self.name, _as_floats(self.t), *controls)
 
-    def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+    def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         times, _ = parse_growth(some, *self[1:])
         return parse_ensemble_options(some, FALLBACK, tol=self.tol, max_steps=self.max_steps), times
 
-    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Indicator:
-        verb, t, direction, tol, most = self
-        steering = {"direction": direction, "tol": tol, "max_steps": most}
-        return INDICATORS[verb](some, t, **steering, threads=threads, progress=progress)
+    def compute_tops(
+        self,
+        some: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> Indicator:
+        arguments = self._asdict()
+        indicator = INDICATORS[arguments.pop("name")]
+        return indicator(some, **arguments, threads=threads, progress=progress)
 
 
-class Sections(NamedTuple):
-    """kreisel.section."""
+class SectionTask(NamedTuple):
+    """A call of kreisel.section."""
 
     event: Event | None = None
     n: int = 500
@@ -143,109 +172,111 @@ class Sections(NamedTuple):
     max_steps: int = 0
 
     @property
-    def told(self) -> dict[str, Any]:
-        return {
-            "section": _given_arguments(self._asdict())
-            | {"event": to_record(parse_event(self.event))}
-        }
+    def as_json(self) -> dict[str, Any]:
+        event = {"event": to_record(parse_event(self.event))}
+        return {"section": _drop_none(self._asdict()) | event}
 
-    def normalized(self, order: EnsembleOptions) -> Sections:
-        return Sections(
+    def normalize(self, options: EnsembleOptions) -> SectionTask:
+        return SectionTask(
             parse_event(self.event),
             int(self.n),
-            _double(self.max_wait),
-            _double(self.tol),
-            order.solve.digits,
+            _as_float(self.max_wait),
+            _as_float(self.tol),
+            options.solve.digits,
             int(self.max_steps),
         )
 
-    def look(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        waits, order = parse_section(some, *self)
-        return order, waits[0]
+    def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
+        waits, options = parse_section(some, *self)
+        return options, waits[0]
 
-    def compute_tops(self, some: Ensemble, threads: int, progress: Progress | None) -> Section:
-        words = self._asdict()
-        return section(some, **words, threads=threads, progress=progress)
+    def compute_tops(
+        self,
+        some: Ensemble,
+        options: EnsembleOptions,
+        times: Array,
+        threads: int,
+        progress: Progress | None,
+    ) -> Section:
+        return section(some, **self._asdict(), threads=threads, progress=progress)
 
 
 INDICATORS: dict[str, Callable[..., Indicator]] = {"lyapunov": lyapunov, "megno": megno, "oli": oli}
-_WORDS: dict[str, tuple[str, ...]] = {
+_ARGUMENTS: dict[str, tuple[str, ...]] = {
     "solve": ("t", "method", *SolveArguments._fields),
-    **dict.fromkeys(INDICATORS, Growth._fields[1:]),
-    "section": Sections._fields,
+    **dict.fromkeys(INDICATORS, ChaosTask._fields[1:]),
+    "section": SectionTask._fields,
 }
-WORDS = tuple(dict.fromkeys(word for words in _WORDS.values() for word in words))
+ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name in names))
 
 
-def parse_task(verb: object, words: Mapping[str, Any]) -> SweepTask:
-    """Build the task of a verb from its arguments.
+def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
+    """Return the task called `task` with its arguments.
 
-    Raises TypeError or ValueError for an unknown verb, for an argument that it does not have, and
+    Raises TypeError or ValueError for an unknown task, for an argument that it does not have, and
     for an argument with a value for each top.
     """
-    if not isinstance(verb, str) or verb not in _WORDS:
-        raise ValueError(unknown_name_message("verb", str(verb), list(_WORDS)))
-    for word in words:
-        if word not in _WORDS[verb]:
-            raise ValueError(f"{verb} has no word {word!r}: it has {', '.join(_WORDS[verb])}")
-    if "t" in _WORDS[verb]:
-        if "t" not in words:
+    if not isinstance(task, str) or task not in _ARGUMENTS:
+        raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
+    known = _ARGUMENTS[task]
+    for name in arguments:
+        if name not in known:
+            raise ValueError(f"{task} has no argument {name!r}: it has {', '.join(known)}")
+    if "t" in known:
+        if "t" not in arguments:
             raise TypeError("t is missing: the time to reach, or a list of times")
-        if np.ndim(words["t"]) > 1:
+        if np.ndim(arguments["t"]) > 1:
             raise ValueError(
                 "t must be a number or a list of times, which all tops of a sweep share"
             )
-    if np.ndim(words.get("max_wait", 0.0)):
+    if np.ndim(arguments.get("max_wait", 0.0)):
         raise ValueError("max_wait must be a number, which all tops of a sweep share")
-    if verb == "section":
-        return Sections(**words)
-    return Growth(verb, **words) if verb in INDICATORS else _solve(**words)
+    if task == "section":
+        return SectionTask(**arguments)
+    if task in INDICATORS:
+        return ChaosTask(task, **arguments)
+    return _parse_solve(**arguments)
 
 
-def _solve(t: Numbers, method: object = "auto", **words: Any) -> Solve:
+def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
     if not isinstance(method, str):
         raise TypeError(f"method must be the name of one, not {short_repr(method)}")
-    for word, listed in (("want", _read_once), ("reduce", _materialize)):
-        if word in words:
-            words[word] = listed(words[word])
-    return Solve(t, method, SolveArguments(**words))
+    if "want" in arguments:
+        arguments["want"] = _materialize(arguments["want"])
+    reduce = arguments.get("reduce")
+    if isinstance(reduce, Mapping):
+        arguments["reduce"] = {name: _materialize(kinds) for name, kinds in reduce.items()}
+    return SolveTask(t, method, SolveArguments(**arguments))
 
 
-def _materialize(reduce: Any) -> Any:
-    """Convert the reductions to lists that can be read more than once."""
-    if not isinstance(reduce, Mapping):
-        return reduce
-    return {name: _read_once(kinds) for name, kinds in reduce.items()}
-
-
-def _read_once(names: Any) -> Any:
-    """Names in a list that can be read more than once."""
+def _materialize(names: Any) -> Any:
+    """Return names that can be read more than once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
-def _given_arguments(words: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in words.items() if value is not None}
+def _drop_none(arguments: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in arguments.items() if value is not None}
 
 
-def _double(value: float | None) -> float | None:
+def _as_float(value: float | None) -> float | None:
     return None if value is None else float(value)
 
 
-def _doubles(values: Numbers) -> Any:
-    """A number, or numbers in a list."""
+def _as_floats(values: Numbers) -> Any:
+    """Return a float, or floats in a list."""
     return np.asarray(values, dtype=np.float64).tolist()
 
 
-def task_from_json(told: Mapping[str, Any]) -> SweepTask:
-    """Build the task of a plan file; raise KeyError, TypeError or ValueError if it is invalid."""
-    verb = next((verb for verb in _WORDS if verb in told), "solve")
-    words: dict[str, Any] = dict(told[verb])
-    if verb == "solve":
-        words |= {"t": told["t"], "method": told["method"]}
-    if "events" in words:
-        words["events"] = [from_record(row) for row in words["events"]]
-    if "event" in words:
-        words["event"] = from_record(words["event"])
-    if "reduce" in words:
-        words["reduce"] = dict(words["reduce"])
-    return parse_task(verb, words)
+def task_from_json(plan: Mapping[str, Any]) -> SweepTask:
+    """Return the task of a plan. Raises KeyError, TypeError or ValueError if it is invalid."""
+    task = next((name for name in _ARGUMENTS if name in plan), "solve")
+    arguments: dict[str, Any] = dict(plan[task])
+    if task == "solve":
+        arguments |= {"t": plan["t"], "method": plan["method"]}
+    if "events" in arguments:
+        arguments["events"] = [from_record(row) for row in arguments["events"]]
+    if "event" in arguments:
+        arguments["event"] = from_record(arguments["event"])
+    if "reduce" in arguments:
+        arguments["reduce"] = dict(arguments["reduce"])
+    return parse_task(task, arguments)

@@ -27,7 +27,7 @@ _HEADER = re.compile(
     rb"'shape': \(([0-9, ]{0,200})\), \} *\n",
     re.DOTALL,
 )
-_TOLD = 100  # largest length of zipfile's error text, which may quote the file
+_MAX_ERROR_LENGTH = 100  # largest length of zipfile's error text, which may quote the file
 
 
 def pack(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
@@ -64,7 +64,7 @@ class Archive:
             with ZipFile(file) as archive:
                 self._members = _members(archive, size)
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
-            raise ValueError(f"the archive is damaged: {str(error)[:_TOLD]}") from None
+            raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
     def text(self, name: str) -> str:
         """Return the text called `name`."""

@@ -12,7 +12,10 @@ from .._core import statuses
 from .validation import short_repr
 
 _T = TypeVar("_T")
-_PASSED = {__package__.partition(".")[0], "dataclasses"}  # frames of these packages are skipped
+_SKIPPED_PACKAGES = {
+    __package__.partition(".")[0],
+    "dataclasses",
+}  # frames of these packages are skipped
 
 
 def status_to_exception(status: str, detail: str) -> Exception:
@@ -21,8 +24,8 @@ def status_to_exception(status: str, detail: str) -> Exception:
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 
 
-_LONGEST = 100  # largest length of a name that is compared with the known ones
-_OTHER_WORDS = {  # synonyms from textbooks
+_MAX_LENGTH = 100  # largest length of a name that is compared with the known ones
+_SYNONYMS = {  # synonyms from textbooks
     "attitude": "q",
     "omega": "velocity",
     "phi": "precession_angle",
@@ -42,27 +45,29 @@ def suggest(name: str, known: Iterable[str]) -> str:
 
     names = list(known)
     word, _, axis = name.lower().replace("-", "_").partition("_")
-    word = "_".join(filter(None, (_OTHER_WORDS.get(word, word), axis)))
-    near = difflib.get_close_matches(word[:_LONGEST], names, n=1)
+    word = "_".join(filter(None, (_SYNONYMS.get(word, word), axis)))
+    near = difflib.get_close_matches(word[:_MAX_LENGTH], names, n=1)
     return f"did you mean {near[0]!r}?" if near else "known are " + ", ".join(names)
 
 
-def frozen_message(instead: str) -> Callable[[type[_T]], type[_T]]:
+def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
     """Return a class decorator that refuses assignments with a helpful message."""
 
-    def of(made: type[_T]) -> type[_T]:
+    def decorate(cls: type[_T]) -> type[_T]:
         def refuse(_: object, name: str, __: object) -> None:
             raise FrozenInstanceError(f"cannot assign to field {name!r}: {instead.format(name)}")
 
-        type.__setattr__(made, "__setattr__", refuse)
-        return made
+        type.__setattr__(cls, "__setattr__", refuse)
+        return cls
 
-    return of
+    return decorate
 
 
-def warn(said: str) -> None:
+def warn(message: str) -> None:
     """Issue a UserWarning that points at the user's own line, however deep the call."""
     level, frame = 2, sys._getframe(1)
-    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _PASSED:
+    while (
+        frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _SKIPPED_PACKAGES
+    ):
         level, frame = level + 1, frame.f_back
-    warnings.warn(said, stacklevel=level)
+    warnings.warn(message, stacklevel=level)

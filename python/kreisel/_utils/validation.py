@@ -50,7 +50,7 @@ def check_type(name: str, value: object, wanted: type[_T]) -> _T:
     """Return `value` if it is an instance of `wanted`; raise TypeError otherwise."""
     if not isinstance(value, wanted):
         many = getattr(type(value), "_one", None) is wanted
-        one = f" of many: take one by its index, as {name}s[0]" if many else ""
+        one = f": take one member by its index, as {name}s[0]" if many else ""
         raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {short_repr(value)}{one}")
     return value
 
@@ -83,8 +83,8 @@ def as_positive(name: str, value: object) -> float:
     return real
 
 
-def at_least_zero(name: str, value: object) -> float:
-    """A finite float that is not negative."""
+def as_non_negative(name: str, value: object) -> float:
+    """Return `value` as a finite float that is not negative."""
     real = as_float(name, value)
     if not real >= 0.0:
         raise ValueError(f"{name} must not be negative, not {short_repr(value)}")
@@ -114,10 +114,10 @@ def as_array(name: str, value: object, what: str) -> Array:
     """Return a new array of doubles of any shape; `what` describes the expected form in errors."""
     # Without numpy.ma loaded no array is masked; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
-        raise TypeError(f"{name} must be {what}, none of them masked")
+        raise TypeError(f"{name} must be {what} without masked values")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
     if any(map(has_unit, (value, *kinds))):
-        raise TypeError(f"{name} must be {what} without a unit: take its numbers in yours")
+        raise TypeError(f"{name} must be {what} without a unit: pass its numbers in your units")
     try:
         given = np.asarray(value)
     except ValueError:

@@ -61,7 +61,7 @@ print(
     kr.Source.random(scene, 5, spin=(0, 1)),
 )
 with tempfile.TemporaryDirectory() as folder:
-    swept = kr.sweep(source, 10, to=folder, reduce={"nutation": "max"}, parts=range(1))
+    swept = kr.sweep(source, 10, folder=folder, reduce={"nutation": "max"}, parts=range(1))
     print(swept["nutation_max"].max(), kr.read_sweep(folder, partial=True).done, swept.units)
 try:
     kr.solve(tops, 10).check()

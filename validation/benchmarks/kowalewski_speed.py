@@ -1,6 +1,6 @@
 """The closed form of Kowalewski tops: refusals, errors and times of random tops.
 
-    python -m validation.benchmarks.kowalewski [--tops 10000] [--checked 2000] [--late 4]
+    python -m validation.benchmarks.kowalewski_speed [--tops 10000] [--checked 2000] [--late 4]
 
 Moments are 2 : 2 : 1 exactly, in all orders of the axes. Rates are 0.1 to 10 in the top's own unit
 of time, the centre of mass lies along either equal axis, and gravity has both signs. The truth is
@@ -28,7 +28,7 @@ def draw(rng):
     tau = float(np.sqrt(unit / (abs(gravity) * np.abs(com).max())))
     attitude = rng.normal(size=4)
     momentum = rng.normal(size=3) * 2 * unit / tau * 10.0 ** rng.uniform(-1, 1)
-    body = kr.Body(1.0, tuple(inertia), tuple(com), made_up=True)
+    body = kr.Body(1.0, tuple(inertia), tuple(com), unphysical=True)
     attitude /= np.linalg.norm(attitude)
     return kr.Scene(body, momentum=tuple(momentum), attitude=tuple(attitude), gravity=gravity), tau
 
@@ -103,7 +103,7 @@ def time_of_a_state(top, tau, at_once=2000):
 
 def main(argv=None):
     parser = argparse.ArgumentParser(
-        prog="python -m validation.benchmarks.kowalewski", description=__doc__.split("\n")[0]
+        prog="python -m validation.benchmarks.kowalewski_speed", description=__doc__.split("\n")[0]
     )
     parser.add_argument("--tops", type=int, default=10000)
     parser.add_argument("--checked", type=int, default=2000)

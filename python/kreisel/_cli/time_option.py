@@ -1,5 +1,4 @@
-"""Times as a shell gives them: numbers and grids with commas between them, however many times these
-are."""
+"""Times on the command line: numbers and grids, separated by commas."""
 
 from __future__ import annotations
 
@@ -20,8 +19,10 @@ _COUNTABLE = 2.0**53
 
 @dataclass(frozen=True)
 class Grid:
-    """The times first + k step for k below count, each by one multiplication: no rounding adds
-    up."""
+    """The times first + k step for k below count.
+
+    Each is computed by one multiplication, so that roundings do not add up.
+    """
 
     first: float
     step: float
@@ -38,8 +39,10 @@ class Grid:
 
 @dataclass(frozen=True)
 class Times:
-    """Grids one after the other, which lead away from 0 in one direction; a number is a grid of one
-    time."""
+    """Grids one after the other, which lead away from 0 in one direction.
+
+    A number is a grid of one time.
+    """
 
     grids: tuple[Grid, ...]
     one: bool  # whether a single number was given, the time to reach
@@ -56,11 +59,11 @@ class Times:
         return self.grids[-1][self.grids[-1].count - 1]
 
     def array(self) -> Array:
-        """All times as an array; raises MemoryError if they do not fit."""
+        """Return the times as an array; raise MemoryError if they do not fit."""
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def argument(self) -> float | Array:
-        """The times as an argument of kreisel.solve."""
+        """Return the times as an argument of kreisel.solve."""
         return self.end if self.one else self.array()
 
     def beyond(self, t: float) -> Times:
@@ -70,7 +73,7 @@ class Times:
 
 
 def times(words: str) -> Times:
-    """The times that numbers and grids start:end:step stand for."""
+    """Parse numbers and grids start:end:step."""
     grids = tuple(map(_grid, words.split(",")))
     _refuse_disorder([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
     return Times(grids, len(grids) == 1 and ":" not in words)
@@ -83,7 +86,7 @@ def _grid(word: str) -> Grid:
         given = []
     if len(given) not in (1, 3):
         raise click.BadParameter(
-            f"{word!r} is not a number, nor a grid start:end:step, as in 0:10:0.01"
+            f"{word!r} is not a number or a grid start:end:step such as 0:10:0.01"
         )
     if not all(map(math.isfinite, given)):
         raise click.BadParameter(f"t must be finite, not {word!r}")
@@ -93,13 +96,13 @@ def _grid(word: str) -> Grid:
 
 
 def _parse_step(word: str, start: float, end: float, step: float) -> Grid:
-    """The grid from start to end, which it includes where a whole number of steps leads there."""
+    """Return the grid from start to end, with the end if a whole number of steps leads there."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
         raise click.BadParameter(f"the step of {word!r} does not lead from {start:g} to {end:g}")
     steps = abs(length / step)
     if not steps < _COUNTABLE:
-        raise click.BadParameter(f"{word!r} has more times than can be counted: take larger steps")
+        raise click.BadParameter(f"{word!r} has too many times: use larger steps")
     whole = math.floor(steps + 0.5)
     slack = 2.0 * np.finfo(float).eps * max(abs(start), abs(end))
     count = whole + 1 if whole * abs(step) - abs(length) <= slack else whole
