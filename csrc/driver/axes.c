@@ -13,7 +13,7 @@ kr_working kr_top_working(const kr_top *top)
 /* Where T is not the third principal axis, the attitude of an upright top has large components, and
  * its lean is what is left of their sums. This computes the attitude in double-double and keeps its
  * low words for a method that reads them. */
-static kr_quat renamed_attitude(kr_top *top, kr_quat axes, kr_quat q)
+static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {
     const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),
                   own = qdd_unit(qdd_mul(principal, qdd_of(axes)));
@@ -25,7 +25,7 @@ kr_state kr_top_own(kr_top *top, const kr_state *state)
     const kr_working working = kr_top_working(top);
     const int is_renamed = !working.tilted && kr_body_last_axis(&top->scene.body) != 2;
     const kr_state own = {0.0,
-                          is_renamed ? renamed_attitude(top, working.axes, state->q)
+                          is_renamed ? rename_attitude(top, working.axes, state->q)
                                      : q_unit(q_mul(state->q, top->axes)),
                           v_scale(1.0 / top->momentum_unit, state->m)};
     return own;

@@ -14,11 +14,11 @@ quat_dd kr_deep_axes(const kr_top *top)
  * least moment of a needle, by which it is divided, would magnify a rounding of the whole. */
 static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
 {
-    const parts in_space = parts_of(m), given = parts_turned_back(q, &in_space),
-                own = top->turned ? parts_turned_back(top->axes, &given) : given;
+    const split_vec in_space = split_of(m), given = split_turn_back(q, &in_space),
+                    own = top->turned ? split_turn_back(top->axes, &given) : given;
     dd M[3], square = qdd_square(qdd_of(q));
     if (top->turned) square = dd_mul(square, qdd_square(qdd_of(top->axes)));
-    for (int i = 0; i < 3; i++) M[i] = dd_div(parts_dd(&own, i), square);
+    for (int i = 0; i < 3; i++) M[i] = dd_div(split_dd(&own, i), square);
     return (vec_dd){M[0], M[1], M[2]};
 }
 

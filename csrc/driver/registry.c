@@ -6,17 +6,17 @@
 #define X(id) extern const kr_method kr_method_##id;
 #include "methods.def"
 #undef X
-static const kr_method *const methods[] = {
+static const kr_method *const method_table[] = {
 #define X(id) &kr_method_##id,
 #include "methods.def"
 #undef X
 };
-size_t kr_method_count(void) { return sizeof methods / sizeof *methods; }
-const kr_method *kr_method_at(size_t i) { return i < kr_method_count() ? methods[i] : NULL; }
+size_t kr_method_count(void) { return sizeof method_table / sizeof *method_table; }
+const kr_method *kr_method_at(size_t i) { return i < kr_method_count() ? method_table[i] : NULL; }
 const kr_method *kr_method_find(const char *name)
 {
     for (size_t i = 0; name && i < kr_method_count(); i++)
-        if (strcmp(methods[i]->name, name) == 0) return methods[i];
+        if (strcmp(method_table[i]->name, name) == 0) return method_table[i];
     return NULL;
 }
 const char *kr_method_name(const kr_method *method) { return method->name; }

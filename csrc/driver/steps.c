@@ -4,14 +4,16 @@
  * last good state. An adaptive motion is inspected in every step; a dense one by its method. */
 #include "top.h"
 
-enum { ASIDE = 1024 /* steps that a side motion takes at most inside a single one of main's */ };
+enum {
+    SIDE_STEPS_MAX = 1024 /* steps that a side motion takes at most inside a single one of main's */
+};
 
 /* Whether this state of main's, in own units, is a good one in the user's too. */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
 }
-static int is_good(const kr_top *top)
+static int is_main_good(const kr_top *top)
 {
     kr_state state = {0}; /* none that is good, until it is read */
     top->method->read(&top->main, &state);
@@ -40,7 +42,7 @@ void kr_steps_keep(kr_top *top)
     set_inspection(top);
 }
 /* What has been spent since then stays counted. */
-static void go_back(kr_top *top)
+static void restore_saved(kr_top *top)
 {
     const kr_stats spent = top->main.stats;
     copy_motion(&top->main, &top->kept, top->method->work);
@@ -48,7 +50,7 @@ static void go_back(kr_top *top)
     top->steps = top->kept_steps;
     set_inspection(top);
 }
-static kr_status one_step(kr_top *top, double until)
+static kr_status step_main(kr_top *top, double until)
 {
     const kr_status status = top->method->step(&top->main, until);
     if (status == KR_OK) top->steps++;
@@ -59,58 +61,58 @@ kr_status kr_steps_recover(kr_top *top)
     const int64_t failed = top->steps + 1;
     kr_status status = KR_OK;
     int64_t good = top->kept_steps;
-    go_back(top);
+    restore_saved(top);
     while (top->steps < failed && status == KR_OK) {
-        status = one_step(top, 0.0); /* methods of fixed steps ignore the limit */
-        if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
+        status = step_main(top, 0.0); /* methods of fixed steps ignore the limit */
+        if (status == KR_OK && !is_main_good(top)) status = KR_ERR_NOT_FINITE;
         if (status == KR_OK) good = top->steps;
     }
-    go_back(top);
-    while (top->steps < good) one_step(top, 0.0);
+    restore_saved(top);
+    while (top->steps < good) step_main(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
 int kr_steps_stopped(kr_top *top)
 {
     return top->config.poll && top->config.poll(top->config.context);
 }
-static kr_status ask_on(kr_top *top)
+static kr_status check_limits(kr_top *top)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
 /* Sees that main is finite, keeps it, and asks whether to go on. */
-static kr_status inspect(kr_top *top)
+static kr_status inspect_main(kr_top *top)
 {
-    if (!is_good(top)) return kr_steps_recover(top);
+    if (!is_main_good(top)) return kr_steps_recover(top);
     kr_steps_keep(top);
-    return ask_on(top);
+    return check_limits(top);
 }
 
 kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *state)
 {
     while (top->steps < goal) {
-        const kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
+        const kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
         if (status != KR_OK) return status;
-        if (one_step(top, 0.0) != KR_OK) return kr_steps_recover(top);
+        if (step_main(top, 0.0) != KR_OK) return kr_steps_recover(top);
     }
     top->method->read(&top->main, state);
     return KR_OK;
 }
 kr_status kr_steps_adaptive(kr_top *top)
 {
-    kr_status status = inspect(top);
+    kr_status status = inspect_main(top);
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
     kr_state before = {0};
     top->method->read(&top->main, &before);
-    status = one_step(top, top->forward * INFINITY);
-    if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
+    status = step_main(top, top->forward * INFINITY);
+    if (status == KR_OK && !is_main_good(top)) status = KR_ERR_NOT_FINITE;
     if (status == KR_OK) {
         top->before = before;
         top->before_clock = clock;
     } else
-        go_back(top);
+        restore_saved(top);
     return status;
 }
 kr_status kr_steps_dense(kr_top *top, double until)
@@ -118,25 +120,25 @@ kr_status kr_steps_dense(kr_top *top, double until)
     kr_status status = KR_OK;
     if (top->steps >= top->inspect_at) {
         kr_steps_keep(top);
-        status = ask_on(top);
+        status = check_limits(top);
     }
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
-    status = one_step(top, until);
+    status = step_main(top, until);
     if (status != KR_OK) return status;
     top->before_clock = clock;
     return kr_tangents_follow(top);
 }
 /* Asks whether a side motion is to go on, which is cut off where it shows that main's step was none
  * that its tolerance should have let pass. */
-static kr_status ask_aside(kr_top *top, int64_t steps)
+static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
-    return steps >= ASIDE || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
+    return steps >= SIDE_STEPS_MAX || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
 }
 /* Takes the side motion from a state to `span` after it. */
-static kr_status go_aside(kr_top *top, const kr_state *from, double span)
+static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
 {
     const kr_method *method = top->method;
     kr_motion *side = &top->side;
@@ -150,7 +152,7 @@ static kr_status go_aside(kr_top *top, const kr_state *from, double span)
     if (status == KR_OK) status = method->step(side, span);
     for (int64_t n = 1; status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span;
          n++) {
-        status = ask_aside(top, n);
+        status = check_side_limits(top, n);
         if (status == KR_OK) status = method->step(side, span);
     }
     return status;
@@ -160,11 +162,11 @@ kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_sta
     const kr_stats *spent = &top->side.stats;
     kr_stats *total = &top->main.stats;
     kr_state state;
-    kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
+    kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
     if (status != KR_OK) return status;
     /* An attitude of length 0 would turn nothing, and lead to a state that looks like one. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);
-    status = go_aside(top, from, span);
+    status = run_side_motion(top, from, span);
     total->evaluations += spent->evaluations;
     total->rejected += spent->rejected;
     total->iterations += spent->iterations;
@@ -175,7 +177,7 @@ kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_sta
     }
     if (status == KR_OK)
         *end = state;
-    else if (!is_good(top)) /* It may have failed before the side motion did. */
+    else if (!is_main_good(top)) /* It may have failed before the side motion did. */
         status = kr_steps_recover(top);
     return status;
 }

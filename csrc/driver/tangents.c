@@ -24,8 +24,8 @@ size_t kr_tangents_size(const kr_method *method, const kr_config *config)
     return n > 0 ? method->tangents->doubles(config->digits, n) : 0;
 }
 
-static const vec_dd nothing = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
-static vec_dd unit_vector(int i)
+static const vec_dd zero_vector = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+static vec_dd unit_vector_dd(int i)
 {
     const vec_dd v = {dd_of(i == 0), dd_of(i == 1), dd_of(i == 2)};
     return v;
@@ -36,39 +36,39 @@ typedef struct {
     kr_seed seeds[KR_TANGENT_MOST], *next;
     kr_quat working; /* working -> principal axes */
     double time, moment;
-} sown;
-static void sow_start(sown *to, const kr_top *top)
+} seed_list;
+static void seed_start(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_deep_axes(top));
     for (int i = 0; i < 6; i++) {
-        const kr_seed zero = {{nothing, nothing}, nothing, {0.0}};
+        const kr_seed zero = {{zero_vector, zero_vector}, zero_vector, {0.0}};
         kr_seed *seed = to->next++;
         *seed = zero;
         if (i < 3)
-            seed->at_start.turn = qdd_turn(back, unit_vector(i));
+            seed->at_start.turn = qdd_turn(back, unit_vector_dd(i));
         else
-            seed->at_start.push = unit_vector(i - 3);
+            seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-static void sow_moments(sown *to)
+static void seed_moments(seed_list *to)
 {
     for (int i = 0; i < 3; i++) {
         const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
-        const kr_seed seed = {{nothing, nothing},
-                              nothing,
+        const kr_seed seed = {{zero_vector, zero_vector},
+                              zero_vector,
                               {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y}};
         *to->next++ = seed;
     }
 }
 /* Sows what the lever changes by: mass gravity com, where two of these three are what they are. */
-static void sow_lever(sown *to, dd weight, kr_vec3 com)
+static void seed_lever(seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
     const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
-    const kr_seed seed = {{nothing, nothing}, vdd_scale(own, v_dd(a, none)), {0.0}};
+    const kr_seed seed = {{zero_vector, zero_vector}, vdd_scale(own, v_dd(a, none)), {0.0}};
     *to->next++ = seed;
 }
-static void sow(sown *to, const kr_top *top)
+static void seed_tangents(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
     const uint64_t by = top->config.tangents;
@@ -77,19 +77,19 @@ static void sow(sown *to, const kr_top *top)
     to->time = top->time_unit;
     to->moment = top->momentum_unit * top->time_unit;
     to->working = kr_top_working(top).axes;
-    if (by & KR_TANGENT_START) sow_start(to, top);
-    if (by & KR_TANGENT_MOMENTS) sow_moments(to);
+    if (by & KR_TANGENT_START) seed_start(to, top);
+    if (by & KR_TANGENT_MOMENTS) seed_moments(to);
     for (int i = 0; i < 3 && by & KR_TANGENT_COM; i++)
-        sow_lever(to, two_product(body->mass, g), v3(i == 0, i == 1, i == 2));
-    if (by & KR_TANGENT_GRAVITY) sow_lever(to, dd_of(body->mass), body->com);
-    if (by & KR_TANGENT_MASS) sow_lever(to, dd_of(g), body->com);
+        seed_lever(to, two_product(body->mass, g), v3(i == 0, i == 1, i == 2));
+    if (by & KR_TANGENT_GRAVITY) seed_lever(to, dd_of(body->mass), body->com);
+    if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), body->com);
 }
 void kr_tangents_begin(kr_top *top)
 {
     const size_t n = kr_tangent_columns(top->config.tangents);
-    sown to;
+    seed_list to;
     if (n == 0) return;
-    sow(&to, top);
+    seed_tangents(&to, top);
     top->method->tangents->begin(&top->main, top->tangents, n, to.seeds);
 }
 kr_status kr_tangents_follow(kr_top *top)

@@ -10,24 +10,24 @@
 #include "top.h"
 
 enum {
-    LINE = 8,   /* doubles on 64 bytes */
-    POLL = 1024 /* states that are written without asking whether to go on */
+    CACHE_LINE = 8,         /* doubles on 64 bytes */
+    STATES_PER_CHECK = 1024 /* states that are written without asking whether to go on */
 };
 
 /* In and out of working axes and own units. */
-static int is_deep(const kr_top *top) { return top->main.digits > 16; }
+static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_ADAPTIVE) != 0; }
 /* From 2^50 steps before and after 0 on two points of a grid, with the roundings of either, may be
  * one double. */
-static double nearer_horizon(const kr_top *top, double horizon)
+static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
 }
 double kr_top_horizon(const kr_top *top, const kr_scene *scene)
 {
-    return nearer_horizon(top, kr_scene_horizon(scene));
+    return limit_horizon(top, kr_scene_horizon(scene));
 }
-static kr_status beyond_horizon(const kr_top *top, double t)
+static kr_status horizon_error(const kr_top *top, double t)
 {
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
@@ -40,7 +40,7 @@ static kr_status choose_units(kr_top *top)
     if (status != KR_OK) return status;
     const double start = fabs(top->scene.start.t),
                  horizon = kr_units_horizon(&own, &top->scene, &working);
-    top->horizon = nearer_horizon(top, horizon);
+    top->horizon = limit_horizon(top, horizon);
     if (!(start < top->horizon)) return start < horizon ? KR_ERR_STEP : KR_ERR_RESOLUTION;
     top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;
@@ -53,16 +53,16 @@ static kr_status choose_units(kr_top *top)
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
-    if (is_deep(top)) kr_deep_lever(top, own.moment);
+    if (has_extended_digits(top)) kr_deep_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
 }
 /* Works in place, for a copy of a state just written costs more than the rest of reading it. False
  * if the state is not a good one. */
-static int to_user(kr_top *top, double t, kr_state *state)
+static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
     state->t = t;
-    if (is_deep(top)) {
+    if (has_extended_digits(top)) {
         kr_deep_out(top, state);
     } else {
         if (top->turned) state->q = q_mul(state->q, q_conj(top->axes));
@@ -74,30 +74,31 @@ static int to_user(kr_top *top, double t, kr_state *state)
 }
 
 /* Times. */
-static double grid(const kr_top *top, int64_t k)
+static double grid_time(const kr_top *top, int64_t k)
 {
     return top->scene.start.t + (double)k * top->config.step;
 }
 /* Whether the grid point lies at t, up to the rounding of either. */
-static int meets(const kr_top *top, int64_t k, double t)
+static int is_at_grid_point(const kr_top *top, int64_t k, double t)
 {
-    return fabs(grid(top, k) - t) <= 2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
+    return fabs(grid_time(top, k) - t) <=
+           2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
 /* Finds the last point of the grid not after t. */
-static int64_t locate(const kr_top *top, double t)
+static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
     if (k <= top->steps) return top->steps;
-    return k - (!meets(top, k, t) && top->forward * (grid(top, k) - t) > 0.0);
+    return k - (!is_at_grid_point(top, k, t) && top->forward * (grid_time(top, k) - t) > 0.0);
 }
-static kr_status fixed_at(kr_top *top, double t, kr_state *state)
+static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
 {
-    const int64_t point = locate(top, t);
+    const int64_t point = find_grid_point(top, t);
     const kr_status status = kr_steps_walk(top, point, state);
-    if (status != KR_OK || meets(top, point, t)) return status;
-    return kr_steps_detour(top, state, (t - grid(top, point)) / top->time_unit, state);
+    if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
+    return kr_steps_detour(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-static double clock_at(const kr_top *top, double t)
+static double clock_of(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
@@ -107,21 +108,21 @@ static double clock_low(const kr_top *top, double t)
     return two_sum(t, -top->scene.start.t).lo / top->time_unit;
 }
 /* Reads the last step of a dense method. */
-static void read_at(kr_top *top, double t, kr_state *state)
+static void evaluate_dense(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = clock_low(top, t);
-    top->method->at(&top->main, clock_at(top, t), state);
+    top->method->at(&top->main, clock_of(top, t), state);
 }
 void kr_tangents_at(kr_top *top, kr_deviation out[])
 {
     top->main.low.t = clock_low(top, top->asked);
-    top->method->tangents->at(&top->main, clock_at(top, top->asked), top->tangents,
+    top->method->tangents->at(&top->main, clock_of(top, top->asked), top->tangents,
                               kr_tangent_columns(top->config.tangents), out);
 }
-static kr_status adaptive_at(kr_top *top, double t, kr_state *state)
+static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
-    const double goal = clock_at(top, t);
+    const double goal = clock_of(top, t);
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
@@ -129,7 +130,7 @@ static kr_status adaptive_at(kr_top *top, double t, kr_state *state)
     /* Where a step is less than what a double tells of time, this may lie before the last one. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
-        read_at(top, t, state);
+        evaluate_dense(top, t, state);
     else if (goal == top->main.clock)
         top->method->read(&top->main, state);
     else if (goal == top->before_clock)
@@ -138,13 +139,13 @@ static kr_status adaptive_at(kr_top *top, double t, kr_state *state)
         return kr_steps_detour(top, &top->before, goal - top->before_clock, state);
     return KR_OK;
 }
-static kr_status state_at(kr_top *top, double t, kr_state *state)
+static kr_status find_state(kr_top *top, double t, kr_state *state)
 {
     const int adaptive = is_adaptive(top);
     kr_status status;
-    if (!(fabs(t) < top->horizon)) return beyond_horizon(top, t);
+    if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
     /* The next grid point is what is asked for most often: it goes without more questions. */
-    if (!adaptive && t == grid(top, top->steps + 1)) {
+    if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_walk(top, top->steps + 1, state);
     } else {
         if (top->forward * (t - top->asked) < 0.0) return KR_ERR_TIME;
@@ -153,23 +154,24 @@ static kr_status state_at(kr_top *top, double t, kr_state *state)
             top->low = (kr_state){0};
             return KR_OK;
         }
-        status = adaptive ? adaptive_at(top, t, state) : fixed_at(top, t, state);
+        status = adaptive ? find_adaptive_state(top, t, state) : find_fixed_state(top, t, state);
     }
     if (status != KR_OK) return status;
-    if (!to_user(top, t, state)) return adaptive ? KR_ERR_NOT_FINITE : kr_steps_recover(top);
+    if (!convert_to_user(top, t, state))
+        return adaptive ? KR_ERR_NOT_FINITE : kr_steps_recover(top);
     top->asked = t;
     return KR_OK;
 }
 double kr_top_time(const kr_top *top)
 {
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
-                            : grid(top, top->steps);
+                            : grid_time(top, top->steps);
 }
 /* The last time not behind where main stands. */
 static double time_reached(const kr_top *top)
 {
     const double at = kr_top_time(top);
-    if (!is_adaptive(top) || !(top->forward * (clock_at(top, at) - top->main.clock) > 0.0))
+    if (!is_adaptive(top) || !(top->forward * (clock_of(top, at) - top->main.clock) > 0.0))
         return at;
     return nextafter(at, top->scene.start.t);
 }
@@ -178,14 +180,14 @@ kr_status kr_top_come_up(kr_top *top, double t)
     const double at = time_reached(top);
     kr_state state;
     if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return KR_OK;
-    if (is_adaptive(top) && !(top->forward * (clock_at(top, at) - top->before_clock) > 0.0))
+    if (is_adaptive(top) && !(top->forward * (clock_of(top, at) - top->before_clock) > 0.0))
         return KR_OK;
     top->main.low = (kr_state){0};
     if (top->method->at)
-        read_at(top, at, &state);
+        evaluate_dense(top, at, &state);
     else
         top->method->read(&top->main, &state);
-    if (!to_user(top, at, &state)) return KR_ERR_NOT_FINITE;
+    if (!convert_to_user(top, at, &state)) return KR_ERR_NOT_FINITE;
     top->now = state;
     top->asked = at;
     return KR_OK;
@@ -193,7 +195,7 @@ kr_status kr_top_come_up(kr_top *top, double t)
 
 /* Gives 16, 20 or 30 for what these include; 0 where the tolerance decides; -1 for what cannot
  * be. */
-static int digits_of(const kr_method *method, const kr_config *config)
+static int parse_digits(const kr_method *method, const kr_config *config)
 {
     if (config->digits == 0) return 0;
     if (config->digits < 0 || config->digits > 30 || !(method->flags & KR_DIGITS)) return -1;
@@ -201,12 +203,13 @@ static int digits_of(const kr_method *method, const kr_config *config)
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
 /* The doubles that the work of all motions takes. */
-static size_t work_of_all(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
-static kr_status check(const kr_scene *scene, const kr_method *method, const kr_config *config)
+static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
+static kr_status check_config(const kr_scene *scene, const kr_method *method,
+                              const kr_config *config)
 {
     const double step = config->step, start = scene->start.t;
     if (!isfinite(step) || !(config->tol >= 0.0 && config->tol < 1.0)) return KR_ERR_ARGUMENT;
-    if (digits_of(method, config) < 0) return KR_ERR_ARGUMENT;
+    if (parse_digits(method, config) < 0) return KR_ERR_ARGUMENT;
     if (config->leave_heading && (!(method->flags & KR_HEADLESS) || config->digits > 16))
         return KR_ERR_ARGUMENT;
     if (step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_NO_STEP;
@@ -216,34 +219,34 @@ static kr_status check(const kr_scene *scene, const kr_method *method, const kr_
 }
 /* Begins a top whose motion has its memory as a scene, a method and a config ask, which were
  * checked. */
-static kr_status begin(kr_top *top, const kr_scene *scene, const kr_method *method,
-                       const kr_config *config)
+static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *method,
+                           const kr_config *config)
 {
     top->scene = *scene;
     top->method = method;
     top->config = *config;
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
-    top->main.digits = digits_of(method, config);
+    top->main.digits = parse_digits(method, config);
     top->main.leave_heading = config->leave_heading;
     top->now = scene->start;
     top->asked = scene->start.t;
     const kr_status status = choose_units(top);
     if (status != KR_OK) return status;
     const kr_state own =
-        is_deep(top) ? kr_deep_in(top, &scene->start) : kr_top_own(top, &scene->start);
+        has_extended_digits(top) ? kr_deep_in(top, &scene->start) : kr_top_own(top, &scene->start);
     return method->reset(&top->main, &own);
 }
 /* Returns what lies behind `memory`, on a line of the cache. */
-static double *on_line(double *memory)
+static double *align64(double *memory)
 {
-    return memory + (LINE - (uintptr_t)memory / sizeof(double) % LINE) % LINE;
+    return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
 /* Main's work begins on a line of the cache, and so do the tangents. */
-static void share_memory(kr_top *top, int has_tangents)
+static void assign_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
-    top->main.work = on_line(top->memory);
-    if (has_tangents) top->tangents = on_line(top->main.work + work_of_all(top->method));
+    top->main.work = align64(top->memory);
+    if (has_tangents) top->tangents = align64(top->main.work + total_work(top->method));
     if (top->method->at) return;
     top->kept.work = top->main.work + work;
     top->side.work = top->kept.work + work;
@@ -251,11 +254,11 @@ static void share_memory(kr_top *top, int has_tangents)
 kr_status kr_top_blank(const kr_method *method, const kr_config *config, size_t more, kr_top **top)
 {
     const size_t tangents = kr_tangents_size(method, config),
-                 doubles = 2 * LINE + work_of_all(method) + tangents + more;
+                 doubles = 2 * CACHE_LINE + total_work(method) + tangents + more;
     kr_top *made = calloc(1, sizeof *made + doubles * sizeof(double));
     if (!made) return KR_ERR_MEMORY;
     made->method = method;
-    share_memory(made, tangents > 0);
+    assign_memory(made, tangents > 0);
     *top = made;
     return KR_OK;
 }
@@ -265,11 +268,11 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     kr_top *top = NULL;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK && !method) status = KR_ERR_NO_METHOD;
-    if (status == KR_OK) status = out ? check(scene, method, &config) : KR_ERR_ARGUMENT;
+    if (status == KR_OK) status = out ? check_config(scene, method, &config) : KR_ERR_ARGUMENT;
     if (status == KR_OK)
         status = kr_top_blank(method, &config, method->more ? method->more(scene) : 0, &top);
     if (status != KR_OK) return status;
-    status = begin(top, scene, method, &config);
+    status = start_top(top, scene, method, &config);
     if (status == KR_OK) {
         kr_steps_keep(top);
         kr_tangents_begin(top);
@@ -289,7 +292,7 @@ void kr_top_free(kr_top *top)
 }
 /* Makes the top another one that was begun beside it, in side's memory unless the method is dense.
  * The memory stays the top's. */
-static void adopt(kr_top *top, const kr_top *begun)
+static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->kept;
     *top = *begun;
@@ -307,15 +310,15 @@ kr_status kr_top_become(kr_top *top, const kr_scene *scene, const kr_config *con
 {
     kr_motion *spare = top->method->at ? &top->main : &top->side;
     kr_status status = kr_scene_check(scene);
-    if (status == KR_OK) status = check(scene, top->method, config);
+    if (status == KR_OK) status = check_config(scene, top->method, config);
     if (status != KR_OK) return status;
     kr_top begun = {.apex = top->apex, .events = top->events, .watched = top->watched};
     begun.tangents = top->tangents;
     begun.main.work = spare->work;
     begun.main.aux = spare->aux;
-    status = begin(&begun, scene, top->method, config);
+    status = start_top(&begun, scene, top->method, config);
     if (status == KR_OK)
-        adopt(top, &begun);
+        take_over(top, &begun);
     else
         spare->aux = begun.main.aux;
     return status;
@@ -340,8 +343,9 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
     size_t i = 0;
     while (i < n && status == KR_OK) {
         before = out[i];
-        status = i % POLL == POLL - 1 && kr_steps_stopped(top) ? KR_ERR_INTERRUPTED
-                                                               : state_at(top, t[i], &out[i]);
+        status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_stopped(top)
+                     ? KR_ERR_INTERRUPTED
+                     : find_state(top, t[i], &out[i]);
         if (status == KR_OK && low) low[i] = top->low;
         i += status == KR_OK;
     }
@@ -358,7 +362,7 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
 /* Moves by a step of an adaptive method, or up to the end of that which has been read last. */
-static kr_status adaptive_step(kr_top *top)
+static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, asked = top->asked;
     kr_status status = KR_OK;
@@ -372,8 +376,9 @@ static kr_status adaptive_step(kr_top *top)
 kr_status kr_top_step(kr_top *top)
 {
     if (!top) return KR_ERR_ARGUMENT;
-    if (is_adaptive(top)) return adaptive_step(top);
-    return kr_top_advance(top, grid(top, top->steps + 1)); /* another double, before the horizon */
+    if (is_adaptive(top)) return step_adaptive(top);
+    return kr_top_advance(top,
+                          grid_time(top, top->steps + 1)); /* another double, before the horizon */
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

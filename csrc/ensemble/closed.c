@@ -4,11 +4,14 @@
 #include "exact/dispatch.h"
 #include "worker.h"
 
-enum { PIECE = 64, AT_ONCE = 1 << 16 /* states between two questions whether to go on */ };
+enum {
+    STATES_PER_CALL = 64,
+    STATES_PER_POLL = 1 << 16 /* states between two questions whether to go on */
+};
 
 /* Returns a time from which on, before and after 0, a double may not tell where the top is; it is
  * at most that of kr_scene_horizon, and costs less. */
-static double near_horizon(const kr_scene *s)
+static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
     const double largest = fmax(A.x, fmax(A.y, A.z)), turning = v_length(m) / largest,
@@ -17,11 +20,11 @@ static double near_horizon(const kr_scene *s)
 }
 /* Return whether a top's times are all on one side of its start, ever further from it, not too far,
  * and not more than the steps that `config` allows: the closed form takes a step for each. */
-static int is_plain(const kr_config *config, const kr_tops *tops, size_t i)
+static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
     const double *t = kr_worker_times(tops, i), start = scene->start.t,
-                 horizon = near_horizon(scene);
+                 horizon = lower_bound_of_horizon(scene);
     const double forward = tops->times > 0 && t[tops->times - 1] < start ? -1.0 : 1.0;
     double before = start;
     int plain = fabs(start) < horizon &&
@@ -34,7 +37,8 @@ static int is_plain(const kr_config *config, const kr_tops *tops, size_t i)
 }
 /* Takes states of a top that were read. Returns how many there are before the first that is
  * none. */
-static size_t take(kr_worker *worker, kr_slot *slot, kr_kept *kept, size_t n, kr_state states[])
+static size_t store_states(kr_worker *worker, kr_slot *slot, kr_kept *kept, size_t n,
+                           kr_state states[])
 {
     const kr_state *start = &worker->tops->scenes[slot->top].start;
     size_t k = 0;
@@ -44,51 +48,54 @@ static size_t take(kr_worker *worker, kr_slot *slot, kr_kept *kept, size_t n, kr
     }
     return k;
 }
-static void end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status)
+static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_kept *kept,
+                       kr_status status)
 {
     const kr_stats stats = {.steps = slot->steps, .evaluations = slot->steps};
     kr_worker_end(worker, slot, kept, status, stats);
 }
-static int is_stopped(kr_worker *worker)
+static int poll(kr_worker *worker)
 {
     const kr_config *config = &worker->config;
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
     return worker->interrupted;
 }
 /* Reads a top a few states at a time. */
-static void read(kr_worker *worker, size_t i, const kr_exact *plan)
+static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times(tops, i);
     kr_kept *kept = kr_worker_own(worker);
     kr_slot slot = {.top = i, .last = tops->scenes[i].start};
-    kr_state piece[PIECE];
+    kr_state piece[STATES_PER_CALL];
     while (slot.done < tops->times && !worker->interrupted) {
-        const size_t left = tops->times - slot.done, n = left < PIECE ? left : PIECE;
+        const size_t left = tops->times - slot.done,
+                     n = left < STATES_PER_CALL ? left : STATES_PER_CALL;
         kr_exact_states(plan, n, t + slot.done, piece);
-        if (take(worker, &slot, kept, n, piece) < n) {
+        if (store_states(worker, &slot, kept, n, piece) < n) {
             kr_worker_alone(worker, worker->closed, i);
             return;
         }
-        if (slot.done % AT_ONCE < n) is_stopped(worker);
+        if (slot.done % STATES_PER_POLL < n) poll(worker);
     }
-    end(worker, &slot, kept, slot.done < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
+    finish_top(worker, &slot, kept, slot.done < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
 /* Takes a top whose states stand where they were asked for. */
-static void accept(kr_worker *worker, size_t i)
+static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;
     kr_slot slot = {.top = i, .last = tops->scenes[i].start};
     kr_kept *kept = kr_worker_own(worker);
-    if (take(worker, &slot, kept, tops->times, tops->states + i * tops->times) == tops->times)
-        end(worker, &slot, kept, KR_OK);
+    if (store_states(worker, &slot, kept, tops->times, tops->states + i * tops->times) ==
+        tops->times)
+        finish_top(worker, &slot, kept, KR_OK);
     else
         kr_worker_alone(worker, worker->closed, i);
 }
 void kr_closed_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
 {
     const kr_tops *tops = worker->tops;
-    const int at_once = tops->states && tops->times <= AT_ONCE / KR_BLOCK;
+    const int at_once = tops->states && tops->times <= STATES_PER_POLL / KR_BLOCK;
     kr_exact_asked asked = {.n = n, .scenes = tops->scenes + from, .status = status};
     if (at_once) {
         asked.times = tops->times;
@@ -101,12 +108,12 @@ void kr_closed_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
     kr_exact_do(&asked);
     for (size_t i = 0; i < n && !worker->interrupted; i++) {
         if (status[i] != KR_OK) continue;
-        if (!is_plain(&worker->config, tops, from + i))
+        if (!is_ordered(&worker->config, tops, from + i))
             kr_worker_alone(worker, worker->closed, from + i);
         else if (at_once)
-            accept(worker, from + i);
+            store_top(worker, from + i);
         else
-            read(worker, from + i, &worker->plans[i]);
+            evaluate_top(worker, from + i, &worker->plans[i]);
     }
-    is_stopped(worker);
+    poll(worker);
 }

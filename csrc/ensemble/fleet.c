@@ -6,7 +6,7 @@
 #include "math/binary.h"
 #include "worker.h"
 
-enum { ROUND = 64 /* steps between two questions whether to go on */ };
+enum { STEPS_PER_POLL = 64 /* steps between two questions whether to go on */ };
 
 const kr_lanes_isa *kr_lanes_isa_at(int i)
 {
@@ -23,7 +23,7 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
-static void set_vector(kr_lane_number *v, int lane, double x, double y, double z)
+static void set_components(kr_lane_number *v, int lane, double x, double y, double z)
 {
     v[0][lane] = x;
     v[1][lane] = y;
@@ -32,29 +32,29 @@ static void set_vector(kr_lane_number *v, int lane, double x, double y, double z
 static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
 {
     to[0][lane] = q.w;
-    set_vector(to + 1, lane, q.x, q.y, q.z);
+    set_components(to + 1, lane, q.x, q.y, q.z);
 }
 /* Sets what a tangent has where it begins, but for itself. */
-static void begin_growth(kr_growth *growth, int lane)
+static void reset_growth(kr_growth *growth, int lane)
 {
     growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
     growth->most[lane] = growth->last[lane] = growth->rest[lane] = 0.0;
     growth->scale[lane] = 1.0;
 }
-static void rest_tangent(kr_lane_tangents *g, int lane)
+static void park_tangent(kr_lane_tangents *g, int lane)
 {
     kr_lane_number *const none[] = {g->ahead, g->behind, g->per, g->moments, g->c, g->end.d[1]};
-    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_vector(none[i], lane, 0, 0, 0);
-    set_vector(g->end.d[0], lane, 1, 0, 0);
-    begin_growth(&g->end, lane);
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
+    set_components(g->end.d[0], lane, 1, 0, 0);
+    reset_growth(&g->end, lane);
 }
 /* Leaves a lane without a top at rest, where no step ends. */
-static void rest(kr_lanes *l, int lane)
+static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w, l->k,      l->up,      l->down,
                                     l->part,  l->moment, l->along_p, l->along_w};
-    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_vector(none[i], lane, 0, 0, 0);
-    set_vector(l->end_p, lane, 0, 0, 1);
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
+    set_components(l->end_p, lane, 0, 0, 1);
     set_quaternion(l->end_q, lane, q_one());
     set_quaternion(l->axes, lane, q_one());
     l->end[lane] = l->steps[lane] = 0.0;
@@ -62,7 +62,7 @@ static void rest(kr_lanes *l, int lane)
     l->goal[lane] = l->fall[lane] = l->most_steps[lane] = INFINITY;
     l->side[lane] = l->apart[lane] = 0.0;
     l->noise[lane] = -1.0; /* nothing is watched for */
-    if (l->tangents) rest_tangent(l->tangents, lane);
+    if (l->tangents) park_tangent(l->tangents, lane);
 }
 /* Chooses the order that is fastest at the tolerance, and lowers the tolerance to what its steps
  * have to aim at. validation/studies/lane_orders.py has measured both. */
@@ -101,34 +101,35 @@ void kr_fleet_begin(kr_worker *worker)
     worker->busy = 0;
     worker->lanes->watches = worker->watches;
     worker->lanes->extremum = worker->event.extremum != 0;
-    for (int i = 0; i < KR_LANES_MOST; i++) rest(worker->lanes, i);
+    for (int i = 0; i < KR_LANES_MOST; i++) park_lane(worker->lanes, i);
 }
 
 /* Returns the turn of the axes, each onto the next, by which the third moment becomes the largest;
  * how often the axes go on is told by `shift`. */
-static kr_quat order_axes(kr_vec3 A, int *shift)
+static kr_quat rotate_axes(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
     const double h = *shift == 1 ? 0.5 : -0.5;
     return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
 }
-static kr_vec3 shifted(kr_vec3 v, int shift)
+static kr_vec3 shift_axes(kr_vec3 v, int shift)
 {
     return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
 }
-static void put_vector(kr_lane_number *to, int lane, kr_vec3 v)
+static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
 {
-    set_vector(to, lane, v.x, v.y, v.z);
+    set_components(to, lane, v.x, v.y, v.z);
 }
 /* Sets what of a lane does not change, from a motion and the rate of its series. */
-static void set_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate, int shift)
+static void set_lane_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
+                               int shift)
 {
-    const kr_vec3 A = shifted(motion->inertia, shift),
-                  c = v_scale(1.0 / (rate * rate), shifted(motion->lever, shift));
-    set_vector(l->k, lane, (A.y - A.z) / A.x, (A.z - A.x) / A.y, (A.x - A.y) / A.z);
-    set_vector(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
-    set_vector(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
-    set_vector(l->part, lane, (A.z - A.x) / A.z, (A.z - A.y) / A.z, 0.0);
+    const kr_vec3 A = shift_axes(motion->inertia, shift),
+                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
+    set_components(l->k, lane, (A.y - A.z) / A.x, (A.z - A.x) / A.y, (A.x - A.y) / A.z);
+    set_components(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
+    set_components(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
+    set_components(l->part, lane, (A.z - A.x) / A.z, (A.z - A.y) / A.z, 0.0);
     const double rates = fmax(fabs(c.z / A.x), fmax(fabs(c.x / A.y), fabs(c.y / A.z))) +
                          fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
     l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
@@ -141,8 +142,8 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
 /* The direction of a tangent at the start of a top, in its working axes and own units: the user's,
  * brought near one by a power of two because its square may be beyond doubles, or one along no axis
  * of anything. */
-static void direction_of(const kr_worker *worker, const kr_top *top, double rate, kr_vec3 *turn,
-                         kr_vec3 *push)
+static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
+                              kr_vec3 *turn, kr_vec3 *push)
 {
     const double *given = worker->tops->direction;
     const kr_quat to_body = q_conj(q_mul(top->scene.start.q, top->axes));
@@ -166,22 +167,22 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const kr_top *top = worker->alone;
     kr_lanes *l = worker->lanes;
     kr_lane_tangents *g = l->tangents;
-    const kr_vec3 A = shifted(top->main.inertia, shift),
-                  c = v_scale(1.0 / (rate * rate), shifted(top->main.lever, shift));
+    const kr_vec3 A = shift_axes(top->main.inertia, shift),
+                  c = v_scale(1.0 / (rate * rate), shift_axes(top->main.lever, shift));
     kr_vec3 turn, push;
-    direction_of(worker, top, rate, &turn, &push);
-    set_vector(g->ahead, lane, (A.x - A.z) / A.x, (A.y - A.x) / A.y, (A.z - A.y) / A.z);
-    set_vector(g->behind, lane, (A.y - A.x) / A.x, (A.z - A.y) / A.y, (A.x - A.z) / A.z);
-    set_vector(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
-    put_vector(g->moments, lane, A);
-    put_vector(g->c, lane, c);
+    initial_direction(worker, top, rate, &turn, &push);
+    set_components(g->ahead, lane, (A.x - A.z) / A.x, (A.y - A.x) / A.y, (A.z - A.y) / A.z);
+    set_components(g->behind, lane, (A.y - A.x) / A.x, (A.z - A.y) / A.y, (A.x - A.z) / A.z);
+    set_components(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
+    set_vector3(g->moments, lane, A);
+    set_vector3(g->c, lane, c);
     kr_growth others = g->end;
-    put_vector(g->end.d[0], lane, shifted(turn, shift));
-    put_vector(g->end.d[1], lane, shifted(push, shift));
+    set_vector3(g->end.d[0], lane, shift_axes(turn, shift));
+    set_vector3(g->end.d[1], lane, shift_axes(push, shift));
     worker->isa->begin(l);
     for (int i = 0; i < 6; i++) others.d[i / 3][i % 3][lane] = g->first[i / 3][i % 3][lane];
     g->end = others;
-    begin_growth(&g->end, lane);
+    reset_growth(&g->end, lane);
     g->energy[lane] = g->first_energy[lane];
     g->vertical[lane] = g->first_vertical[lane];
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
@@ -189,7 +190,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 }
 /* Brings the top that `alone` has just become into a lane. Returns whether its tangent has a
  * direction, where it has one. */
-static int load(kr_worker *worker, int lane)
+static int load_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->alone;
     const kr_motion *motion = &top->main;
@@ -197,15 +198,15 @@ static int load(kr_worker *worker, int lane)
     kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
     int shift;
-    const kr_quat turn = order_axes(motion->inertia, &shift);
-    set_constants(l, lane, motion, p.rate, shift);
-    put_vector(l->end_p, lane, shifted(v3(p.end_x[5], p.end_x[6], p.end_x[7]), shift));
-    put_vector(l->end_w, lane, shifted(v3(p.end_w[1], p.end_w[2], p.end_w[3]), shift));
+    const kr_quat turn = rotate_axes(motion->inertia, &shift);
+    set_lane_constants(l, lane, motion, p.rate, shift);
+    set_vector3(l->end_p, lane, shift_axes(v3(p.end_x[5], p.end_x[6], p.end_x[7]), shift));
+    set_vector3(l->end_w, lane, shift_axes(v3(p.end_w[1], p.end_w[2], p.end_w[3]), shift));
     set_quaternion(l->end_q, lane,
                    q_mul(q4(p.end_x[0], v3(p.end_x[1], p.end_x[2], p.end_x[3])), turn));
     set_quaternion(l->axes, lane, q_conj(q_mul(top->axes, turn)));
-    put_vector(l->moment, lane,
-               v_scale(top->momentum_unit * p.rate, shifted(motion->inertia, shift)));
+    set_vector3(l->moment, lane,
+                v_scale(top->momentum_unit * p.rate, shift_axes(motion->inertia, shift)));
     l->end[lane] = l->steps[lane] = 0.0;
     l->forward[lane] = slot->forward = top->forward;
     l->most_steps[lane] =
@@ -219,15 +220,15 @@ static int load(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
 }
 
-static void leave(kr_worker *worker, int lane)
+static void release_lane(kr_worker *worker, int lane)
 {
     worker->busy &= ~(1u << lane);
-    rest(worker->lanes, lane);
+    park_lane(worker->lanes, lane);
 }
 void kr_fleet_give_up(kr_worker *worker, int lane)
 {
     const size_t i = worker->slots[lane].top;
-    leave(worker, lane);
+    release_lane(worker, lane);
     kr_worker_alone(worker, worker->alone, i);
 }
 void kr_fleet_arrive(kr_worker *worker, int lane, kr_status status)
@@ -235,11 +236,11 @@ void kr_fleet_arrive(kr_worker *worker, int lane, kr_status status)
     kr_stats stats = {0};
     stats.steps = stats.evaluations = (int64_t)worker->lanes->steps[lane];
     kr_worker_end(worker, &worker->slots[lane], kr_fleet_kept(worker, lane), status, stats);
-    leave(worker, lane);
+    release_lane(worker, lane);
 }
 /* Sets the goal of a lane to the next time that is asked for. At the start nothing has to be
  * computed. Returns whether there is one: else the top is done, or cannot be moved in a lane. */
-static int aim(kr_worker *worker, int lane)
+static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
     const kr_tops *tops = worker->tops;
@@ -264,7 +265,7 @@ static int aim(kr_worker *worker, int lane)
 }
 /* Whether a lane's piece is a good one. The sign guards against steps without length; no top before
  * its horizon is known to make one. */
-static int is_well(const kr_lanes *l, int lane)
+static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
     for (int i = 0; i < 3; i++) sum += fabs(l->end_p[i][lane]) + fabs(l->end_w[i][lane]);
@@ -272,7 +273,7 @@ static int is_well(const kr_lanes *l, int lane)
            l->steps[lane] <= l->most_steps[lane];
 }
 /* The state of a lane that was looked at, at the user's time. */
-static kr_state seen(const kr_lanes *l, int lane, double t)
+static kr_state read_sample(const kr_lanes *l, int lane, double t)
 {
     const kr_state s = {
         t,
@@ -287,7 +288,7 @@ kr_state kr_fleet_look(kr_worker *worker, int lane, double t)
     memcpy(l->at, l->end, sizeof l->at);
     l->at[lane] = slot->rate * ((t - slot->start) / slot->time_unit);
     worker->isa->look(l);
-    return seen(l, lane, t);
+    return read_sample(l, lane, t);
 }
 /* Return whether a lane's tangent, if it has one, was carried to the time looked at. */
 static int has_growth(const kr_lanes *l, int lane)
@@ -298,21 +299,21 @@ static int has_growth(const kr_lanes *l, int lane)
 }
 /* Takes the state of a lane that was looked at, and aims at the next time. Returns whether that
  * lies in the same piece. */
-static int take(kr_worker *worker, int lane)
+static int take_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
-    const kr_state s = seen(l, lane, slot->asked);
+    const kr_state s = read_sample(l, lane, slot->asked);
     if (!kr_state_is_good(s.q, s.m) || !has_growth(l, lane)) {
         kr_fleet_give_up(worker, lane);
         return 0;
     }
     if (l->tangents) kr_worker_put_growth(worker, slot, worker->lanes->tangents->out, lane);
     kr_worker_put(worker, slot, kr_fleet_kept(worker, lane), &s);
-    return aim(worker, lane) && kr_fleet_has_passed(l, lane);
+    return set_next_goal(worker, lane) && kr_fleet_has_passed(l, lane);
 }
 /* Looks at all times that lie in the pieces of these lanes. */
-static void look(kr_worker *worker, unsigned lanes)
+static void sample_lanes(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;
     while (lanes) {
@@ -320,29 +321,29 @@ static void look(kr_worker *worker, unsigned lanes)
             l->at[lane] = lanes >> lane & 1 ? l->goal[lane] : l->t[lane];
         worker->isa->look(l);
         for (int lane = 0; lane < KR_LANES_MOST; lane++)
-            if (lanes >> lane & 1 && !take(worker, lane)) lanes &= ~(1u << lane);
+            if (lanes >> lane & 1 && !take_sample(worker, lane)) lanes &= ~(1u << lane);
     }
 }
 /* Moves all lanes until one, at least, has its next states. */
-static void advance(kr_worker *worker)
+static void advance_lanes(kr_worker *worker)
 {
     const kr_config *config = &worker->config;
-    const unsigned called = worker->isa->advance(worker->lanes, ROUND) & worker->busy;
+    const unsigned called = worker->isa->advance(worker->lanes, STEPS_PER_POLL) & worker->busy;
     unsigned passed = 0;
     for (int lane = 0; lane < KR_LANES_MOST; lane++) {
         if (!(called >> lane & 1)) continue;
-        if (!is_well(worker->lanes, lane))
+        if (!is_good_step(worker->lanes, lane))
             kr_fleet_give_up(worker, lane);
         else if (worker->watches)
             kr_section_search(worker, lane);
         else
             passed |= 1u << lane;
     }
-    look(worker, passed);
+    sample_lanes(worker, passed);
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
 }
 /* The first lane without a top; the number of lanes if there is none. */
-static int free_lane(const kr_worker *worker)
+static int find_free_lane(const kr_worker *worker)
 {
     int lane = 0;
     while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
@@ -350,9 +351,9 @@ static int free_lane(const kr_worker *worker)
 }
 void kr_fleet_add(kr_worker *worker, size_t i)
 {
-    int lane = free_lane(worker);
-    for (; lane == *worker->isa->lanes && !worker->interrupted; lane = free_lane(worker))
-        advance(worker);
+    int lane = find_free_lane(worker);
+    for (; lane == *worker->isa->lanes && !worker->interrupted; lane = find_free_lane(worker))
+        advance_lanes(worker);
     if (worker->interrupted) return;
     kr_slot *slot = &worker->slots[lane];
     const kr_config config = kr_worker_config(worker, i);
@@ -363,10 +364,10 @@ void kr_fleet_add(kr_worker *worker, size_t i)
         status = kr_top_watch(worker->alone, 1, &worker->event);
         kr_top_watch(worker->alone, 0, NULL);
     }
-    if (status == KR_OK && !load(worker, lane)) status = KR_ERR_ARGUMENT;
+    if (status == KR_OK && !load_lane(worker, lane)) status = KR_ERR_ARGUMENT;
     if (status != KR_OK) {
         const kr_stats none = {0};
-        rest(worker->lanes, lane);
+        park_lane(worker->lanes, lane);
         kr_worker_end(worker, slot, NULL, status, none);
         return;
     }
@@ -374,9 +375,9 @@ void kr_fleet_add(kr_worker *worker, size_t i)
     if (worker->watches)
         kr_section_aim(worker, lane);
     else
-        aim(worker, lane);
+        set_next_goal(worker, lane);
 }
 void kr_fleet_finish(kr_worker *worker)
 {
-    while (worker->busy && !worker->interrupted) advance(worker);
+    while (worker->busy && !worker->interrupted) advance_lanes(worker);
 }

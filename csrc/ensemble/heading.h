@@ -9,45 +9,45 @@
 
 typedef struct {
     wide x, y, z;
-} triple;
-INLINE triple triple_load(kr_lane_number *const v)
+} lane_vec;
+INLINE lane_vec lane_vec_load(kr_lane_number *const v)
 {
-    const triple r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2])};
+    const lane_vec r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2])};
     return r;
 }
-INLINE void triple_store(kr_lane_number *to, triple v)
+INLINE void lane_vec_store(kr_lane_number *to, lane_vec v)
 {
     wide_store(to[0], v.x);
     wide_store(to[1], v.y);
     wide_store(to[2], v.z);
 }
-INLINE wide triple_dot(triple a, triple b)
+INLINE wide lane_vec_dot(lane_vec a, lane_vec b)
 {
     return wide_fma(a.x, b.x, wide_fma(a.y, b.y, a.z * b.z));
 }
 typedef struct {
     wide w, x, y, z;
-} quat;
-INLINE quat quat_load(kr_lane_number *const v)
+} lane_quat;
+INLINE lane_quat lane_quat_load(kr_lane_number *const v)
 {
-    const quat r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2]), wide_load(v[3])};
+    const lane_quat r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2]), wide_load(v[3])};
     return r;
 }
-INLINE void quat_store(kr_lane_number *to, quat q)
+INLINE void lane_quat_store(kr_lane_number *to, lane_quat q)
 {
     wide_store(to[0], q.w);
     wide_store(to[1], q.x);
     wide_store(to[2], q.y);
     wide_store(to[3], q.z);
 }
-INLINE quat quat_conj(quat q)
+INLINE lane_quat lane_quat_conj(lane_quat q)
 {
-    const quat r = {q.w, -q.x, -q.y, -q.z};
+    const lane_quat r = {q.w, -q.x, -q.y, -q.z};
     return r;
 }
-INLINE quat quat_mul(quat a, quat b)
+INLINE lane_quat lane_quat_mul(lane_quat a, lane_quat b)
 {
-    const quat r = {
+    const lane_quat r = {
         wide_fma(a.w, b.w, -wide_fma(a.x, b.x, wide_fma(a.y, b.y, a.z * b.z))),
         wide_fma(a.w, b.x, wide_fma(a.x, b.w, wide_fma(a.y, b.z, -(a.z * b.y)))),
         wide_fma(a.w, b.y, wide_fma(a.y, b.w, wide_fma(a.z, b.x, -(a.x * b.z)))),
@@ -55,23 +55,23 @@ INLINE quat quat_mul(quat a, quat b)
     };
     return r;
 }
-INLINE quat quat_unit(quat q)
+INLINE lane_quat lane_quat_unit(lane_quat q)
 {
     const wide n =
         1.0 / wide_sqrt(wide_fma(q.w, q.w, wide_fma(q.x, q.x, wide_fma(q.y, q.y, q.z * q.z))));
-    const quat r = {n * q.w, n * q.x, n * q.y, n * q.z};
+    const lane_quat r = {n * q.w, n * q.x, n * q.y, n * q.z};
     return r;
 }
 
 /* Sums of products of coefficients over j + m = n. */
 typedef struct {
-    triple ww;          /* Wy Wz, Wz Wx, Wx Wy */
-    triple plus, minus; /* P x W */
-    wide wp_x, wp_y;    /* Wx Px, Wy Py */
-    wide quotient;      /* (P, d) f' without the newest term */
-} sums;
+    lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
+    lane_vec plus, minus; /* P x W */
+    wide wp_x, wp_y;      /* Wx Px, Wy Py */
+    wide quotient;        /* (P, d) f' without the newest term */
+} lane_sums;
 
-INLINE void add_cross(sums *a, triple wj, triple wm, triple pj)
+INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
 {
     a->plus.x = wide_fma(pj.y, wm.z, a->plus.x);
     a->minus.x = wide_fma(pj.z, wm.y, a->minus.x);
@@ -84,18 +84,18 @@ INLINE void add_cross(sums *a, triple wj, triple wm, triple pj)
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
 /* Adds the terms j, m of the heading. */
-INLINE void add_heading(sums *a, triple wm, triple pj)
+INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
     a->wp_y = wide_fma(pj.y, wm.y, a->wp_y);
 }
-INLINE sums products(kr_lanes *l, int n, int headless)
+INLINE lane_sums sum_products(kr_lanes *l, int n, int headless)
 {
     const wide zero = wide_splat(0.0);
-    const triple none = {zero, zero, zero};
-    sums a = {none, none, none, zero, zero, zero};
+    const lane_vec none = {zero, zero, zero};
+    lane_sums a = {none, none, none, zero, zero, zero};
     if (n % 2 == 0) {
-        const triple w = triple_load(l->w[n / 2]), p = triple_load(l->p[n / 2]);
+        const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
         add_cross(&a, w, w, p);
         if (!headless) {
             add_heading(&a, w, p);
@@ -104,8 +104,8 @@ INLINE sums products(kr_lanes *l, int n, int headless)
     }
     for (int j = (n - 1) / 2; j >= 0 && n > 0; j--) {
         const int m = n - j;
-        const triple wj = triple_load(l->w[j]), wm = triple_load(l->w[m]);
-        const triple pj = triple_load(l->p[j]), pm = triple_load(l->p[m]);
+        const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
+        const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
         add_cross(&a, wj, wm, pj);
         add_cross(&a, wm, wj, pm);
         if (headless) continue;
@@ -118,12 +118,12 @@ INLINE sums products(kr_lanes *l, int n, int headless)
 }
 
 /* Sets the coefficient n of f', and with it n + 1 of f. */
-INLINE void next_rate(kr_lanes *l, const sums *a, int n, wide share)
+INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, wide share)
 {
-    const triple w = triple_load(l->w[n]);
-    wide sum = triple_dot(w, triple_load(l->p[0]));
+    const lane_vec w = lane_vec_load(l->w[n]);
+    wide sum = lane_vec_dot(w, lane_vec_load(l->p[0]));
     if (n == 0)
-        sum = sum + triple_dot(w, triple_load(l->p[0]));
+        sum = sum + lane_vec_dot(w, lane_vec_load(l->p[0]));
     else
         sum =
             wide_fma(wide_load(l->part[0]), a->wp_x, wide_fma(wide_load(l->part[1]), a->wp_y, sum));
@@ -132,46 +132,46 @@ INLINE void next_rate(kr_lanes *l, const sums *a, int n, wide share)
     wide_store(l->turn[n + 1], share * rate);
 }
 /* Sets the coefficients n + 1. */
-INLINE void next_coefficient(kr_lanes *l, int n, int headless)
+INLINE void next_lane_coefficient(kr_lanes *l, int n, int headless)
 {
-    const sums a = products(l, n, headless);
+    const lane_sums a = sum_products(l, n, headless);
     const wide share = wide_splat(1.0 / (n + 1));
-    const triple p = triple_load(l->p[n]), k = triple_load(l->k), up = triple_load(l->up),
-                 down = triple_load(l->down);
+    const lane_vec p = lane_vec_load(l->p[n]), k = lane_vec_load(l->k), up = lane_vec_load(l->up),
+                   down = lane_vec_load(l->down);
     /* What waits for the newest products stands last. */
-    const triple w = {
+    const lane_vec w = {
         wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
         wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
         wide_fma(share * k.z, a.ww.z, share * wide_fma(up.z, p.x, down.z * p.y)),
     };
-    const triple next = {share * (a.plus.x - a.minus.x), share * (a.plus.y - a.minus.y),
-                         share * (a.plus.z - a.minus.z)};
-    triple_store(l->w[n + 1], w);
-    triple_store(l->p[n + 1], next);
+    const lane_vec next = {share * (a.plus.x - a.minus.x), share * (a.plus.y - a.minus.y),
+                           share * (a.plus.z - a.minus.z)};
+    lane_vec_store(l->w[n + 1], w);
+    lane_vec_store(l->p[n + 1], next);
     if (headless) return;
     next_rate(l, &a, n, share);
-    wide_store(l->near[n + 1], triple_dot(next, triple_load(l->p[0])));
+    wide_store(l->near[n + 1], lane_vec_dot(next, lane_vec_load(l->p[0])));
 }
 
-INLINE void expand(kr_lanes *l, int headless)
+INLINE void expand_lanes(kr_lanes *l, int headless)
 {
     if (!headless) {
-        const triple p = triple_load(l->p[0]);
-        const wide near = 1.0 + triple_dot(p, p);
+        const lane_vec p = lane_vec_load(l->p[0]);
+        const wide near = 1.0 + lane_vec_dot(p, p);
         wide_store(l->near[0], near);
         wide_store(l->inverse, 1.0 / near);
         wide_store(l->turn[0], wide_splat(0.0));
     }
-    for (int n = 0; n < l->order; n++) next_coefficient(l, n, headless);
+    for (int n = 0; n < l->order; n++) next_lane_coefficient(l, n, headless);
 }
 
 /* rough_log2 and rough_exp2 are those of taylor/series.h, lane by lane. */
-INLINE wide rough_log2(wide x)
+INLINE wide approx_log2_lanes(wide x)
 {
     const wide bits = wide_of_bits((wide_bits(x) >> 20) | 0x4330000000000000u) - 0x1p52;
     return wide_fma(bits, wide_splat(0x1p-32), wide_splat(-1022.957));
 }
-INLINE wide rough_exp2(wide x)
+INLINE wide approx_exp2_lanes(wide x)
 {
     const wide moved = x + 0x1.8p52, f = x - (moved - 0x1.8p52);
     const wide power = wide_of_bits((wide_bits(moved) + 1023) << 52);
@@ -181,42 +181,42 @@ INLINE wide rough_exp2(wide x)
 /* Returns log2 of the radius of convergence, as the n-th term has it. The heading's terms count for
  * more: its pole may be the nearest, and then all that are left out err to one side, while those of
  * P and W fall faster than the last one tells. */
-INLINE wide log2_radius(kr_lanes *l, int n, int headless)
+INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
-    const triple p = triple_load(l->p[n]), w = triple_load(l->w[n]);
-    wide square = triple_dot(p, p) + triple_dot(w, w);
+    const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
+    wide square = lane_vec_dot(p, p) + lane_vec_dot(w, w);
     if (!headless) {
         const wide turn = 16.0 * wide_load(l->turn[n]);
         square = wide_fma(turn, turn, square);
     }
-    return rough_log2(square) * (-0.5 / n);
+    return approx_log2_lanes(square) * (-0.5 / n);
 }
 /* Returns the step at whose end the last term is as large as the tolerance, as taylor/series.h
  * does. */
-INLINE wide step_size(kr_lanes *l, int headless)
+INLINE wide lane_step_size(kr_lanes *l, int headless)
 {
     const int order = l->order;
-    const wide radius =
-        wide_min(log2_radius(l, order - 1, headless), log2_radius(l, order - 2, headless));
-    const wide step = rough_exp2(wide_splat(l->log2_tol / order) + radius),
+    const wide radius = wide_min(lane_log2_radius(l, order - 1, headless),
+                                 lane_log2_radius(l, order - 2, headless));
+    const wide step = approx_exp2_lanes(wide_splat(l->log2_tol / order) + radius),
                longest = (order / 6.0) * wide_load(l->fall);
     return wide_min(step, longest);
 }
 
 /* P, W and f at a time. */
 typedef struct {
-    triple p, w;
+    lane_vec p, w;
     wide turn;
-} point;
+} lane_point;
 /* Sums the terms up to an order. */
-INLINE point sum_terms(kr_lanes *l, int order, wide at, int headless)
+INLINE lane_point sum_lane_terms(kr_lanes *l, int order, wide at, int headless)
 {
     const wide h = at - wide_load(l->t);
     int n = order;
-    point r = {triple_load(l->p[n]), triple_load(l->w[n]), wide_splat(0.0)};
+    lane_point r = {lane_vec_load(l->p[n]), lane_vec_load(l->w[n]), wide_splat(0.0)};
     if (!headless) r.turn = wide_load(l->turn[n]);
     while (--n >= 0) {
-        const triple p = triple_load(l->p[n]), w = triple_load(l->w[n]);
+        const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
         r.p.x = wide_fma(h, r.p.x, p.x);
         r.p.y = wide_fma(h, r.p.y, p.y);
         r.p.z = wide_fma(h, r.p.z, p.z);
@@ -227,9 +227,9 @@ INLINE point sum_terms(kr_lanes *l, int order, wide at, int headless)
     }
     return r;
 }
-INLINE point sum_series(kr_lanes *l, wide at, int headless)
+INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
 {
-    return sum_terms(l, l->order, at, headless);
+    return sum_lane_terms(l, l->order, at, headless);
 }
 
 /* Gives sine and cosine of x. The quarter turn next to x is an integer in the low bits of u; the
@@ -258,37 +258,40 @@ INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
     c = wide_fma(z, c, wide_splat(-1.0 / 2));
     s = wide_fma(y * z, s, y);
     c = wide_fma(z, c, wide_splat(1.0));
-    const whole quarter = wide_bits(u), swap = (wide_bits(s) ^ wide_bits(c)) & (0 - (quarter & 1));
+    const wide_integer quarter = wide_bits(u),
+                       swap = (wide_bits(s) ^ wide_bits(c)) & (0 - (quarter & 1));
     *sine = wide_of_bits((wide_bits(s) ^ swap) ^ ((quarter & 2) << 62));
     *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
 /* Returns the turn from P to d the shortest way, of any length. */
-INLINE quat swing(triple p, triple d)
+INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
 {
-    const quat s = {1.0 + triple_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),
-                    wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
+    const lane_quat s = {1.0 + lane_vec_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),
+                         wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
     return s;
 }
 /* Returns the attitude at a point of the piece: exp(e3 f/2) q s(P). Without the heading it
  * is the shortest turn from P to the vertical. */
-INLINE quat attitude(kr_lanes *l, const point *at, int headless)
+INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {
         const wide zero = wide_splat(0.0),
                    sign = wide_choose(wide_less(at->p.z, zero), wide_splat(-1.0), wide_splat(1.0));
         /* Below the horizon it goes by way of the other pole, half a turn about the first axis. */
-        const triple d = {zero, zero, sign};
-        const quat s = quat_unit(swing(at->p, d)), over = {-s.x, s.w, -s.z, s.y};
+        const lane_vec d = {zero, zero, sign};
+        const lane_quat s = lane_quat_unit(shortest_turn(at->p, d)), over = {-s.x, s.w, -s.z, s.y};
         const mask up = wide_less(zero, sign);
-        const quat r = {wide_choose(up, s.w, over.w), wide_choose(up, s.x, over.x),
-                        wide_choose(up, s.y, over.y), wide_choose(up, s.z, over.z)};
+        const lane_quat r = {wide_choose(up, s.w, over.w), wide_choose(up, s.x, over.x),
+                             wide_choose(up, s.y, over.y), wide_choose(up, s.z, over.z)};
         return r;
     }
-    const quat here = quat_mul(quat_load(l->q), swing(at->p, triple_load(l->p[0])));
+    const lane_quat here =
+        lane_quat_mul(lane_quat_load(l->q), shortest_turn(at->p, lane_vec_load(l->p[0])));
     wide s, c;
     sine_cosine(0.5 * at->turn, &s, &c);
-    const quat turned = {wide_fma(c, here.w, -(s * here.z)), wide_fma(c, here.x, -(s * here.y)),
-                         wide_fma(c, here.y, s * here.x), wide_fma(c, here.z, s * here.w)};
-    return quat_unit(turned);
+    const lane_quat turned = {wide_fma(c, here.w, -(s * here.z)),
+                              wide_fma(c, here.x, -(s * here.y)), wide_fma(c, here.y, s * here.x),
+                              wide_fma(c, here.z, s * here.w)};
+    return lane_quat_unit(turned);
 }
 #endif

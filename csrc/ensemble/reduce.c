@@ -12,7 +12,7 @@ const char *kr_reduce_name(kr_reduce kind)
     };
     return (unsigned)kind < KR_REDUCE_COUNT ? names[kind] : NULL;
 }
-static void take_extreme(kr_kept *kept, double x, double t, int is_more_so)
+static void add_extreme(kr_kept *kept, double x, double t, int is_more_so)
 {
     if (isnan(x)) kept->value = kept->more = x;
     if (is_more_so) {
@@ -20,17 +20,17 @@ static void take_extreme(kr_kept *kept, double x, double t, int is_more_so)
         kept->more = t;
     }
 }
-static void take(kr_reduce kind, kr_kept *kept, double x, double t, size_t k)
+static void add_value(kr_reduce kind, kr_kept *kept, double x, double t, size_t k)
 {
     const double far = x - kept->value;
     switch (kind) {
     case KR_REDUCE_MIN:
     case KR_REDUCE_WHERE_MIN:
-        take_extreme(kept, x, t, k == 0 || x < kept->value);
+        add_extreme(kept, x, t, k == 0 || x < kept->value);
         break;
     case KR_REDUCE_MAX:
     case KR_REDUCE_WHERE_MAX:
-        take_extreme(kept, x, t, k == 0 || x > kept->value);
+        add_extreme(kept, x, t, k == 0 || x > kept->value);
         break;
     case KR_REDUCE_LAST:
         kept->value = x;
@@ -49,7 +49,7 @@ void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_kept kept[], con
         const kr_reduction *r = &reduction[i];
         if (i == 0 || r->quantity != r[-1].quantity)
             kr_quantity_values(r->quantity, scene, 1, state, values);
-        take(r->kind, &kept[i], values[r->component], state->t, k);
+        add_value(r->kind, &kept[i], values[r->component], state->t, k);
     }
 }
 void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_kept kept[], size_t states,

@@ -5,24 +5,25 @@
 #include "heading.h"
 
 /* Gives g at P and W, less what does not change. */
-INLINE wide watched_at(kr_lanes *l, triple p, triple w)
+INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
 {
-    return triple_dot(triple_load(l->along_p), p) + triple_dot(triple_load(l->along_w), w);
+    return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
 }
 /* Gives dg/dt at P and W. */
-INLINE wide watched_rate(kr_lanes *l, triple p, triple w)
+INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
 {
-    const triple k = triple_load(l->k), up = triple_load(l->up), down = triple_load(l->down);
-    const triple dp = {wide_fma(p.y, w.z, -(p.z * w.y)), wide_fma(p.z, w.x, -(p.x * w.z)),
-                       wide_fma(p.x, w.y, -(p.y * w.x))};
-    const triple dw = {wide_fma(k.x * w.y, w.z, wide_fma(up.x, p.y, down.x * p.z)),
-                       wide_fma(k.y * w.z, w.x, wide_fma(up.y, p.z, down.y * p.x)),
-                       wide_fma(k.z * w.x, w.y, wide_fma(up.z, p.x, down.z * p.y))};
-    return watched_at(l, dp, dw);
+    const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
+                   down = lane_vec_load(l->down);
+    const lane_vec dp = {wide_fma(p.y, w.z, -(p.z * w.y)), wide_fma(p.z, w.x, -(p.x * w.z)),
+                         wide_fma(p.x, w.y, -(p.y * w.x))};
+    const lane_vec dw = {wide_fma(k.x * w.y, w.z, wide_fma(up.x, p.y, down.x * p.z)),
+                         wide_fma(k.y * w.z, w.x, wide_fma(up.y, p.z, down.y * p.x)),
+                         wide_fma(k.z * w.x, w.y, wide_fma(up.z, p.x, down.z * p.y))};
+    return event_value(l, dp, dw);
 }
 /* Sets the coefficients of g, or of dg/ds, over a piece of length h. As in events/terms.c the last
  * one makes them end where those of the next piece begin. Returns their degree. */
-INLINE int expand_watched(kr_lanes *l, wide h, const point *end)
+INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
     const int first = l->extremum, degree = l->order - first;
     const wide apart = wide_load(l->apart), zero = wide_splat(0.0);
@@ -30,21 +31,21 @@ INLINE int expand_watched(kr_lanes *l, wide h, const point *end)
     for (int n = 0; n <= degree; n++) {
         const int i = n + first;
         const wide share = first ? (double)i * power : power,
-                   g = share * watched_at(l, triple_load(l->p[i]), triple_load(l->w[i])) +
+                   g = share * event_value(l, lane_vec_load(l->p[i]), lane_vec_load(l->w[i])) +
                        (i == 0 ? apart : zero);
         wide_store(l->g[n], g);
         reached = reached + g;
         power = power * h;
     }
     const wide there =
-        first ? h * watched_rate(l, end->p, end->w) : watched_at(l, end->p, end->w) + apart;
+        first ? h * event_rate(l, end->p, end->w) : event_value(l, end->p, end->w) + apart;
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
 /* Says in which lanes g, or dg/ds, has kept its sign in the piece that ends there. */
-INLINE mask keeps_sign(kr_lanes *l, wide h, const point *end)
+INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end)
 {
-    const int degree = expand_watched(l, h, end);
+    const int degree = expand_event(l, h, end);
     const wide side = wide_load(l->side);
     wide b[KR_LANES_ORDER + 1];
     double binomial = 1.0;

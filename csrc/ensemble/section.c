@@ -10,7 +10,7 @@ int kr_section_fits(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-static void put_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
+static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};
     for (int i = 0; i < 3; i++) to[i][lane] = c[(i + shift) % 3];
@@ -23,8 +23,8 @@ void kr_section_load(kr_worker *worker, int lane, double rate, int shift)
     const kr_linear g = kr_terms_linear(top, rate, event);
     const double size = kr_terms_size(top, &piece, event->count, event->terms);
     kr_lanes *l = worker->lanes;
-    put_vector(l->along_p, lane, g.along_vertical, shift);
-    put_vector(l->along_w, lane, g.along_velocity, shift);
+    put_shifted_vector(l->along_p, lane, g.along_vertical, shift);
+    put_shifted_vector(l->along_w, lane, g.along_velocity, shift);
     l->apart[lane] = g.apart;
     l->side[lane] = 0.0;
     l->noise[lane] = KR_TERMS_UNSURE * size;
@@ -49,14 +49,14 @@ int kr_section_aim(kr_worker *worker, int lane)
 }
 
 /* Whether an event counts in this state. */
-static int counts(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
+static int is_counted(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
 {
     const kr_event *event = &worker->event;
     const kr_scene *scene = &worker->tops->scenes[slot->top];
     return !event->where_count || kr_terms_value(scene, s, event->where_count, event->where) > 0.0;
 }
 /* Ends what a lane does where its event has not come in time. */
-static void despair(kr_worker *worker, int lane)
+static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
     const kr_state s = kr_fleet_look(worker, lane, slot->asked);
@@ -68,14 +68,14 @@ static void despair(kr_worker *worker, int lane)
     kr_fleet_arrive(worker, lane, KR_ERR_EVENT);
 }
 /* Takes the event at a place in a lane's piece. Returns whether to look for the next. */
-static int take(kr_worker *worker, int lane, double place)
+static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
     const double clock = l->t[lane] + place * (l->end[lane] - l->t[lane]),
                  t = slot->start + clock / slot->rate * slot->time_unit;
     if (slot->forward * (t - slot->asked) > 0.0) {
-        despair(worker, lane);
+        time_out(worker, lane);
         return 0;
     }
     const kr_state s = kr_fleet_look(worker, lane, t);
@@ -83,7 +83,7 @@ static int take(kr_worker *worker, int lane, double place)
         kr_fleet_give_up(worker, lane);
         return 0;
     }
-    if (!counts(worker, slot, &s)) return 1;
+    if (!is_counted(worker, slot, &s)) return 1;
     kr_worker_put(worker, slot, kr_fleet_kept(worker, lane), &s);
     return kr_section_aim(worker, lane);
 }
@@ -103,9 +103,9 @@ void kr_section_search(kr_worker *worker, int lane)
                         .side = (int)l->side[lane]};
     for (int n = 0; n <= degree; n++) g[n] = l->g[n][lane];
     while (kr_roots_next(&search))
-        if (search.side * search.sought >= 0 && !take(worker, lane, search.root)) return;
+        if (search.side * search.sought >= 0 && !accept_event(worker, lane, search.root)) return;
     l->side[lane] = search.side;
-    if (kr_fleet_has_passed(l, lane)) despair(worker, lane);
+    if (kr_fleet_has_passed(l, lane)) time_out(worker, lane);
 }
 
 kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_kept *kept)

@@ -4,7 +4,7 @@
 #include "exact/dispatch.h"
 #include <stdlib.h>
 
-enum { LINE = 8 /* doubles on 64 bytes */ };
+enum { LINE_DOUBLES = 8 /* doubles on 64 bytes */ };
 
 void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_state *state)
 {
@@ -18,14 +18,14 @@ void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_sta
 }
 int kr_worker_grows(const kr_worker *worker) { return worker->lanes && worker->lanes->tangents; }
 /* The row of a top's growth at its k-th time; NULL where nobody asks for it. */
-static double *growth_of(const kr_worker *worker, size_t top, size_t k)
+static double *growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_grows(worker) ? worker->tops->growth : NULL;
     return growth ? growth + (top * worker->tops->times + k) * KR_GROWTH_COUNT : NULL;
 }
 void kr_worker_put_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane)
 {
-    double *to = growth_of(worker, slot->top, slot->done);
+    double *to = growth_row(worker, slot->top, slot->done);
     for (int i = 0; to && i < KR_GROWTH_COUNT; i++) to[i] = row ? row[i][lane] : 0.0;
 }
 void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status,
@@ -42,7 +42,7 @@ void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, 
         states[k] = none;
     }
     for (size_t k = slot->done; k < tops->times; k++) {
-        double *growth = growth_of(worker, slot->top, k);
+        double *growth = growth_row(worker, slot->top, k);
         for (int i = 0; growth && i < KR_GROWTH_COUNT; i++) growth[i] = NAN;
     }
     if (row && status == KR_OK && slot->done > 0)
@@ -63,7 +63,7 @@ kr_config kr_worker_config(const kr_worker *worker, size_t i)
 }
 
 /* Records a top that has begun, a few states at a time. */
-static kr_status record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_kept *kept)
+static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot, kr_kept *kept)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times(tops, slot->top);
@@ -89,7 +89,7 @@ void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
     kr_status status = kr_top_become(top, scene, &config);
     if (status == KR_OK) {
         status = worker->watches ? kr_section_record(worker, top, &slot, kept)
-                                 : record(worker, top, &slot, kept);
+                                 : record_top(worker, top, &slot, kept);
         stats = kr_top_stats(top);
     }
     if (kr_worker_grows(worker)) {
@@ -101,7 +101,7 @@ void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
 }
 
 /* Gives a top that has no closed form to whoever moves it. */
-static void move(kr_worker *worker, size_t i)
+static void dispatch_top(kr_worker *worker, size_t i)
 {
     const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
     kr_top *alone = worker->alone ? worker->alone : worker->closed;
@@ -114,16 +114,16 @@ static void move(kr_worker *worker, size_t i)
     else
         kr_worker_alone(worker, alone, i);
 }
-static void move_block(kr_worker *worker, size_t from, size_t n)
+static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BLOCK];
     for (size_t i = 0; i < n; i++) status[i] = KR_ERR_METHOD;
     if (worker->closed) kr_closed_run(worker, from, n, status);
     for (size_t i = 0; i < n && !worker->interrupted; i++)
-        if (status[i] != KR_OK) move(worker, from + i);
+        if (status[i] != KR_OK) dispatch_top(worker, from + i);
 }
 /* Tells of all tops that they were not brought to their ends. */
-static void interrupt(kr_worker *worker, const kr_tops *tops)
+static void mark_interrupted(kr_worker *worker, const kr_tops *tops)
 {
     const kr_stats none = {0};
     for (int lane = 0; lane < KR_LANES_MOST; lane++)
@@ -144,9 +144,9 @@ kr_status kr_worker_move(kr_worker *worker, const kr_tops *tops)
     if (worker->lanes) kr_fleet_begin(worker);
     for (size_t i = 0; i < tops->n; i++) tops->outcomes[i].status = KR_STATUS_COUNT;
     for (size_t i = 0; i < tops->n && !worker->interrupted; i += KR_BLOCK)
-        move_block(worker, i, tops->n - i < KR_BLOCK ? tops->n - i : KR_BLOCK);
+        dispatch_block(worker, i, tops->n - i < KR_BLOCK ? tops->n - i : KR_BLOCK);
     if (worker->lanes) kr_fleet_finish(worker);
-    if (worker->interrupted) interrupt(worker, tops);
+    if (worker->interrupted) mark_interrupted(worker, tops);
     return worker->interrupted ? KR_ERR_INTERRUPTED : KR_OK;
 }
 kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
@@ -154,7 +154,7 @@ kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
     return worker && tops ? kr_worker_move(worker, tops) : KR_ERR_ARGUMENT;
 }
 
-static int is_sound(size_t n, const kr_reduction reduction[])
+static int are_valid_reductions(size_t n, const kr_reduction reduction[])
 {
     size_t i = 0;
     while (i < n && reduction && reduction[i].quantity &&
@@ -165,23 +165,24 @@ static int is_sound(size_t n, const kr_reduction reduction[])
 }
 /* Rounds a size up, so that what follows begins a line of the cache as well: a vector that lies in
  * two of them is loaded in twice the time. */
-static size_t in_lines(size_t size)
+static size_t round_to_lines(size_t size)
 {
-    const size_t line = LINE * sizeof(double);
+    const size_t line = LINE_DOUBLES * sizeof(double);
     return (size + line - 1) / line * line;
 }
 /* Lays out the memory of a worker behind it. */
-static kr_worker *laid_out(size_t reductions, int in_lanes, int is_closed, int grows)
+static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
-    const size_t rows = KR_LANES_MOST + 1, lanes = in_lanes ? in_lines(sizeof(kr_lanes)) : 0,
+    const size_t rows = KR_LANES_MOST + 1, lanes = in_lanes ? round_to_lines(sizeof(kr_lanes)) : 0,
                  plans = is_closed ? KR_BLOCK * sizeof(kr_exact) : 0,
                  tangents = grows ? sizeof(kr_lane_tangents) : 0,
-                 size = sizeof(kr_worker) + LINE * sizeof(double) + lanes + tangents + plans +
-                        reductions * (sizeof(kr_reduction) + rows * sizeof(kr_kept));
+                 size = sizeof(kr_worker) + LINE_DOUBLES * sizeof(double) + lanes + tangents +
+                        plans + reductions * (sizeof(kr_reduction) + rows * sizeof(kr_kept));
     kr_worker *worker = reductions < SIZE_MAX / 1024 ? calloc(1, size) : NULL;
     if (!worker) return NULL;
-    char *memory = (char *)(worker->memory +
-                            (LINE - (uintptr_t)worker->memory / sizeof(double) % LINE) % LINE);
+    char *memory = (char *)(worker->memory + (LINE_DOUBLES - (uintptr_t)worker->memory /
+                                                                 sizeof(double) % LINE_DOUBLES) %
+                                                 LINE_DOUBLES);
     if (in_lanes) worker->lanes = (kr_lanes *)(void *)memory;
     if (grows) worker->lanes->tangents = (kr_lane_tangents *)(void *)(memory + lanes);
     if (is_closed) worker->plans = (kr_exact *)(void *)(memory + lanes);
@@ -191,7 +192,7 @@ static kr_worker *laid_out(size_t reductions, int in_lanes, int is_closed, int g
 }
 /* Allocates the tops that move by themselves, and looks at what steers them, on a body that any
  * config suits. */
-static kr_status equip(kr_worker *worker)
+static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;
     const kr_scene scene = kr_scene_default();
@@ -211,9 +212,9 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
     const int in_lanes = (!method || method == &kr_method_taylor) && config.digits <= 16,
               is_closed = !method || method == &kr_method_exact,
               grows = config.tangents == KR_TANGENT_GROWTH;
-    if (!out || !is_sound(reductions, reduction)) return KR_ERR_ARGUMENT;
+    if (!out || !are_valid_reductions(reductions, reduction)) return KR_ERR_ARGUMENT;
     if (config.tangents && !(grows && in_lanes && !is_closed)) return KR_ERR_ARGUMENT;
-    kr_worker *worker = laid_out(reductions, in_lanes, is_closed, grows);
+    kr_worker *worker = allocate_worker(reductions, in_lanes, is_closed, grows);
     if (!worker) return KR_ERR_MEMORY;
     config.tangents = 0;
     worker->config = config;
@@ -221,7 +222,7 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
     worker->reductions = reductions;
     if (in_lanes) kr_fleet_equip(worker);
     if (reductions) memcpy(worker->reduction, reduction, reductions * sizeof *reduction);
-    const kr_status status = equip(worker);
+    const kr_status status = create_scalar_tops(worker);
     if (status == KR_OK)
         *out = worker;
     else

@@ -5,24 +5,25 @@
 #include "roots.h"
 #include "terms.h"
 
-static double clock_at(const kr_top *top, double t)
+static double step_clock(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
 /* The user's time at a clock in the last step, rounded so that it lies there too. */
-static double time_at(const kr_top *top, double clock)
+static double step_time(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
                  later = nextafter(t, top->forward * INFINITY);
-    if (top->forward * (clock_at(top, t) - top->main.clock) > 0.0)
+    if (top->forward * (step_clock(top, t) - top->main.clock) > 0.0)
         return nextafter(t, top->scene.start.t);
-    return top->forward * (clock_at(top, t) - top->before_clock) < 0.0 &&
-                   top->forward * (clock_at(top, later) - top->main.clock) <= 0.0
+    return top->forward * (step_clock(top, t) - top->before_clock) < 0.0 &&
+                   top->forward * (step_clock(top, later) - top->main.clock) <= 0.0
                ? later
                : t;
 }
 
-static int are_terms(const kr_top *top, const kr_piece *piece, size_t n, const kr_term terms[])
+static int are_valid_terms(const kr_top *top, const kr_piece *piece, size_t n,
+                           const kr_term terms[])
 {
     if (!terms) return 0;
     for (size_t i = 0; i < n; i++) {
@@ -35,14 +36,15 @@ static int are_terms(const kr_top *top, const kr_piece *piece, size_t n, const k
     return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
 }
 /* Says whether these events can be looked for on this top's way. */
-static int are_events(const kr_top *top, size_t n, const kr_event events[])
+static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
 {
     for (size_t i = 0; i < n; i++) {
         const kr_piece piece = top->method->piece(&top->main);
         const kr_event *event = &events[i];
         if (event->direction < -1 || event->direction > 1) return 0;
-        if (!are_terms(top, &piece, event->count, event->terms)) return 0;
-        if (event->where_count > 0 && !are_terms(top, &piece, event->where_count, event->where))
+        if (!are_valid_terms(top, &piece, event->count, event->terms)) return 0;
+        if (event->where_count > 0 &&
+            !are_valid_terms(top, &piece, event->where_count, event->where))
             return 0;
     }
     return 1;
@@ -53,7 +55,7 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
     if (n > 0 && !top->method->piece) return KR_ERR_METHOD;
     top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
-    if (!are_events(top, n, events)) return KR_ERR_ARGUMENT;
+    if (!are_valid_events(top, n, events)) return KR_ERR_ARGUMENT;
     for (size_t i = 0; i < n; i++) events[i].own = (kr_event_search){.searched = -1};
     top->events = events;
     top->watched = n;
@@ -61,7 +63,7 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
 }
 
 /* Finds the next place in the last step, from the event's mark on; sign 0 if there is none. */
-static void find(const kr_top *top, const kr_piece *piece, kr_event *event)
+static void find_next_event(const kr_top *top, const kr_piece *piece, kr_event *event)
 {
     double coefficients[KR_TERMS_ROOM];
     kr_event_search *own = &event->own;
@@ -84,37 +86,37 @@ static void find(const kr_top *top, const kr_piece *piece, kr_event *event)
 }
 /* Finds the first place in the last step, if that has not been searched yet. The sign at the end of
  * the step before holds on, but after a place found there, or a leap. */
-static void scan(const kr_top *top, const kr_piece *piece, kr_event *event)
+static void search_new_step(const kr_top *top, const kr_piece *piece, kr_event *event)
 {
     kr_event_search *own = &event->own;
     if (own->searched == top->steps) return;
     own->mark = 0.0;
     if (own->searched != top->steps - 1 || own->sign) {
-        const double since = clock_at(top, top->asked) - piece->begin;
+        const double since = step_clock(top, top->asked) - piece->begin;
         own->side = 0;
         own->mark = fmax(0.0, since / (piece->end - piece->begin));
     }
     own->searched = top->steps;
-    find(top, piece, event);
+    find_next_event(top, piece, event);
 }
 /* The first place of any event in the last step, not before where the top is; NULL if there is
  * none. */
-static kr_event *earliest(const kr_top *top, const kr_piece *piece)
+static kr_event *find_earliest(const kr_top *top, const kr_piece *piece)
 {
     kr_event *first = NULL;
     for (size_t i = 0; i < top->watched; i++) {
         kr_event *event = &top->events[i];
         const kr_event_search *own = &event->own;
-        scan(top, piece, event);
-        while (own->sign && top->forward * (time_at(top, own->next) - top->asked) < 0.0)
-            find(top, piece, event);
+        search_new_step(top, piece, event);
+        while (own->sign && top->forward * (step_time(top, own->next) - top->asked) < 0.0)
+            find_next_event(top, piece, event);
         if (own->sign && (!first || top->forward * (own->next - first->own.next) < 0.0))
             first = event;
     }
     return first;
 }
 /* Whether the event counts where the top is now. */
-static int counts(const kr_top *top, const kr_event *event)
+static int is_event_counted(const kr_top *top, const kr_event *event)
 {
     return !event->where_count ||
            kr_terms_value(&top->scene, &top->now, event->where_count, event->where) > 0.0;
@@ -126,16 +128,16 @@ static kr_status seek_in_step(kr_top *top, double t, kr_hit *hit)
     kr_event *event;
     hit->which = -1;
     hit->direction = 0;
-    while (hit->which < 0 && (event = earliest(top, &piece)) != NULL) {
-        const double there = time_at(top, event->own.next);
+    while (hit->which < 0 && (event = find_earliest(top, &piece)) != NULL) {
+        const double there = step_time(top, event->own.next);
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
         if (status != KR_OK) return status;
-        if (counts(top, event)) {
+        if (is_event_counted(top, event)) {
             hit->which = event - top->events;
             hit->direction = event->own.sign;
         }
-        find(top, &piece, event);
+        find_next_event(top, &piece, event);
     }
     return KR_OK;
 }
@@ -146,14 +148,15 @@ kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit)
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
     /* A reset may have brought units in which an event is beyond all numbers. */
     if (top->watched > 0 && top->events->own.searched < 0 &&
-        !are_events(top, top->watched, top->events))
+        !are_valid_events(top, top->watched, top->events))
         return KR_ERR_ARGUMENT;
     if (top->forward * (t - top->asked) < 0.0) return KR_ERR_TIME;
     while (top->watched > 0) {
         kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;
         if (status != KR_OK) return status;
-        if (found.which >= 0 || !(top->forward * (clock_at(top, t) - top->main.clock) > 0.0)) break;
-        status = kr_steps_dense(top, clock_at(top, t));
+        if (found.which >= 0 || !(top->forward * (step_clock(top, t) - top->main.clock) > 0.0))
+            break;
+        status = kr_steps_dense(top, step_clock(top, t));
         if (status == KR_OK) continue;
         kr_top_come_up(top, t);
         return status;

@@ -70,7 +70,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning *out)
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
     kr_turning r = turning_downwards(&top.own);
-    if (below != behind) turning_over(&r);
+    if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);
     *out = r;
     return KR_OK;

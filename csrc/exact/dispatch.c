@@ -15,7 +15,7 @@ const kr_exact_isa *kr_exact_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 /* Returns the first instruction set that runs here; the last one runs everywhere. */
-static const kr_exact_isa *here(void)
+static const kr_exact_isa *widest_isa(void)
 {
     int i = 0;
     while (!kr_exact_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
@@ -23,16 +23,19 @@ static const kr_exact_isa *here(void)
 }
 kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact)
 {
-    return exact ? here()->one->plan(scene, 0, exact) : KR_ERR_ARGUMENT;
+    return exact ? widest_isa()->one->plan(scene, 0, exact) : KR_ERR_ARGUMENT;
 }
 kr_status kr_exact_own(const kr_scene *scene, kr_exact *exact)
 {
-    return here()->one->plan(scene, 1, exact);
+    return widest_isa()->one->plan(scene, 1, exact);
 }
-kr_state kr_exact_state(const kr_exact *exact, double t) { return here()->one->state(exact, t); }
+kr_state kr_exact_state(const kr_exact *exact, double t)
+{
+    return widest_isa()->one->state(exact, t);
+}
 kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning)
 {
-    return turning ? here()->one->turning(scene, turning) : KR_ERR_ARGUMENT;
+    return turning ? widest_isa()->one->turning(scene, turning) : KR_ERR_ARGUMENT;
 }
 double kr_turning_potential(const kr_turning *turning, double nutation)
 {
@@ -44,10 +47,10 @@ double kr_turning_potential(const kr_turning *turning, double nutation)
 }
 void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[])
 {
-    here()->many(exact, n, t, out);
+    widest_isa()->many(exact, n, t, out);
 }
 /* The map's states are read one at a time, which wider vectors than AVX2's do not speed up. */
-static const kr_exact_maps *maps_here(void)
+static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_X86
     if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: one processor answers in one way */
@@ -56,11 +59,11 @@ static const kr_exact_maps *maps_here(void)
 }
 kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
-    return map ? maps_here()->plan(scene, step, map) : KR_ERR_ARGUMENT;
+    return map ? widest_maps()->plan(scene, step, map) : KR_ERR_ARGUMENT;
 }
 kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
-    return maps_here()->state(map, k);
+    return widest_maps()->state(map, k);
 }
 /* A table of its own, for who plans one top alone links nothing of it. */
 const kr_exact_width *kr_exact_width_at(int i)

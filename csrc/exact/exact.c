@@ -36,7 +36,7 @@ int kr_exact_is_kowalewski(const kr_scene *scene)
 {
     return scene->gravity != 0.0 && kr_body_kind(&scene->body, KR_KIND_RTOL) == KR_KOWALEWSKI;
 }
-static size_t more(const kr_scene *scene)
+static size_t exact_extra_doubles(const kr_scene *scene)
 {
     return kr_exact_is_kowalewski(scene) ? kr_exact_more() : 0;
 }
@@ -58,13 +58,13 @@ static kr_status reset_kowalewski(kr_motion *motion)
     memcpy(motion->work, &form, sizeof form);
     return KR_OK;
 }
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* It was rounded on its way to working axes; the scene was not. */
     if (kr_exact_is_kowalewski(motion->scene)) return reset_kowalewski(motion);
     return kr_exact_own(motion->scene, (kr_exact *)motion->work);
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status exact_step(kr_motion *motion, double until)
 {
     const double period = exact_of(motion)->period;
     const double own = isfinite(period) ? period : 1.0;
@@ -73,15 +73,15 @@ static kr_status step(kr_motion *motion, double until)
     motion->stats.evaluations++;
     return KR_OK;
 }
-static void at(kr_motion *motion, double clock, kr_state *s)
+static void exact_at(kr_motion *motion, double clock, kr_state *s)
 {
     *s = exact_of(motion)->curve == KOWALEWSKI ? kr_kowalewski_state(&sums_of(motion)->head, clock)
                                                : kr_exact_state(exact_of(motion), clock);
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void exact_read(const kr_motion *motion, kr_state *s)
 {
     kr_motion now = *motion;
-    at(&now, motion->clock, s);
+    exact_at(&now, motion->clock, s);
 }
 
 const kr_method kr_method_exact = {
@@ -92,9 +92,9 @@ const kr_method kr_method_exact = {
     .order = 0,
     .flags = KR_ADAPTIVE | KR_REVERSIBLE | KR_SYMPLECTIC | KR_INTEGRABLE,
     .work = sizeof(kr_exact) / sizeof(double),
-    .more = more,
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .at = at,
+    .more = exact_extra_doubles,
+    .reset = exact_reset,
+    .step = exact_step,
+    .read = exact_read,
+    .at = exact_at,
 };

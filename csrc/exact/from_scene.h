@@ -31,7 +31,7 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
     return dd_times(size, reach);
 }
-static double counted(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
+static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
 /* Brings a checked scene into working axes and own units. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
@@ -48,7 +48,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     exact_top *own = &top->own;
     own->inertia = v_scale(1.0 / top->units.moment, w.inertia);
     const kr_vec3 m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
-    own->m = v3(counted(m.x), counted(m.y), counted(m.z));
+    own->m = v3(drop_tiny_momentum(m.x), drop_tiny_momentum(m.y), drop_tiny_momentum(m.z));
     top->axes = q_unit(q_mul(b->axes, w.axes));
     own->q[0] = dd_of(q.w);
     own->q[1] = dd_of(q.x);

@@ -9,20 +9,20 @@
 
 /* bits_of and of_bits read a number as the integer that its bits are, and back. A kernel chooses by
  * masks of bits where a branch would keep the loop from becoming vectors. */
-INLINE whole bits_of(wide x)
+INLINE wide_integer bits_of(wide x)
 {
     union {
         wide value;
-        whole bits;
+        wide_integer bits;
     } r;
     r.value = x;
     return r.bits;
 }
-INLINE wide of_bits(whole bits)
+INLINE wide of_bits(wide_integer bits)
 {
     union {
         wide value;
-        whole bits;
+        wide_integer bits;
     } r;
     r.bits = bits;
     return r.value;
@@ -68,8 +68,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
               zz * ((-26.426253274804587 + z * 7.903206845861561) + zz * -1.6990328650055457));
     const wide sine = y * 6.283185307179586 + y * (2.4492935982947064e-16 + z * odd),
                cosine = 1.0 + z * even;
-    const whole quarter = bits_of(u),
-                swap = (bits_of(sine) ^ bits_of(cosine)) & (0 - (quarter & 1));
+    const wide_integer quarter = bits_of(u),
+                       swap = (bits_of(sine) ^ bits_of(cosine)) & (0 - (quarter & 1));
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }

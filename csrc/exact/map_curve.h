@@ -92,7 +92,7 @@ static void fill_cubic(map_link *k)
 }
 /* Finds the roots of P about the first link's s0, in v = s - s0: the lone one by Newton's method,
  * the two others as roots of a quadratic, without cancellation. */
-static void find_roots(map_link *k)
+static void find_map_roots(map_link *k)
 {
     const dd c[3] = {
         dd_mul(map_height(k, k->s), dd_square(k->climb)),
@@ -241,7 +241,7 @@ static map_curve map_curve_of(map_link *k)
 {
     map_curve r;
     fill_cubic(k);
-    find_roots(k);
+    find_map_roots(k);
     const half_stride half = set_periods(k, &r);
     set_arguments(k, half, &r);
     r.start = start_phase(k, &r);

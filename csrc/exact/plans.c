@@ -15,7 +15,7 @@ enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 typedef char form_is_laid_out[FORM * sizeof(double) == offsetof(kr_exact, frame) ? 1 : -1];
 
 /* What all tops of one body have in common, and those of one gravity. */
-typedef struct known_body {
+typedef struct body_data {
     kr_body body;
     int fits; /* it is one for lanes */
     kr_working working;
@@ -30,7 +30,7 @@ typedef struct known_body {
     double gravity, gravity_fraction;
     int gravity_power; /* its exponent, less that of the unit of moment */
     kr_swing swing;
-} known_body;
+} body_data;
 
 /* The numbers that a lane is given: moments, attitude, momentum, the axes of the body and of the
  * work, what the lever is a product of, units, and when the motion begins. */
@@ -49,16 +49,16 @@ enum {
     NUMBERS
 };
 /* Tops that wait until there are as many as are set up together. */
-typedef struct waiting {
+typedef struct batch_queue {
     int count, turned[2]; /* how many; whether any of these axes are not one */
     size_t index[MANY];
     int framed[MANY];
     kr_quat frame[MANY][4];
     double in[NUMBERS][MANY];
-} waiting;
+} batch_queue;
 
 /* Finds out what tops of this body have in common. */
-static void know(const kr_body *body, known_body *known)
+static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
     memcpy(&known->body, body, sizeof *body);
@@ -79,7 +79,7 @@ static void know(const kr_body *body, known_body *known)
     known->framed[0] = known->framed[1] = 0;
 }
 /* Gives the frame of such a top, and returns 0 if it has none. */
-static int get_frame(known_body *known, int below, kr_quat out[4])
+static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
     if (!below && !known->turned) return 0;
@@ -91,24 +91,24 @@ static int get_frame(known_body *known, int below, kr_quat out[4])
     memcpy(out, frame, sizeof known->frame[below]);
     return 1;
 }
-static void put(double in[][MANY], int to, int from, const double numbers[], int count)
+static void put_numbers(double in[][MANY], int to, int from, const double numbers[], int count)
 {
     for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
 }
 /* Writes the numbers of a scene into its lane. */
-static void put_scene(waiting *w, const kr_scene *scene, const known_body *known)
+static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *known)
 {
     const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
     const kr_vec3 m = scene->start.m, i = known->working.inertia;
     const double numbers[] = {i.x, i.y, i.z, q.w, q.x, q.y, q.z, m.x, m.y, m.z};
     const double axes[] = {body.w, body.x, body.y, body.z, work.w, work.x, work.y, work.z};
-    put(w->in, w->count, INERTIA, numbers, 10);
-    put(w->in, w->count, AXES, axes, 8);
+    put_numbers(w->in, w->count, INERTIA, numbers, 10);
+    put_numbers(w->in, w->count, AXES, axes, 8);
     w->turned[0] |= !is_one(body);
     w->turned[1] |= !is_one(work);
 }
 /* Finds out what tops of this gravity have in common. */
-static void know_gravity(const kr_scene *scene, known_body *known)
+static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
     known->gravity_fraction = fraction_of(scene->gravity, &known->gravity_power);
@@ -121,7 +121,7 @@ static double larger(double a, double b) { return a > b ? a : b; }
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops of one guess are set up together, so that few lanes need the other's branches; nothing else
  * depends on it. `lever` is in own units, m in those of time alone. */
-static int guess_lone_root(const known_body *known, kr_quat q, kr_vec3 m, double lever)
+static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
     const double part = known->per_inertia, n = part * v_dot(m, a), l = part * m.z,
@@ -131,7 +131,8 @@ static int guess_lone_root(const known_body *known, kr_quat q, kr_vec3 m, double
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
 /* Lets a top wait with those of its guess, and says whether it may. */
-static int enter(waiting queues[2], const kr_scene *scene, size_t index, known_body *known)
+static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
+                        body_data *known)
 {
     const kr_vec3 damping = scene->damping, m = scene->start.m;
     if (damping.x != 0.0 || damping.y != 0.0 || damping.z != 0.0) return 0;
@@ -146,16 +147,17 @@ static int enter(waiting queues[2], const kr_scene *scene, size_t index, known_b
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
     const double numbers[] = {known->mass,         gravity, known->reach,  scale,
                               known->swing.moment, time,    scene->start.t};
-    waiting *w = &queues[guess_lone_root(known, scene->start.q, v_scale(time, m), scale * lever)];
+    batch_queue *w =
+        &queues[guess_lone_root(known, scene->start.q, v_scale(time, m), scale * lever)];
     put_scene(w, scene, known);
-    put(w->in, w->count, MASS, numbers, 7);
+    put_numbers(w->in, w->count, MASS, numbers, 7);
     w->framed[w->count] = get_frame(known, lever < 0.0, w->frame[w->count]);
     w->index[w->count++] = index;
     return 1;
 }
 /* The lanes of one group. */
 typedef struct group {
-    const waiting *all;
+    const batch_queue *all;
     int first; /* its first place among those who wait */
 } group;
 
@@ -175,7 +177,7 @@ INLINE void turn_lanes(exact_top *top, group w, int axes)
     turn_first(turned, by);
     take_lanes(top->q, turned, sizeof turned, mask_not(one));
 }
-INLINE wide counted_lanes(wide m)
+INLINE wide drop_tiny_momenta(wide m)
 {
     return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
 }
@@ -193,15 +195,15 @@ INLINE exact_top read_lanes(group w)
     top.inertia.x = inverse * in_lanes(w, INERTIA);
     top.inertia.y = inverse * in_lanes(w, INERTIA + 1);
     top.inertia.z = inverse * in_lanes(w, INERTIA + 2);
-    top.m.x = counted_lanes(time * (inverse * in_lanes(w, MOMENTUM)));
-    top.m.y = counted_lanes(time * (inverse * in_lanes(w, MOMENTUM + 1)));
-    top.m.z = counted_lanes(time * (inverse * in_lanes(w, MOMENTUM + 2)));
+    top.m.x = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM)));
+    top.m.y = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM + 1)));
+    top.m.z = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM + 2)));
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
 /* Says in which lanes the axis leans or moves by so much that it neither stands nor fails
  * kr_exact_resolves, and is pulled. */
-INLINE mask moves(const exact_top *top)
+INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
     const wide side = wide_max(wide_abs(top->q[1].hi), wide_abs(top->q[2].hi)),
@@ -211,9 +213,9 @@ INLINE mask moves(const exact_top *top)
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
 /* What became of a group, as bits of lanes. */
-typedef struct became {
+typedef struct group_result {
     unsigned alone, refused; /* they have to be planned alone; a rate is beyond all numbers */
-} became;
+} group_result;
 
 /* Takes a group in, for lagrange_moving. */
 static void begin_group(group w, setting *s)
@@ -227,7 +229,7 @@ static void begin_group(group w, setting *s)
     begin_setting(s);
 }
 /* Brings the closed forms of a group to the user's units, without their frames. */
-static became end_group(group w, setting *s)
+static group_result end_group(group w, setting *s)
 {
     const wide time = in_lanes(w, TIME);
     const mask below = is_negative(in_lanes(w, GRAVITY) * in_lanes(w, REACH));
@@ -239,23 +241,23 @@ static became end_group(group w, setting *s)
     }
     to_user(exact, in_lanes(w, BEGIN), time, in_lanes(w, MOMENT) / time);
     const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
-    const became r = {mask_bits(mask_not(moves(&s->top))),
-                      mask_bits(mask_not(wide_less(wide_abs(rates), wide_splat(INFINITY))))};
+    const group_result r = {mask_bits(mask_not(is_moving(&s->top))),
+                            mask_bits(mask_not(wide_less(wide_abs(rates), wide_splat(INFINITY))))};
     return r;
 }
 
 /* What is asked, and what plans a top alone. */
-typedef struct job {
+typedef struct batch_job {
     const kr_exact_one *one;
     const kr_exact_asked *asked;
-} job;
+} batch_job;
 /* The closed forms of a group, as doubles. */
 typedef struct forms {
     double form[FORM][LANES];
 } forms;
 
 /* Gives the closed form of a lane, which has this place among those who wait. */
-static void put_form(const forms *f, const waiting *w, int place, kr_exact *out)
+static void put_form(const forms *f, const batch_queue *w, int place, kr_exact *out)
 {
     const int lane = place % LANES;
     const int curve = (int)f->form[offsetof(exact_lanes, curve) / sizeof(wide)][lane];
@@ -287,10 +289,11 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     return r;
 }
 /* Reads the k-th state of a group's lanes that are good. */
-static void read_states(const job *j, group g, const exact_lanes *exact, unsigned good, size_t k)
+static void read_states(const batch_job *j, group g, const exact_lanes *exact, unsigned good,
+                        size_t k)
 {
     const kr_exact_asked *asked = j->asked;
-    const waiting *w = g.all;
+    const batch_queue *w = g.all;
     double t[LANES], s[8][LANES];
     for (int i = 0; i < LANES; i++)
         t[i] = times_of(asked, w->index[g.first + i < w->count ? g.first + i : 0])[k];
@@ -316,7 +319,7 @@ static void read_states(const job *j, group g, const exact_lanes *exact, unsigne
         }
     }
 }
-static void plan_alone(const job *j, size_t index)
+static void plan_scalar(const batch_job *j, size_t index)
 {
     const kr_exact_asked *asked = j->asked;
     kr_exact one;
@@ -328,7 +331,7 @@ static void plan_alone(const job *j, size_t index)
                                asked->states + index * asked->times);
 }
 /* Writes what was asked of a group's lanes that are good. */
-static void write_group(const job *j, group g, const exact_lanes *exact, unsigned good)
+static void write_group(const batch_job *j, group g, const exact_lanes *exact, unsigned good)
 {
     const kr_exact_asked *asked = j->asked;
     const int many = asked->times > FEW_TIMES;
@@ -346,19 +349,19 @@ static void write_group(const job *j, group g, const exact_lanes *exact, unsigne
     for (size_t k = 0; k < asked->times && !many; k++) read_states(j, g, exact, good, k);
 }
 /* Ends the motion of a group, and does what is asked for it. */
-static void finish_group(const job *j, group g, setting *s)
+static void finish_group(const batch_job *j, group g, setting *s)
 {
-    const became b = end_group(g, s);
+    const group_result b = end_group(g, s);
     const int rest = g.all->count - g.first, count = rest < LANES ? rest : LANES;
     for (int i = 0; i < count; i++) {
         const size_t index = g.all->index[g.first + i];
         j->asked->status[index] = b.refused >> i & 1 ? KR_ERR_ARGUMENT : KR_OK;
-        if (b.alone >> i & 1) plan_alone(j, index);
+        if (b.alone >> i & 1) plan_scalar(j, index);
     }
     write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
 /* Does what is asked for those who wait. Lanes without a top do what the first one does. */
-APART void flush(const job *j, waiting *w)
+APART void flush(const batch_job *j, batch_queue *w)
 {
     setting s[GROUPS];
     const int groups = (w->count + LANES - 1) / LANES;
@@ -372,16 +375,16 @@ APART void flush(const job *j, waiting *w)
 }
 void KR_NAME(kr_exact_all)(const kr_exact_one *one, const kr_exact_asked *asked)
 {
-    const job j = {one, asked};
-    known_body known;
-    waiting queues[2];
+    const batch_job j = {one, asked};
+    body_data known;
+    batch_queue queues[2];
     for (int i = 0; i < 2; i++) queues[i].count = queues[i].turned[0] = queues[i].turned[1] = 0;
     for (size_t i = 0; i < asked->n; i++) {
         const kr_scene *scene = &asked->scenes[i];
         if (i == 0 || memcmp(&known.body, &scene->body, sizeof known.body) != 0)
-            know(&scene->body, &known);
-        if (known.fits && known.gravity != scene->gravity) know_gravity(scene, &known);
-        if (!known.fits || !enter(queues, scene, i, &known)) plan_alone(&j, i);
+            analyse_body(&scene->body, &known);
+        if (known.fits && known.gravity != scene->gravity) analyse_gravity(scene, &known);
+        if (!known.fits || !add_to_queue(queues, scene, i, &known)) plan_scalar(&j, i);
         for (int top = 0; top < 2; top++)
             if (queues[top].count == MANY) flush(&j, &queues[top]);
     }

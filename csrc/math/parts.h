@@ -5,28 +5,28 @@
 #define KR_PARTS_H
 #include "su2_dd.h"
 
-enum { PARTS = 4, PARTS_PRODUCTS = 8, PARTS_TERMS = PARTS_PRODUCTS * PARTS * 4 };
+enum { SPLIT_MAX = 4, SPLIT_PRODUCTS = 8, SPLIT_TERMS = SPLIT_PRODUCTS * SPLIT_MAX * 4 };
 /* A vector as an unevaluated sum of `count` vectors. */
-typedef struct parts {
+typedef struct split_vec {
     int count;
-    double part[PARTS][3];
-} parts;
+    double part[SPLIT_MAX][3];
+} split_vec;
 
-static inline parts parts_of(kr_vec3 v)
+static inline split_vec split_of(kr_vec3 v)
 {
-    const parts p = {1, {{v.x, v.y, v.z}}};
+    const split_vec p = {1, {{v.x, v.y, v.z}}};
     return p;
 }
-static inline dd parts_dd(const parts *v, int i)
+static inline dd split_dd(const split_vec *v, int i)
 {
     return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));
 }
 /* Returns the sum of n vectors, at least four, which do not outlive it: each round leaves their
  * errors behind. */
-static inline parts parts_sum(double x[][3], int n)
+static inline split_vec split_sum(double x[][3], int n)
 {
-    parts sum = {PARTS, {{0.0}}};
-    for (int round = 0; round < PARTS; round++) {
+    split_vec sum = {SPLIT_MAX, {{0.0}}};
+    for (int round = 0; round < SPLIT_MAX; round++) {
         for (int k = 1; k < n - round; k++)
             for (int i = 0; i < 3; i++) {
                 const dd both = two_sum(x[k][i], x[k - 1][i]);
@@ -37,7 +37,7 @@ static inline parts parts_sum(double x[][3], int n)
     return sum;
 }
 /* Writes a b v_from as a sum of 4 v->count doubles, into component `to` of vectors. */
-static inline void parts_product(double a, double b, const parts *v, int from, double x[][3],
+static inline void split_product(double a, double b, const split_vec *v, int from, double x[][3],
                                  int to)
 {
     const dd ab = two_product(a, b);
@@ -49,22 +49,22 @@ static inline void parts_product(double a, double b, const parts *v, int from, d
     }
 }
 /* Returns q* v q, for a q of any length. */
-static inline parts parts_turned_back(kr_quat q, const parts *v)
+static inline split_vec split_turn_back(kr_quat q, const split_vec *v)
 {
     const double w = q.w, u[3] = {q.x, q.y, q.z};
     const int n = 4 * v->count;
-    double x[PARTS_TERMS][3];
+    double x[SPLIT_TERMS][3];
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        parts_product(w, w, v, i, x, i);
-        parts_product(u[i], u[i], v, i, x + n, i);
-        parts_product(-u[j], u[j], v, i, x + 2 * n, i);
-        parts_product(-u[k], u[k], v, i, x + 3 * n, i);
-        parts_product(2.0 * u[i], u[j], v, j, x + 4 * n, i);
-        parts_product(2.0 * w, u[k], v, j, x + 5 * n, i);
-        parts_product(2.0 * u[i], u[k], v, k, x + 6 * n, i);
-        parts_product(-2.0 * w, u[j], v, k, x + 7 * n, i);
+        split_product(w, w, v, i, x, i);
+        split_product(u[i], u[i], v, i, x + n, i);
+        split_product(-u[j], u[j], v, i, x + 2 * n, i);
+        split_product(-u[k], u[k], v, i, x + 3 * n, i);
+        split_product(2.0 * u[i], u[j], v, j, x + 4 * n, i);
+        split_product(2.0 * w, u[k], v, j, x + 5 * n, i);
+        split_product(2.0 * u[i], u[k], v, k, x + 6 * n, i);
+        split_product(-2.0 * w, u[j], v, k, x + 7 * n, i);
     }
-    return parts_sum(x, PARTS_PRODUCTS * n);
+    return split_sum(x, SPLIT_PRODUCTS * n);
 }
 #endif

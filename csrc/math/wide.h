@@ -13,7 +13,7 @@
 #if defined KR_ONE_LANE || defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
 enum { LANES = 1 };
 typedef double wide;
-typedef uint64_t whole; /* the bits of a wide, or as many integers */
+typedef uint64_t wide_integer; /* the bits of a wide, or as many integers */
 typedef int mask;
 static inline wide wide_splat(double a) { return a; }
 static inline wide wide_sqrt(wide a) { return sqrt(a); }
@@ -73,7 +73,7 @@ enum { LANES = 2 };
 typedef __m128d mask;
 #  endif
 typedef double wide __attribute__((vector_size(8 * LANES)));
-typedef uint64_t whole __attribute__((vector_size(8 * LANES)));
+typedef uint64_t wide_integer __attribute__((vector_size(8 * LANES)));
 INLINE wide wide_splat(double a) { return a - (wide){0}; }
 INLINE wide wide_sqrt(wide a) { return (wide)WIDE_DO(sqrt_pd, a); }
 INLINE mask wide_less(wide a, wide b) { return WIDE_LESS(a, b); }
@@ -88,7 +88,7 @@ INLINE wide wide_choose(mask m, wide yes, wide no) { return _mm512_mask_blend_pd
 #  else
 INLINE mask mask_and(mask a, mask b) { return WIDE_DO(and_pd, a, b); }
 INLINE mask mask_or(mask a, mask b) { return WIDE_DO(or_pd, a, b); }
-INLINE mask mask_not(mask a) { return WIDE_DO(xor_pd, a, (mask)((whole){0} - 1)); }
+INLINE mask mask_not(mask a) { return WIDE_DO(xor_pd, a, (mask)((wide_integer){0} - 1)); }
 INLINE unsigned mask_bits(mask a) { return (unsigned)WIDE_DO(movemask_pd, a); }
 INLINE wide wide_choose(mask m, wide yes, wide no)
 {
@@ -111,13 +111,13 @@ INLINE wide wide_load(const double *p)
 }
 INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
 /* The bits of doubles, and doubles of bits. */
-INLINE whole wide_bits(wide a)
+INLINE wide_integer wide_bits(wide a)
 {
-    whole r;
+    wide_integer r;
     memcpy(&r, &a, sizeof r);
     return r;
 }
-INLINE wide wide_of_bits(whole a)
+INLINE wide wide_of_bits(wide_integer a)
 {
     wide r;
     memcpy(&r, &a, sizeof r);

@@ -4,7 +4,7 @@
  * a bounded O(h^6). */
 #include "composed.h"
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status blanes_moan6_reset(kr_motion *motion, const kr_state *start)
 {
     return composed_begin(motion, start, BLANES_MOAN6);
 }
@@ -17,8 +17,8 @@ const kr_method kr_method_blanes_moan6 = {
     .order = 6,
     .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING | KR_SYMMETRIC_ONLY,
     .work = COMPOSED_WORK,
-    .reset = reset,
+    .reset = blanes_moan6_reset,
     .step = composed_step,
     .read = composed_read,
-    .is_sound = composed_is_sound,
+    .is_sound = composed_is_valid,
 };

@@ -35,7 +35,7 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     return KR_OK;
 }
 /* Says whether there are as many stages as the arrays of a composition may have. */
-static inline int composed_is_sound(const void *work)
+static inline int composed_is_valid(const void *work)
 {
     composed p;
     memcpy(&p, work, sizeof p);

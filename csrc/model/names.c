@@ -23,35 +23,35 @@ const char *kr_kind_name(kr_kind kind)
     return (unsigned)kind < KR_KIND_COUNT ? names[kind] : "unknown kind";
 }
 
-static const struct flag {
+static const struct flag_entry {
     unsigned bit;
     const char *name, *text;
-} flags[] = {
+} flag_table[] = {
 #define X(flag, bit, name, text) {bit, name, text},
     KR_FLAG_LIST(X)
 #undef X
 };
-enum { FLAGS = sizeof flags / sizeof *flags };
+enum { FLAG_COUNT = sizeof flag_table / sizeof *flag_table };
 
-static const struct flag *flag_of(unsigned bit)
+static const struct flag_entry *flag_of(unsigned bit)
 {
-    for (int i = 0; i < FLAGS; i++)
-        if (flags[i].bit == bit) return &flags[i];
+    for (int i = 0; i < FLAG_COUNT; i++)
+        if (flag_table[i].bit == bit) return &flag_table[i];
     return NULL;
 }
 unsigned kr_flag_find(const char *name)
 {
-    for (int i = 0; name && i < FLAGS; i++)
-        if (strcmp(flags[i].name, name) == 0) return flags[i].bit;
+    for (int i = 0; name && i < FLAG_COUNT; i++)
+        if (strcmp(flag_table[i].name, name) == 0) return flag_table[i].bit;
     return 0;
 }
 const char *kr_flag_name(unsigned bit)
 {
-    const struct flag *flag = flag_of(bit);
+    const struct flag_entry *flag = flag_of(bit);
     return flag ? flag->name : NULL;
 }
 const char *kr_flag_text(unsigned bit)
 {
-    const struct flag *flag = flag_of(bit);
+    const struct flag_entry *flag = flag_of(bit);
     return flag ? flag->text : NULL;
 }

@@ -12,7 +12,7 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     double tail_x[8], tail_w[4], power = h;
     for (int i = 0; i < head; i++) power *= h;
     tail->sum(s, to, tail_x, tail_w);
-    sum_series(s, 0, head, to, x, w);
+    evaluate_sums(s, 0, head, to, x, w);
     duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
 }
@@ -21,10 +21,10 @@ INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, co
                           double log2_tol, double direction)
 {
     begin_at_end(s);
-    expand(s, 0, head, WHOLE);
+    expand_series(s, 0, head, WHOLE);
     const double by_tail = step_to_tail(s, head, log2_tol + log2_less);
     tail->expand(s);
-    const double by_last = step_size(s, last, log2_tol);
+    const double by_last = series_step_size(s, last, log2_tol);
     s->end = s->t + direction * (by_last < by_tail ? by_last : by_tail);
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }

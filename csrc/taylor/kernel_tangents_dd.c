@@ -5,13 +5,13 @@ enum { WORDS = 2 };
 #include "alone.h"
 #include "deviation.h"
 
-static void expand_all(const kr_series *s, kr_tangent *tangents, size_t n, int order)
+static void expand_all_dd(const kr_series *s, kr_tangent *tangents, size_t n, int order)
 {
     expand_deviations(s, tangents, n, order);
 }
-static void sum_one(const kr_tangent *tangent, int order, const double *to, double *sum)
+static void sum_one_dd(const kr_tangent *tangent, int order, const double *to, double *sum)
 {
     sum_deviation(tangent, order, to, sum);
 }
-const kr_tangents_kernel KR_NAME(kr_tangents_dd) = {expand_all, KR_NAME(kr_expand_bundles_dd),
-                                                    sum_one};
+const kr_tangents_kernel KR_NAME(kr_tangents_dd) = {expand_all_dd, KR_NAME(kr_expand_bundles_dd),
+                                                    sum_one_dd};

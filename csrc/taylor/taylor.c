@@ -8,10 +8,10 @@
 #include "math/su2_dd.h"
 #include "slow.h"
 
-typedef kr_taylor path;
+typedef kr_taylor taylor_work;
 
-static path *path_of(const kr_motion *motion) { return (path *)motion->work; }
-static const kr_kernel *kernel_of(const kr_motion *motion) { return motion->aux; }
+static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
+static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
 const kr_isa *kr_taylor_isa(int i)
 {
@@ -39,7 +39,7 @@ static double log2_tolerance(const kr_motion *motion)
  * what its steps have to aim at: where their last terms are of one size, a higher order leaves the
  * larger error, down to rounding. validation/studies/taylor_kernel_study.py orders has measured
  * both. */
-static const kr_kernel *kernel_for(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
+static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
         double until, less;
@@ -55,7 +55,7 @@ static const kr_kernel *kernel_for(const kr_isa *isa, const kr_motion *motion, d
 void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol)
 {
     motion->aux = (void *)kernel;
-    path_of(motion)->log2_tol = log2_tol;
+    work_of(motion)->log2_tol = log2_tol;
 }
 
 /* Writes a vector into the lanes of a quaternion without real part. */
@@ -64,13 +64,13 @@ static void set_lanes(double lanes[4], kr_vec3 v)
     lanes[0] = 0.0;
     v_put(lanes + 1, v);
 }
-static void set_vector(double high[4], double low[4], vec_dd v)
+static void set_vector_words(double high[4], double low[4], vec_dd v)
 {
     set_lanes(high, vdd_high(v));
     set_lanes(low, vdd_low(v));
 }
 /* Divides axis by axis, as the moments of inertia do. */
-static vec_dd over(vec_dd a, kr_vec3 A)
+static vec_dd divide_by_axes(vec_dd a, kr_vec3 A)
 {
     const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
     return v;
@@ -102,34 +102,35 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
     const vec_dd c = at_rate(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low));
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
-    set_vector(s[0].k, s[1].k, over(pair, A));
-    set_vector(s[0].up, s[1].up, over(up, A));
-    set_vector(s[0].down, s[1].down, over(down, A));
+    set_vector_words(s[0].k, s[1].k, divide_by_axes(pair, A));
+    set_vector_words(s[0].up, s[1].up, divide_by_axes(up, A));
+    set_vector_words(s[0].down, s[1].down, divide_by_axes(down, A));
     const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
-    set_vector(s[0].drag, s[1].drag, over(v_dd(drag, none), A));
+    set_vector_words(s[0].drag, s[1].drag, divide_by_axes(v_dd(drag, none), A));
     s[0].damped = v_largest(drag);
-    const double rates = v_largest(vdd_high(over(up, A))) + v_largest(vdd_high(over(down, A)));
+    const double rates =
+        v_largest(vdd_high(divide_by_axes(up, A))) + v_largest(vdd_high(divide_by_axes(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
 /* Returns the attitude. Without the heading, the shortest turn that lifts P to the vertical stands
  * for all that do. P is of unit length but for the tolerance, so two terms of 1 / |P| do, which
  * take neither a root nor a quotient. */
-static kr_quat attitude(const kr_motion *motion, const double x[8])
+static kr_quat series_attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
     return motion->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                  : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
 /* Gives the state in doubles, from sums (q | P) and W of the series. */
-static void plain_state(const path *p, const kr_motion *motion, const double x[8],
+static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {
     const kr_vec3 M = v_times(motion->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
-    s->q = attitude(motion, x);
+    s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, M);
 }
 /* Gives the state in double-double, from the sums at `at`; its low words go into motion->low. */
-static void deep_state(const path *p, kr_motion *motion, kr_state *s)
+static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
                  *low_w = p->series[1].at_w;
@@ -145,7 +146,7 @@ static void deep_state(const path *p, kr_motion *motion, kr_state *s)
     motion->low.m = vdd_low(m);
 }
 
-static int is_finite(const kr_series *s)
+static int is_series_finite(const kr_series *s)
 {
     double sum = 0.0;
     for (int i = 0; i < 4; i++)
@@ -153,7 +154,7 @@ static int is_finite(const kr_series *s)
     return isfinite(sum);
 }
 /* Makes the piece one of no length, where it began. */
-static void stay(kr_series s[2])
+static void reset_to_begin(kr_series s[2])
 {
     for (int i = 0; i < 2; i++) {
         memcpy(s[i].end_x, s[i].x[0], sizeof s->end_x);
@@ -164,65 +165,65 @@ static void stay(kr_series s[2])
     s->end = s->t;
 }
 
-static void set_start(path *p, const kr_motion *motion, const kr_state *start)
+static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
     const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
     const vec_dd m = v_dd(start->m, motion->low.m),
                  M = motion->digits > 16 ? m : qdd_turn(qdd_conj(q), m),
-                 W = over(M, motion->inertia);
+                 W = divide_by_axes(M, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = p->first_rate = rate_for(motion, vdd_high(W));
     if (!motion->leave_heading) {
         memcpy(high->x[0], &q_high, sizeof q_high);
         memcpy(low->x[0], &q_low, sizeof q_low);
     }
-    set_vector(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
-    set_vector(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
+    set_vector_words(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
+    set_vector_words(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
     kr_taylor_set_constants(p->series, motion, p->rate);
     high->t = p->rate * motion->clock;
-    stay(p->series);
+    reset_to_begin(p->series);
 }
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {
     double log2_tol = log2_tolerance(motion);
     int i = 0;
     while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: not where the first one runs */
-    const kr_kernel *kernel = kernel_for(kr_taylor_isa(i), motion, &log2_tol);
+    const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
     kr_taylor_use(motion, kernel, log2_tol);
-    set_start(path_of(motion), motion, start);
+    set_start(work_of(motion), motion, start);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status taylor_step(kr_motion *motion, double until)
 {
-    path *p = path_of(motion);
+    taylor_work *p = work_of(motion);
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     double log2_tol;
     (void)until;
     /* No step in doubles can meet such a tolerance. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
-    if (!kr_slow_step(motion, kernel_of(motion), &log2_tol))
-        kernel_of(motion)->advance(s, log2_tol, forward);
+    if (!kr_slow_step(motion, kernel_of_motion(motion), &log2_tol))
+        kernel_of_motion(motion)->advance(s, log2_tol, forward);
     motion->stats.evaluations++;
-    const kr_status status = !is_finite(s)                     ? KR_ERR_NOT_FINITE
+    const kr_status status = !is_series_finite(s)              ? KR_ERR_NOT_FINITE
                              : forward * (s->end - s->t) > 0.0 ? KR_OK
                                                                : KR_ERR_STEP;
     if (status == KR_OK)
         motion->clock = s->end / p->rate;
     else
-        stay(s);
+        reset_to_begin(s);
     return status;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void taylor_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = path_of(motion);
+    const taylor_work *p = work_of(motion);
     plain_state(p, motion, p->series->end_x, p->series->end_w, s);
 }
-static void at(kr_motion *motion, double clock, kr_state *s)
+static void taylor_at(kr_motion *motion, double clock, kr_state *s)
 {
-    path *p = path_of(motion);
+    taylor_work *p = work_of(motion);
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
@@ -233,39 +234,39 @@ static void at(kr_motion *motion, double clock, kr_state *s)
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;
         p->series[1].at = 0.0;
     }
-    kernel_of(motion)->look(p->series);
+    kernel_of_motion(motion)->look(p->series);
     if (motion->digits > 16)
-        deep_state(p, motion, s);
+        extended_state(p, motion, s);
     else
         plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
-static int is_in(const kr_kernel *kernels, int n, const kr_kernel *wanted)
+static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
 {
-    const kr_kernel *k = kernel_of(motion);
+    const kr_kernel *k = kernel_of_motion(motion);
     const kr_isa *isa = kr_taylor_isa(0);
     for (int i = 1; isa; isa = kr_taylor_isa(i++))
-        if (is_in(isa->plain, KR_ORDERS, k) || is_in(isa->headless, KR_ORDERS, k) ||
-            is_in(isa->deep, KR_DEPTHS, k))
+        if (is_in_table(isa->plain, KR_ORDERS, k) || is_in_table(isa->headless, KR_ORDERS, k) ||
+            is_in_table(isa->deep, KR_DEPTHS, k))
             break;
     return isa;
 }
-static const char *kernel(const kr_motion *motion, int *order)
+static const char *taylor_kernel(const kr_motion *motion, int *order)
 {
     const kr_isa *isa = kr_taylor_isa_of(motion);
-    *order = kernel_of(motion)->order;
+    *order = kernel_of_motion(motion)->order;
     return isa ? isa->name : "other";
 }
-static kr_piece piece(const kr_motion *motion)
+static kr_piece taylor_polynomial(const kr_motion *motion)
 {
-    const path *p = path_of(motion);
+    const taylor_work *p = work_of(motion);
     const kr_series *s = p->series;
     const kr_isa *isa = kr_taylor_isa_of(motion);
-    kr_piece piece = {.order = kernel_of(motion)->order,
+    kr_piece piece = {.order = kernel_of_motion(motion)->order,
                       .x = s->x,
                       .w = s->w,
                       .rate = p->rate,
@@ -286,12 +287,12 @@ const kr_method kr_method_taylor = {
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
     .flags = KR_ADAPTIVE | KR_DIGITS | KR_HEADLESS | KR_DAMPED | KR_TANGENTS,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .at = at,
-    .kernel = kernel,
-    .piece = piece,
+    .work = sizeof(taylor_work) / sizeof(double),
+    .reset = taylor_reset,
+    .step = taylor_step,
+    .read = taylor_read,
+    .at = taylor_at,
+    .kernel = taylor_kernel,
+    .piece = taylor_polynomial,
     .tangents = &kr_taylor_tangents,
 };

@@ -5,7 +5,7 @@
 
 /* Finds the cuboid of this mass that has the body's inertia and mass times lever. Returns its
  * volume, 0 if there is none. */
-static double cuboid(const kr_body *body, double mass, kr_box *box)
+static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
     const double square = v_dot(c, c), xy = mass * c.x * c.y, yz = mass * c.y * c.z,
@@ -31,29 +31,31 @@ static double cuboid(const kr_body *body, double mass, kr_box *box)
 /* Finds the largest cuboid of any mass, by thirds, for the logarithm of the volume is concave in
  * 1 / mass; with more mass a cuboid is denser, and if one of density 1 is on the way that one is
  * taken. The thesis' cuboid is both the largest and of density 1, hence a little margin. */
-static void cuboid_of_any_mass(const kr_body *body, kr_box *box)
+static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
     for (int i = 0; i < 90; i++) {
         const double third = (high - low) / 3.0;
-        if (cuboid(body, 1.0 / (low + third), box) >= cuboid(body, 1.0 / (high - third), box))
+        if (fit_cuboid(body, 1.0 / (low + third), box) >=
+            fit_cuboid(body, 1.0 / (high - third), box))
             high -= third;
         else
             low += third;
     }
     double lightest = 1.001 * low, densest = 0.0;
-    if (cuboid(body, 1.0 / lightest, box) == 0.0 || box->density >= 1.0) densest = lightest = low;
+    if (fit_cuboid(body, 1.0 / lightest, box) == 0.0 || box->density >= 1.0)
+        densest = lightest = low;
     while (lightest - densest > 1e-15 * lightest) {
         const double middle = 0.5 * (densest + lightest);
-        cuboid(body, 1.0 / middle, box);
+        fit_cuboid(body, 1.0 / middle, box);
         *(box->density < 1.0 ? &lightest : &densest) = middle;
     }
-    cuboid(body, 1.0 / lightest, box);
+    fit_cuboid(body, 1.0 / lightest, box);
 }
 kr_box kr_picture_box(const kr_body *body)
 {
     kr_box box = {{1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 1.0};
-    if (cuboid(body, body->mass, &box) == 0.0) cuboid_of_any_mass(body, &box);
+    if (fit_cuboid(body, body->mass, &box) == 0.0) fit_largest_cuboid(body, &box);
     return box;
 }
 
@@ -75,7 +77,7 @@ static kr_vec3 apex_in_body(const kr_body *body)
     const kr_scene scene = {.body = *body, .start = {.q = {1.0, 0.0, 0.0, 0.0}}};
     return kr_state_apex(&scene, &scene.start);
 }
-static void put(float point[3], kr_vec3 v)
+static void put_point(float point[3], kr_vec3 v)
 {
     point[0] = (float)v.x;
     point[1] = (float)v.y;
@@ -91,7 +93,7 @@ int kr_picture_way(const kr_body *body, const kr_trail *trail, double radius, fl
          k -= stride, n++) {
         const kr_quat q = trail->attitude[k % trail->size];
         const double out = radius * (1.0 - 0.02 * n / (double)KR_PICTURE_POINTS);
-        put(point[n], v_scale(out, q_turn(q, apex)));
+        put_point(point[n], v_scale(out, q_turn(q, apex)));
     }
     return n;
 }
@@ -99,7 +101,8 @@ int kr_picture_way(const kr_body *body, const kr_trail *trail, double radius, fl
 /* The half axes of the rod's section in the body lie across the principal axis nearest the apex.
  * A rod is as stiff towards a side as that side is thick, squared, so with a power of a half it is
  * as stiff against bending towards one side as the body is against turning about the other. */
-static void section(const kr_body *body, kr_vec3 apex, double radius, double power, kr_vec3 side[2])
+static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
+                          kr_vec3 side[2])
 {
     const kr_vec3 e[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double moment[3] = {body->inertia.x, body->inertia.y, body->inertia.z};
@@ -120,14 +123,14 @@ int kr_picture_rod(const kr_body *body, const kr_trail *trail, double scale, dou
                   oldest = trail->steps - trail->size;
     kr_vec3 side[2], at = v3(0.0, 0.0, 0.0);
     int n = 0;
-    section(body, apex, radius, power, side);
+    cross_section(body, apex, radius, power, side);
     for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_PICTURE_RINGS; k -= stride, n++) {
         const kr_quat q = trail->attitude[k % trail->size];
         for (int s = 0; s < KR_PICTURE_SIDES; s++) {
             double sine, cosine;
             sin_cos(round * s / (double)KR_PICTURE_SIDES, &sine, &cosine);
             const kr_vec3 out = v_axpy(cosine, side[0], v_scale(sine, side[1]));
-            put(point[n * KR_PICTURE_SIDES + s], v_add(at, q_turn(q, out)));
+            put_point(point[n * KR_PICTURE_SIDES + s], v_add(at, q_turn(q, out)));
         }
         at = v_axpy(-scale * trail->step * (double)stride, q_turn(q, apex), at);
     }

@@ -32,12 +32,12 @@ const kr_quantity *kr_stage_quantity(int k)
     }
     return NULL;
 }
-static int is_kept(const kr_quantity *quantity)
+static int is_integral(const kr_quantity *quantity)
 {
     return (kr_quantity_flags(quantity) & KR_KEPT) != 0;
 }
 /* Measures top i: all of it, or integrals and error alone. */
-static void look(const kr_stage *stage, int i, int all, double measure[])
+static void measure_top(const kr_stage *stage, int i, int all, double measure[])
 {
     const kr_actor *a = &stage->actor[i];
     const int compared = a->against >= 0 && a->against < stage->tops;
@@ -45,7 +45,7 @@ static void look(const kr_stage *stage, int i, int all, double measure[])
     for (int k = 0; k < KR_STAGE_MEASURES; k++) measure[k] = NAN;
     if (a->status != KR_OK) return;
     for (int k = 0; k < KR_STAGE_ERROR; k++)
-        if (a->quantity[k] && (all || is_kept(a->quantity[k])))
+        if (a->quantity[k] && (all || is_integral(a->quantity[k])))
             kr_quantity_values(a->quantity[k], &a->scene, 1, &a->now, &measure[k]);
     if (b && b->status == KR_OK && a->steps * a->step == b->steps * b->step)
         measure[KR_STAGE_ERROR] = kr_attitude_error(a->now.q, b->now.q);
@@ -54,7 +54,7 @@ static void look(const kr_stage *stage, int i, int all, double measure[])
 }
 void kr_stage_measure(const kr_stage *stage, int i, double measure[KR_STAGE_MEASURES])
 {
-    look(stage, i, 1, measure);
+    measure_top(stage, i, 1, measure);
 }
 /* Finds out what can be measured of a top: what is NaN at the start belongs to other bodies. */
 static void choose_quantities(kr_actor *a)
@@ -68,7 +68,7 @@ static void choose_quantities(kr_actor *a)
 }
 
 /* Lets the extremes of top i take up others. What is NaN is left out. */
-static void widen(kr_row *row, int i, const double low[], const double high[])
+static void widen_extremes(kr_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_STAGE_MEASURES; k++) {
         if (low[k] < row->low[i][k] || isnan(row->low[i][k])) row->low[i][k] = low[k];
@@ -90,26 +90,26 @@ static void halve_record(kr_stage *stage)
         stage->row[k] = stage->row[2 * k];
         const kr_row *before = &stage->row[2 * k - 1];
         for (int i = 0; i < stage->tops; i++)
-            widen(&stage->row[k], i, before->low[i], before->high[i]);
+            widen_extremes(&stage->row[k], i, before->low[i], before->high[i]);
     }
     stage->rows /= 2;
     stage->stride *= 2;
 }
 /* Whether the clock stands where something is to be done so many times from row to row. */
-static int is_time(const kr_stage *stage, int times)
+static int is_sample_time(const kr_stage *stage, int times)
 {
     const int64_t part = stage->stride / times;
     return stage->clock % (part > stage->common ? part : stage->common) == 0;
 }
-static void record(kr_stage *stage)
+static void record_measures(kr_stage *stage)
 {
-    if (!stage->common || !is_time(stage, KR_STAGE_LOOKS)) return;
+    if (!stage->common || !is_sample_time(stage, KR_STAGE_LOOKS)) return;
     if (stage->rows == KR_STAGE_ROWS) halve_record(stage);
     kr_row *row = &stage->row[stage->rows];
-    const int all = is_time(stage, KR_STAGE_GLANCES);
+    const int all = is_sample_time(stage, KR_STAGE_GLANCES);
     for (int i = 0; i < stage->tops; i++) {
-        look(stage, i, all, row->at[i]);
-        widen(row, i, row->at[i], row->at[i]);
+        measure_top(stage, i, all, row->at[i]);
+        widen_extremes(row, i, row->at[i], row->at[i]);
     }
     if (stage->clock % stage->stride) return;
     row->time = time_of(stage->clock);
@@ -124,7 +124,7 @@ void kr_stage_clear(kr_stage *stage)
     stage->clock = stage->common = stage->rows = 0;
 }
 /* Makes a place for one more top, behind the others, if it can have one. */
-static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t step, int against)
+static kr_status prepare_top(kr_stage *stage, const kr_scene *scene, int64_t step, int against)
 {
     const kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
@@ -148,7 +148,7 @@ static kr_status place(kr_stage *stage, const kr_scene *scene, int64_t step, int
     return KR_OK;
 }
 /* The top that has its place comes in. */
-static void enter(kr_stage *stage)
+static void add_prepared_top(kr_stage *stage)
 {
     const int64_t step = stage->actor[stage->tops].step;
     if (stage->tops == 0)
@@ -159,10 +159,10 @@ static void enter(kr_stage *stage)
     stage->tops++;
     stage->rows = 0;
     begin_row(stage);
-    record(stage);
+    record_measures(stage);
 }
 /* A top asks whether to go on. */
-static int is_out_of_breath(void *context)
+static int poll_budget(void *context)
 {
     kr_stage *stage = context;
     stage->breath -= stage->toll;
@@ -171,8 +171,8 @@ static int is_out_of_breath(void *context)
 kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *method,
                        int64_t step, double tol, int against)
 {
-    kr_config config = {.tol = tol, .poll = is_out_of_breath, .context = stage};
-    kr_status status = place(stage, scene, step, against);
+    kr_config config = {.tol = tol, .poll = poll_budget, .context = stage};
+    kr_status status = prepare_top(stage, scene, step, against);
     if (status != KR_OK) return status;
     if (!method) return KR_ERR_NO_METHOD;
     const unsigned flags = kr_method_flags(method);
@@ -181,18 +181,18 @@ kr_status kr_stage_add(kr_stage *stage, const kr_scene *scene, const kr_method *
     a->modified = method == kr_method_find("bobenko_suris");
     if (!(flags & KR_ADAPTIVE)) config.step = time_of(step);
     status = kr_top_create(scene, method, config, &a->top);
-    if (status == KR_OK) enter(stage);
+    if (status == KR_OK) add_prepared_top(stage);
     return status;
 }
 kr_status kr_stage_add_track(kr_stage *stage, const kr_scene *scene, const kr_state track[],
                              int64_t length, int64_t step, int against)
 {
-    const kr_status status = place(stage, scene, step, against);
+    const kr_status status = prepare_top(stage, scene, step, against);
     if (status != KR_OK) return status;
     if (!track || length < 1) return KR_ERR_ARGUMENT;
     stage->actor[stage->tops].track = track;
     stage->actor[stage->tops].length = length;
-    enter(stage);
+    add_prepared_top(stage);
     return KR_OK;
 }
 
@@ -246,7 +246,7 @@ int64_t kr_stage_advance(kr_stage *stage, int64_t target, int64_t most)
         tick = next_step(stage, &next);
         if (tick == reached || tick == INT64_MAX) continue; /* others step to the same time */
         stage->clock = reached;
-        record(stage);
+        record_measures(stage);
     }
     return stage->clock;
 }
