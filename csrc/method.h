@@ -22,7 +22,7 @@ typedef struct kr_motion {
     /* What the method keeps beside numbers: another library's memory, a kernel. `done` frees it. */
     void *aux;
     /* KR_HEADLESS methods give q and m up to a turn about the vertical, the same for both. */
-    int leave_heading;
+    int skip_heading;
     /* KR_DIGITS methods go by these where they are not 0, instead of by tol. Above 16 they add what
      * doubles leave out: of the lever; in `low` of the start at `reset`, whose momentum is then
      * that seen from the body; of the clock at `at`, and there of the state that it gives. */
@@ -36,9 +36,9 @@ typedef struct kr_motion {
 
 /* The last step of a method that has one: a polynomial in tau = (clock - begin) * rate, up to tau =
  * span. */
-enum { KR_PIECE_MOST = 40 };
-typedef struct kr_piece {
-    int order; /* at most KR_PIECE_MOST */
+enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
+typedef struct kr_step_polynomial {
+    int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
     /* Coefficients of (q | 0, P) and of (0, W): the attitude, the vertical seen from the body, and
      * the angular velocity there over `rate`, which is less than 1. */
     const double (*x)[8], (*w)[4];
@@ -47,7 +47,7 @@ typedef struct kr_piece {
     double begin, end; /* clocks */
     /* c += a b, up to number `order` and somewhat further; zeros stand before b and after all. */
     void (*product)(const double *a, const double *b, int order, double *c);
-} kr_piece;
+} kr_step_polynomial;
 
 /* Deviations that ride along with a motion, in working axes and own units: a rotation vector in the
  * body and a change of the momentum, seen from space. A seed is what one begins with, and how a
@@ -61,20 +61,20 @@ typedef struct kr_seed {
     vec_dd lever;
     double moments[6];
 } kr_seed;
-typedef struct kr_tangent_way {
+typedef struct kr_tangent_ops {
     /* The doubles that n deviations take, on a multiple of 64 bytes. */
     size_t (*doubles)(int digits, size_t n);
     /* Begins n deviations where the motion stands, of zeros. */
     void (*begin)(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[]);
     /* Takes them over the step that the motion has just made. KR_ERR_TANGENT where one grows beyond
      * doubles. */
-    kr_status (*follow)(const kr_motion *motion, double *memory, size_t n);
+    kr_status (*advance)(const kr_motion *motion, double *memory, size_t n);
     /* Gives them at a clock inside the last step, and of the clock what `low` of the motion says.
        */
-    void (*at)(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[]);
+    void (*evaluate)(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[]);
     /* The largest last term of a series so far, over the size of its deviation. */
-    double (*rest)(const kr_motion *motion, double *memory);
-} kr_tangent_way;
+    double (*truncation)(const kr_motion *motion, double *memory);
+} kr_tangent_ops;
 
 struct kr_method {
     const char *name, *text, *conserves, *reference;
@@ -83,7 +83,7 @@ struct kr_method {
     size_t work;
     /* The doubles that a scene needs behind `work`. They are no part of a checkpoint: `reset` at a
      * scene's start makes them. NULL: none. */
-    size_t (*more)(const kr_scene *scene);
+    size_t (*extra_doubles)(const kr_scene *scene);
     /* Begins anew at a state (q, m; its t is not used): at the start, and whenever the state is
      * set. A dense method that refuses leaves work and aux as they were. */
     kr_status (*reset)(kr_motion *motion, const kr_state *start);
@@ -96,19 +96,19 @@ struct kr_method {
     /* Gives q and m at a clock inside the last step. NULL: the method is not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
     /* Gives the last step of a dense method as a polynomial. NULL: it has none. */
-    kr_piece (*piece)(const kr_motion *motion);
+    kr_step_polynomial (*polynomial)(const kr_motion *motion);
     /* How deviations ride along, for KR_TANGENTS. */
-    const kr_tangent_way *tangents;
+    const kr_tangent_ops *tangents;
     /* Says whether the numbers in work that count, index or loop are in their ranges, which those
      * of a checkpoint need not be. NULL: there are none. */
-    int (*is_sound)(const void *work);
+    int (*is_valid)(const void *work);
     /* Gives back aux. May be NULL. */
-    void (*done)(kr_motion *motion);
+    void (*release)(kr_motion *motion);
     /* Names the kernel in use, and its order. May be NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
 
-/* Those that others than the table (driver/registry.c) know by name. */
+/* Those that others than the table (driver/method_table.c) know by name. */
 extern const kr_method kr_method_bobenko_suris, kr_method_exact, kr_method_taylor;
 
 /* The torque at an attitude: e3 x (q lever q*). */

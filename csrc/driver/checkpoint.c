@@ -31,11 +31,11 @@ KR_SAVED_MOTION(X)
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
 /* An event of a checkpoint: the search, and a sum of what is looked for. */
-typedef struct saved_event {
+typedef struct event_record {
     kr_event_search own;
     uint64_t what;
-} saved_event;
-typedef char saved_event_has_no_gaps[sizeof(saved_event) == 40 ? 1 : -1];
+} event_record;
+typedef char saved_event_has_no_gaps[sizeof(event_record) == 40 ? 1 : -1];
 typedef char term_has_no_gaps[sizeof(kr_term) == 16 ? 1 : -1];
 
 static int motion_count(const kr_top *top) { return top->method->at ? 1 : 2; }
@@ -87,12 +87,12 @@ static size_t size_without_events(const kr_top *top)
 }
 size_t kr_top_save_size(const kr_top *top)
 {
-    return top ? size_without_events(top) + top->watched * sizeof(saved_event) : 0;
+    return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
 }
 static void save_events(const kr_top *top, unsigned char *to)
 {
-    for (size_t i = 0; i < top->watched; i++, to += sizeof(saved_event)) {
-        const saved_event saved = {top->events[i].own, checksum_event(&top->events[i])};
+    for (size_t i = 0; i < top->event_count; i++, to += sizeof(event_record)) {
+        const event_record saved = {top->events[i].own, checksum_event(&top->events[i])};
         memcpy(to, &saved, sizeof saved);
     }
 }
@@ -114,11 +114,11 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     image.config.poll = NULL;
     image.config.context = NULL;
     set_pointers(&image.main, NULL);
-    set_pointers(&image.kept, NULL);
+    set_pointers(&image.saved, NULL);
     set_pointers(&image.side, NULL);
     memcpy(to + sizeof head, &image, SAVED_BYTES);
     memcpy(work, top->main.work, work_size(top));
-    if (motion_count(top) > 1) memcpy(work + work_size(top), top->kept.work, work_size(top));
+    if (motion_count(top) > 1) memcpy(work + work_size(top), top->saved.work, work_size(top));
     if (top->tangents)
         memcpy(to + size_without_events(top) - tangents_size(top), top->tangents,
                tangents_size(top));
@@ -145,21 +145,22 @@ static int is_valid_motion(const kr_top *top, const kr_motion *motion, const voi
     const kr_motion *own = &top->main;
     const kr_stats *stats = &motion->stats;
     const int64_t most = (int64_t)1 << 62;
-    if (motion->digits != own->digits || motion->leave_heading != own->leave_heading) return 0;
+    if (motion->digits != own->digits || motion->skip_heading != own->skip_heading) return 0;
     if (!(motion->step * top->forward >= 0.0)) return 0;
     if (stats->rejected < 0 || stats->evaluations < 0 || stats->iterations < 0) return 0;
     if (stats->rejected > most || stats->evaluations > most || stats->iterations > most) return 0;
-    return !top->method->is_sound || top->method->is_sound(work);
+    return !top->method->is_valid || top->method->is_valid(work);
 }
 static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned char *work)
 {
     const int64_t most = (int64_t)1 << 53;
     if (image->forward != top->forward || kr_scene_check(&image->scene) != KR_OK) return 0;
-    if (!(fabs(image->scene.start.t) < kr_top_horizon(top, &image->scene))) return 0;
-    if (image->kept_steps < 0 || image->steps < image->kept_steps || image->steps > most) return 0;
-    if (image->steps > image->kept_steps + KR_CHECK) return 0; /* which recovery makes once more */
+    if (!(fabs(image->scene.start.t) < kr_top_horizon_of(top, &image->scene))) return 0;
+    if (image->saved_steps < 0 || image->steps < image->saved_steps || image->steps > most)
+        return 0;
+    if (image->steps > image->saved_steps + KR_CHECK) return 0; /* which recovery makes once more */
     if (!is_valid_motion(top, &image->main, work)) return 0;
-    return motion_count(top) < 2 || is_valid_motion(top, &image->kept, work + work_size(top));
+    return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
 static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
@@ -170,8 +171,8 @@ static int is_valid_search(const kr_event_search *own, int64_t steps)
 /* Whether the events of a checkpoint are those that this top watches; if `take`, they are set. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
-    for (size_t i = 0; i < top->watched; i++, from += sizeof(saved_event)) {
-        saved_event saved;
+    for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
+        event_record saved;
         memcpy(&saved, from, sizeof saved);
         if (saved.what != checksum_event(&top->events[i]) || !is_valid_search(&saved.own, steps))
             return 0;
@@ -204,18 +205,18 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (!is_valid_image(top, &image, work)) return KR_ERR_CHECKPOINT;
     if (!load_events(top, image.steps, from + size_without_events(top), 0))
         return KR_ERR_CHECKPOINT;
-    if (top->method->more && !rebuild_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
+    if (top->method->extra_doubles && !rebuild_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
     image.inspect_at = image.steps; /* max_steps may be another */
     set_pointers(&image.main, &top->main);
-    set_pointers(&image.kept, &top->kept);
+    set_pointers(&image.saved, &top->saved);
     set_pointers(&image.side, &top->side);
     memcpy(top, &image, SAVED_BYTES);
-    top->horizon = kr_top_horizon(top, &top->scene);
+    top->horizon = kr_top_horizon_of(top, &top->scene);
     load_events(top, image.steps, from + size_without_events(top), 1);
-    if (!top->method->more) memcpy(top->main.work, work, work_size(top));
-    if (motion_count(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));
+    if (!top->method->extra_doubles) memcpy(top->main.work, work, work_size(top));
+    if (motion_count(top) > 1) memcpy(top->saved.work, work + work_size(top), work_size(top));
     if (top->tangents)
         memcpy(top->tangents, from + size_without_events(top) - tangents_size(top),
                tangents_size(top));

@@ -32,22 +32,22 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 }
 static void set_inspection(kr_top *top)
 {
-    const int64_t limit = top->config.max_steps, next = top->kept_steps + KR_CHECK;
+    const int64_t limit = top->config.max_steps, next = top->saved_steps + KR_CHECK;
     top->inspect_at = limit > 0 && limit < next ? limit : next;
 }
-void kr_steps_keep(kr_top *top)
+void kr_steps_save(kr_top *top)
 {
-    if (!top->method->at) copy_motion(&top->kept, &top->main, top->method->work);
-    top->kept_steps = top->steps;
+    if (!top->method->at) copy_motion(&top->saved, &top->main, top->method->work);
+    top->saved_steps = top->steps;
     set_inspection(top);
 }
 /* What has been spent since then stays counted. */
 static void restore_saved(kr_top *top)
 {
     const kr_stats spent = top->main.stats;
-    copy_motion(&top->main, &top->kept, top->method->work);
+    copy_motion(&top->main, &top->saved, top->method->work);
     top->main.stats = spent;
-    top->steps = top->kept_steps;
+    top->steps = top->saved_steps;
     set_inspection(top);
 }
 static kr_status step_main(kr_top *top, double until)
@@ -60,7 +60,7 @@ kr_status kr_steps_recover(kr_top *top)
 {
     const int64_t failed = top->steps + 1;
     kr_status status = KR_OK;
-    int64_t good = top->kept_steps;
+    int64_t good = top->saved_steps;
     restore_saved(top);
     while (top->steps < failed && status == KR_OK) {
         status = step_main(top, 0.0); /* methods of fixed steps ignore the limit */
@@ -71,25 +71,22 @@ kr_status kr_steps_recover(kr_top *top)
     while (top->steps < good) step_main(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
-int kr_steps_stopped(kr_top *top)
-{
-    return top->config.poll && top->config.poll(top->config.context);
-}
+int kr_steps_poll(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
 static kr_status check_limits(kr_top *top)
 {
     const int64_t limit = top->config.max_steps;
-    if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
+    if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
 /* Sees that main is finite, keeps it, and asks whether to go on. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);
-    kr_steps_keep(top);
+    kr_steps_save(top);
     return check_limits(top);
 }
 
-kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *state)
+kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state)
 {
     while (top->steps < goal) {
         const kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
@@ -119,7 +116,7 @@ kr_status kr_steps_dense(kr_top *top, double until)
 {
     kr_status status = KR_OK;
     if (top->steps >= top->inspect_at) {
-        kr_steps_keep(top);
+        kr_steps_save(top);
         status = check_limits(top);
     }
     if (status != KR_OK) return status;
@@ -127,14 +124,14 @@ kr_status kr_steps_dense(kr_top *top, double until)
     status = step_main(top, until);
     if (status != KR_OK) return status;
     top->before_clock = clock;
-    return kr_tangents_follow(top);
+    return kr_tangents_advance(top);
 }
 /* Asks whether a side motion is to go on, which is cut off where it shows that main's step was none
  * that its tolerance should have let pass. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
-    if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
+    if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return steps >= SIDE_STEPS_MAX || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
 }
 /* Takes the side motion from a state to `span` after it. */
@@ -157,7 +154,7 @@ static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
     }
     return status;
 }
-kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end)
+kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end)
 {
     const kr_stats *spent = &top->side.stats;
     kr_stats *total = &top->main.stats;

@@ -23,7 +23,7 @@ static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
 }
-double kr_top_horizon(const kr_top *top, const kr_scene *scene)
+double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 {
     return limit_horizon(top, kr_scene_horizon(scene));
 }
@@ -34,7 +34,7 @@ static kr_status horizon_error(const kr_top *top, double t)
 }
 static kr_status choose_units(kr_top *top)
 {
-    const kr_working working = kr_top_working(top);
+    const kr_working working = kr_top_working_axes(top);
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;
@@ -45,7 +45,7 @@ static kr_status choose_units(kr_top *top)
     top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;
     top->axes = q_mul(top->scene.body.axes, working.axes);
-    top->turned = v_largest(q_vec(top->axes)) > 0.0;
+    top->is_turned = v_largest(q_vec(top->axes)) > 0.0;
     top->main.inertia = v_scale(1.0 / own.moment, working.inertia);
     const double longer = top->time_unit / own.time; /* 1 but for KR_ABSOLUTE */
     top->main.lever = v_scale(longer, v_scale(longer, own.lever));
@@ -53,7 +53,7 @@ static kr_status choose_units(kr_top *top)
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
-    if (has_extended_digits(top)) kr_deep_lever(top, own.moment);
+    if (has_extended_digits(top)) kr_extended_set_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
 }
 /* Works in place, for a copy of a state just written costs more than the rest of reading it. False
@@ -63,9 +63,9 @@ static int convert_to_user(kr_top *top, double t, kr_state *state)
     const kr_state low = top->low;
     state->t = t;
     if (has_extended_digits(top)) {
-        kr_deep_out(top, state);
+        kr_extended_to_user(top, state);
     } else {
-        if (top->turned) state->q = q_mul(state->q, q_conj(top->axes));
+        if (top->is_turned) state->q = q_mul(state->q, q_conj(top->axes));
         state->m = v_scale(top->momentum_unit, state->m);
     }
     if (kr_state_is_good(state->q, state->m)) return 1;
@@ -94,9 +94,9 @@ static int64_t find_grid_point(const kr_top *top, double t)
 static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
 {
     const int64_t point = find_grid_point(top, t);
-    const kr_status status = kr_steps_walk(top, point, state);
+    const kr_status status = kr_steps_to_grid(top, point, state);
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
-    return kr_steps_detour(top, state, (t - grid_time(top, point)) / top->time_unit, state);
+    return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
 static double clock_of(const kr_top *top, double t)
 {
@@ -113,11 +113,11 @@ static void evaluate_dense(kr_top *top, double t, kr_state *state)
     top->main.low.t = clock_low(top, t);
     top->method->at(&top->main, clock_of(top, t), state);
 }
-void kr_tangents_at(kr_top *top, kr_deviation out[])
+void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
 {
-    top->main.low.t = clock_low(top, top->asked);
-    top->method->tangents->at(&top->main, clock_of(top, top->asked), top->tangents,
-                              kr_tangent_columns(top->config.tangents), out);
+    top->main.low.t = clock_low(top, top->requested);
+    top->method->tangents->evaluate(&top->main, clock_of(top, top->requested), top->tangents,
+                                    kr_tangent_columns(top->config.tangents), out);
 }
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
@@ -136,7 +136,7 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
     else if (goal == top->before_clock)
         *state = top->before;
     else
-        return kr_steps_detour(top, &top->before, goal - top->before_clock, state);
+        return kr_steps_off_grid(top, &top->before, goal - top->before_clock, state);
     return KR_OK;
 }
 static kr_status find_state(kr_top *top, double t, kr_state *state)
@@ -146,9 +146,9 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
     /* The next grid point is what is asked for most often: it goes without more questions. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
-        status = kr_steps_walk(top, top->steps + 1, state);
+        status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
-        if (top->forward * (t - top->asked) < 0.0) return KR_ERR_TIME;
+        if (top->forward * (t - top->requested) < 0.0) return KR_ERR_TIME;
         if (t == top->scene.start.t) {
             *state = top->scene.start;
             top->low = (kr_state){0};
@@ -159,7 +159,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK) return status;
     if (!convert_to_user(top, t, state))
         return adaptive ? KR_ERR_NOT_FINITE : kr_steps_recover(top);
-    top->asked = t;
+    top->requested = t;
     return KR_OK;
 }
 double kr_top_time(const kr_top *top)
@@ -175,11 +175,12 @@ static double time_reached(const kr_top *top)
         return at;
     return nextafter(at, top->scene.start.t);
 }
-kr_status kr_top_come_up(kr_top *top, double t)
+kr_status kr_top_sync(kr_top *top, double t)
 {
     const double at = time_reached(top);
     kr_state state;
-    if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return KR_OK;
+    if (!(top->forward * (at - top->requested) > 0.0 && top->forward * (t - at) >= 0.0))
+        return KR_OK;
     if (is_adaptive(top) && !(top->forward * (clock_of(top, at) - top->before_clock) > 0.0))
         return KR_OK;
     top->main.low = (kr_state){0};
@@ -189,7 +190,7 @@ kr_status kr_top_come_up(kr_top *top, double t)
         top->method->read(&top->main, &state);
     if (!convert_to_user(top, at, &state)) return KR_ERR_NOT_FINITE;
     top->now = state;
-    top->asked = at;
+    top->requested = at;
     return KR_OK;
 }
 
@@ -213,7 +214,7 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (config->leave_heading && (!(method->flags & KR_HEADLESS) || config->digits > 16))
         return KR_ERR_ARGUMENT;
     if (step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_NO_STEP;
-    if (config->tangents && !kr_tangents_suit(method, config)) return KR_ERR_ARGUMENT;
+    if (config->tangents && !kr_tangents_are_available(method, config)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
@@ -227,13 +228,13 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *
     top->config = *config;
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
     top->main.digits = parse_digits(method, config);
-    top->main.leave_heading = config->leave_heading;
+    top->main.skip_heading = config->leave_heading;
     top->now = scene->start;
-    top->asked = scene->start.t;
+    top->requested = scene->start.t;
     const kr_status status = choose_units(top);
     if (status != KR_OK) return status;
-    const kr_state own =
-        has_extended_digits(top) ? kr_deep_in(top, &scene->start) : kr_top_own(top, &scene->start);
+    const kr_state own = has_extended_digits(top) ? kr_extended_from_user(top, &scene->start)
+                                                  : kr_top_start_in_own_units(top, &scene->start);
     return method->reset(&top->main, &own);
 }
 /* Returns what lies behind `memory`, on a line of the cache. */
@@ -248,10 +249,10 @@ static void assign_memory(kr_top *top, int has_tangents)
     top->main.work = align64(top->memory);
     if (has_tangents) top->tangents = align64(top->main.work + total_work(top->method));
     if (top->method->at) return;
-    top->kept.work = top->main.work + work;
-    top->side.work = top->kept.work + work;
+    top->saved.work = top->main.work + work;
+    top->side.work = top->saved.work + work;
 }
-kr_status kr_top_blank(const kr_method *method, const kr_config *config, size_t more, kr_top **top)
+kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t more, kr_top **top)
 {
     const size_t tangents = kr_tangents_size(method, config),
                  doubles = 2 * CACHE_LINE + total_work(method) + tangents + more;
@@ -270,11 +271,12 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     if (status == KR_OK && !method) status = KR_ERR_NO_METHOD;
     if (status == KR_OK) status = out ? check_config(scene, method, &config) : KR_ERR_ARGUMENT;
     if (status == KR_OK)
-        status = kr_top_blank(method, &config, method->more ? method->more(scene) : 0, &top);
+        status = kr_top_alloc(method, &config,
+                              method->extra_doubles ? method->extra_doubles(scene) : 0, &top);
     if (status != KR_OK) return status;
     status = start_top(top, scene, method, &config);
     if (status == KR_OK) {
-        kr_steps_keep(top);
+        kr_steps_save(top);
         kr_tangents_begin(top);
         *out = top;
     } else {
@@ -284,9 +286,9 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
 }
 void kr_top_free(kr_top *top)
 {
-    if (top && top->method->done) {
-        top->method->done(&top->main);
-        top->method->done(&top->side);
+    if (top && top->method->release) {
+        top->method->release(&top->main);
+        top->method->release(&top->side);
     }
     free(top);
 }
@@ -294,25 +296,25 @@ void kr_top_free(kr_top *top)
  * The memory stays the top's. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
-    const kr_motion main = top->main, side = top->side, kept = top->kept;
+    const kr_motion main = top->main, side = top->side, kept = top->saved;
     *top = *begun;
     top->main.scene = &top->scene;
     top->main.work = main.work;
     top->side.work = side.work;
-    top->kept.work = kept.work;
+    top->saved.work = kept.work;
     top->side.aux = main.aux;
     if (side.work) memcpy(main.work, side.work, top->method->work * sizeof(double));
-    for (size_t i = 0; i < top->watched; i++) top->events[i].own.searched = -1;
-    kr_steps_keep(top);
+    for (size_t i = 0; i < top->event_count; i++) top->events[i].own.searched = -1;
+    kr_steps_save(top);
     kr_tangents_begin(top);
 }
-kr_status kr_top_become(kr_top *top, const kr_scene *scene, const kr_config *config)
+kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_config *config)
 {
     kr_motion *spare = top->method->at ? &top->main : &top->side;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK) status = check_config(scene, top->method, config);
     if (status != KR_OK) return status;
-    kr_top begun = {.apex = top->apex, .events = top->events, .watched = top->watched};
+    kr_top begun = {.apex = top->apex, .events = top->events, .event_count = top->event_count};
     begun.tangents = top->tangents;
     begun.main.work = spare->work;
     begun.main.aux = spare->aux;
@@ -328,7 +330,7 @@ kr_status kr_top_reset(kr_top *top, const kr_state *state)
     if (!top || !state) return KR_ERR_ARGUMENT;
     kr_scene scene = top->scene;
     scene.start = *state;
-    return kr_top_become(top, &scene, &top->config);
+    return kr_top_init(top, &scene, &top->config);
 }
 kr_status kr_top_advance(kr_top *top, double t)
 {
@@ -343,7 +345,7 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
     size_t i = 0;
     while (i < n && status == KR_OK) {
         before = out[i];
-        status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_stopped(top)
+        status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_poll(top)
                      ? KR_ERR_INTERRUPTED
                      : find_state(top, t[i], &out[i]);
         if (status == KR_OK && low) low[i] = top->low;
@@ -352,7 +354,7 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
     if (i > 0) top->now = out[i - 1];
     if (status != KR_OK && i < n && top && t && out) {
         out[i] = before;
-        if (fabs(t[i]) < top->horizon) kr_top_come_up(top, t[i]);
+        if (fabs(t[i]) < top->horizon) kr_top_sync(top, t[i]);
     }
     if (done) *done = i;
     return status;
@@ -364,14 +366,14 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 /* Moves by a step of an adaptive method, or up to the end of that which has been read last. */
 static kr_status step_adaptive(kr_top *top)
 {
-    const double end = top->forward * INFINITY, asked = top->asked;
+    const double end = top->forward * INFINITY, asked = top->requested;
     kr_status status = KR_OK;
     if (!(top->forward * (time_reached(top) - asked) > 0.0))
         status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
     if (status == KR_OK && !(fabs(kr_top_time(top)) < top->horizon)) return KR_ERR_STEP;
-    const kr_status up = kr_top_come_up(top, end);
+    const kr_status up = kr_top_sync(top, end);
     if (status == KR_OK) status = up;
-    return status == KR_OK && top->asked == asked ? KR_ERR_STEP : status;
+    return status == KR_OK && top->requested == asked ? KR_ERR_STEP : status;
 }
 kr_status kr_top_step(kr_top *top)
 {

@@ -12,7 +12,7 @@ const char *kr_reduce_name(kr_reduce kind)
     };
     return (unsigned)kind < KR_REDUCE_COUNT ? names[kind] : NULL;
 }
-static void add_extreme(kr_kept *kept, double x, double t, int is_more_so)
+static void add_extreme(kr_accumulator *kept, double x, double t, int is_more_so)
 {
     if (isnan(x)) kept->value = kept->more = x;
     if (is_more_so) {
@@ -20,7 +20,7 @@ static void add_extreme(kr_kept *kept, double x, double t, int is_more_so)
         kept->more = t;
     }
 }
-static void add_value(kr_reduce kind, kr_kept *kept, double x, double t, size_t k)
+static void add_value(kr_reduce kind, kr_accumulator *kept, double x, double t, size_t k)
 {
     const double far = x - kept->value;
     switch (kind) {
@@ -41,8 +41,8 @@ static void add_value(kr_reduce kind, kr_kept *kept, double x, double t, size_t 
         break;
     }
 }
-void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_kept kept[], const kr_scene *scene,
-                   const kr_state *state, size_t k)
+void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator kept[],
+                   const kr_scene *scene, const kr_state *state, size_t k)
 {
     double values[9]; /* kr_quantity_doubles gives no more */
     for (size_t i = 0; i < n; i++) {
@@ -52,8 +52,8 @@ void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_kept kept[], con
         add_value(r->kind, &kept[i], values[r->component], state->t, k);
     }
 }
-void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_kept kept[], size_t states,
-                   double out[])
+void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator kept[],
+                   size_t states, double out[])
 {
     for (size_t i = 0; i < n; i++) {
         const kr_reduce kind = reduction[i].kind;

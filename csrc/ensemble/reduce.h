@@ -5,13 +5,13 @@
 
 /* The result so far, and what some kinds need beside it: of a variance the mean and the sum of
  * squares about it, of a place the extreme value and its time. */
-typedef struct kr_kept {
+typedef struct kr_accumulator {
     double value, more;
-} kr_kept;
+} kr_accumulator;
 /* Takes in the state number k of a top, whose numbers before are in `kept`. */
-void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_kept kept[], const kr_scene *scene,
-                   const kr_state *state, size_t k);
+void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator kept[],
+                   const kr_scene *scene, const kr_state *state, size_t k);
 /* Gives the results over so many states. */
-void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_kept kept[], size_t states,
-                   double out[]);
+void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator kept[],
+                   size_t states, double out[]);
 #endif

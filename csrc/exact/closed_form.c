@@ -4,7 +4,7 @@
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"
-#include "from_scene.h"
+#include "scaling.h"
 
 /* Returns the closed form of a Lagrange top, in its own units. */
 static kr_exact lagrange_closed_form(const exact_top *top)
@@ -75,4 +75,4 @@ static kr_status find_turning(const kr_scene *scene, kr_turning *out)
     *out = r;
     return KR_OK;
 }
-const kr_exact_one KR_NAME(kr_exact_one) = {set_up, state_at, find_turning};
+const kr_exact_scalar KR_NAME(kr_exact_scalar) = {set_up, state_at, find_turning};

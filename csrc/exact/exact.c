@@ -36,11 +36,11 @@ int kr_exact_is_kowalewski(const kr_scene *scene)
 {
     return scene->gravity != 0.0 && kr_body_kind(&scene->body, KR_KIND_RTOL) == KR_KOWALEWSKI;
 }
-static size_t exact_extra_doubles(const kr_scene *scene)
+static size_t extra_doubles_of(const kr_scene *scene)
 {
-    return kr_exact_is_kowalewski(scene) ? kr_exact_more() : 0;
+    return kr_exact_is_kowalewski(scene) ? kr_exact_extra_doubles() : 0;
 }
-size_t kr_exact_more(void)
+size_t kr_exact_extra_doubles(void)
 {
     return (sizeof(kr_theta_sums) + kr_kowalewski_size()) / sizeof(double);
 }
@@ -62,7 +62,7 @@ static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* It was rounded on its way to working axes; the scene was not. */
     if (kr_exact_is_kowalewski(motion->scene)) return reset_kowalewski(motion);
-    return kr_exact_own(motion->scene, (kr_exact *)motion->work);
+    return kr_exact_plan_own_units(motion->scene, (kr_exact *)motion->work);
 }
 static kr_status exact_step(kr_motion *motion, double until)
 {
@@ -92,7 +92,7 @@ const kr_method kr_method_exact = {
     .order = 0,
     .flags = KR_ADAPTIVE | KR_REVERSIBLE | KR_SYMPLECTIC | KR_INTEGRABLE,
     .work = sizeof(kr_exact) / sizeof(double),
-    .more = exact_extra_doubles,
+    .extra_doubles = extra_doubles_of,
     .reset = exact_reset,
     .step = exact_step,
     .read = exact_read,

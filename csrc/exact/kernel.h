@@ -2,10 +2,10 @@
  * branch and calls nothing but sqrt, so that compilers turn a loop over times into vectors, and it
  * gives the same bits at every width. This header is source that is compiled once per instruction
  * set, because that loop takes the width of the vectors. In formulas e is the closed form, a, b and
- * h are alpha, beta and the horizontal momentum (setup.h). */
+ * h are alpha, beta and the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
-#include "setup.h"
+#include "lane_types.h"
 
 /* bits_of and of_bits read a number as the integer that its bits are, and back. A kernel chooses by
  * masks of bits where a branch would keep the loop from becoming vectors. */

@@ -4,7 +4,7 @@
  * Whatever grows with time (the nutation's rate nu, the rates k1 and k2 of alpha and beta) and the
  * roots for it are computed in double-double from differences that do not cancel. The moment about
  * the axis adds a constant spin only. This header is source that is compiled once per instruction
- * set and number of lanes, see setup.h. */
+ * set and number of lanes, see lane_types.h. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"

@@ -10,7 +10,7 @@
 #define KR_EXACT_MAP_H
 #include "method.h"
 #include "map_curve.h"
-#include "from_scene.h"
+#include "scaling.h"
 
 /* Returns arg theta2(x + i y), |x| <= pi/4. Where K'/K < 1 it sums the dual series, which is one of
  * theta4. The terms are `weight` times cos(n x) cosh(n y) and sin(n x) sinh(n y), with odd n for

@@ -1,6 +1,6 @@
 /* Phases and rates of the closed form, and what its set-ups ask of an attitude. An angle is counted
  * in turns, because whole turns are then left out without a rounding. This header is source that is
- * compiled once per instruction set and number of lanes, see setup.h. */
+ * compiled once per instruction set and number of lanes, see lane_types.h. */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"

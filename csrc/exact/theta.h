@@ -2,7 +2,7 @@
  * comes from the arithmetic-geometric mean M, that of the third kind as (DLMF 19.8.6)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n);
  * an incomplete one of the first kind is Carlson's R_F, by duplication. This header is source
- * that is compiled once per instruction set and number of lanes, see setup.h. */
+ * that is compiled once per instruction set and number of lanes, see lane_types.h. */
 #ifndef KR_EXACT_THETA_H
 #define KR_EXACT_THETA_H
 #include "kernel.h"

@@ -187,7 +187,7 @@ const kr_method kr_method_gsl_rk8pd = {
     .reset = reset_rk8pd,
     .step = ode_step,
     .read = ode_read,
-    .done = done,
+    .release = done,
 };
 const kr_method kr_method_gsl_bsimp = {
     .name = "gsl_bsimp",
@@ -200,5 +200,5 @@ const kr_method kr_method_gsl_bsimp = {
     .reset = reset_bsimp,
     .step = ode_step,
     .read = ode_read,
-    .done = done,
+    .release = done,
 };

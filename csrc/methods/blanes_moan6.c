@@ -20,5 +20,5 @@ const kr_method kr_method_blanes_moan6 = {
     .reset = blanes_moan6_reset,
     .step = composed_step,
     .read = composed_read,
-    .is_sound = composed_is_valid,
+    .is_valid = composed_is_valid,
 };

@@ -35,5 +35,5 @@ const kr_method kr_method_bobenko_suris = {
     .reset = bobenko_suris_reset,
     .step = bobenko_suris_step,
     .read = bobenko_suris_read,
-    .is_sound = bobenko_suris_is_valid,
+    .is_valid = bobenko_suris_is_valid,
 };

@@ -39,5 +39,5 @@ const kr_method kr_method_bobenko_suris2 = {
     .reset = bobenko_suris2_reset,
     .step = bobenko_suris2_step,
     .read = bobenko_suris2_read,
-    .is_sound = bobenko_suris_is_valid,
+    .is_valid = bobenko_suris_is_valid,
 };

@@ -72,5 +72,5 @@ const kr_method kr_method_bobenko_suris4 = {
     .reset = bobenko_suris4_reset,
     .step = bobenko_suris4_step,
     .read = bobenko_suris4_read,
-    .is_sound = bobenko_suris_is_valid,
+    .is_valid = bobenko_suris_is_valid,
 };

@@ -35,5 +35,5 @@ const kr_method kr_method_extrap = {
     .reset = extrap_reset,
     .step = extrap_step,
     .read = extrap_read,
-    .is_sound = gbs_is_valid,
+    .is_valid = gbs_is_valid,
 };

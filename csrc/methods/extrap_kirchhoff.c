@@ -77,5 +77,5 @@ const kr_method kr_method_extrap_kirchhoff = {
     .reset = kirchhoff_reset,
     .step = kirchhoff_step,
     .read = kirchhoff_read,
-    .is_sound = gbs_is_valid,
+    .is_valid = gbs_is_valid,
 };

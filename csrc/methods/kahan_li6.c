@@ -19,5 +19,5 @@ const kr_method kr_method_kahan_li6 = {
     .reset = kahan_li6_reset,
     .step = composed_step,
     .read = composed_read,
-    .is_sound = composed_is_valid,
+    .is_valid = composed_is_valid,
 };

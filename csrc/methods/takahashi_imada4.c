@@ -75,5 +75,5 @@ const kr_method kr_method_takahashi_imada4 = {
     .reset = takahashi_reset,
     .step = takahashi_step,
     .read = takahashi_read,
-    .is_sound = takahashi_is_valid,
+    .is_valid = takahashi_is_valid,
 };

@@ -111,7 +111,7 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
     const kr_working w = {q_one(), b->inertia, b->com, damping, 0};
     return w;
 }
-kr_working kr_working_of(const kr_body *b, kr_vec3 damping)
+kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
     if (is_spherical(b) && v_largest(b->com) > 0.0)
@@ -121,7 +121,10 @@ kr_working kr_working_of(const kr_body *b, kr_vec3 damping)
                           rename_axes(b->com, last), rename_axes(damping, last), 0};
     return w;
 }
-kr_working kr_body_working(const kr_body *b) { return kr_working_of(b, v3(0.0, 0.0, 0.0)); }
+kr_working kr_body_working(const kr_body *b)
+{
+    return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
+}
 
 /* Makes the element a[p][p + 1] zero by a turn about the third axis, and turns the axes along. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)

@@ -12,7 +12,7 @@ typedef struct kr_working {
 } kr_working;
 /* Carries all data along the principal axes of `body` into working axes. The axes of a spherical
  * body with unequal `damping` stay principal, because damping is diagonal along these alone. */
-kr_working kr_working_of(const kr_body *body, kr_vec3 damping);
+kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 /* Returns the working axes of a body without damping. */
 kr_working kr_body_working(const kr_body *body);
 /* Returns the number of the principal axis along which T lies; of a spherical body, of the one

@@ -8,8 +8,8 @@ enum {
 #include "quantities.def"
 #undef Q
     KR_QUANTITIES,
-    KR_QUANTITY_MOST = 9, /* doubles of the widest */
-    KR_AXES = 16          /* numbers kept for the components of each */
+    KR_QUANTITY_DOUBLES_MAX = 9, /* doubles of the widest */
+    KR_AXES = 16                 /* numbers kept for the components of each */
 };
 struct kr_quantity {
     const char *name, *dimension, *text;
@@ -35,7 +35,7 @@ typedef struct kr_component {
     int quantity, axis; /* KR_QUANTITY_..., from 0 */
 } kr_component;
 /* Whether kr_component_find may have given this number. */
-int kr_component_is(int number);
+int kr_component_is_valid(int number);
 /* What such a number other than KR_ONE stands for. */
 static inline kr_component kr_component_of(int number)
 {
@@ -43,6 +43,6 @@ static inline kr_component kr_component_of(int number)
     return component;
 }
 /* Whether the component changes when the top is turned about the vertical. */
-int kr_component_turns(int number);
+int kr_component_is_turned(int number);
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s);
 #endif

@@ -57,7 +57,7 @@ int kr_component_find(const char *name)
     if (!name) return -1;
     if (strcmp(name, "1") == 0) return KR_ONE;
     for (int number = 1; number <= KR_QUANTITIES * KR_AXES; number++) {
-        if (!kr_component_is(number)) continue;
+        if (!kr_component_is_valid(number)) continue;
         const kr_component c = kr_component_of(number);
         const kr_quantity *quantity = &kr_quantities[c.quantity];
         const size_t length = strlen(quantity->name);
@@ -67,7 +67,7 @@ int kr_component_find(const char *name)
     }
     return -1;
 }
-int kr_component_is(int number)
+int kr_component_is_valid(int number)
 {
     if (number <= KR_ONE) return number == KR_ONE;
     const kr_component c = kr_component_of(number);
@@ -75,7 +75,7 @@ int kr_component_is(int number)
            (size_t)c.axis < kr_quantities[c.quantity].doubles;
 }
 /* The third component of a vector in space lies along the vertical, and does not turn. */
-int kr_component_turns(int number)
+int kr_component_is_turned(int number)
 {
     const kr_component c = kr_component_of(number);
     const kr_quantity *quantity = &kr_quantities[c.quantity];
@@ -85,9 +85,9 @@ int kr_component_turns(int number)
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s)
 {
     const kr_component c = kr_component_of(number);
-    double values[KR_QUANTITY_MOST];
+    double values[KR_QUANTITY_DOUBLES_MAX];
     if (number == KR_ONE) return 1.0;
-    if (!kr_component_is(number)) return NAN;
+    if (!kr_component_is_valid(number)) return NAN;
     kr_quantities[c.quantity].values(scene, 1, s, values);
     return values[c.axis];
 }

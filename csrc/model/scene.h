@@ -3,7 +3,7 @@
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"
-#include "math/binary.h"
+#include "math/exponent.h"
 
 /* In these units the largest moment and the top's rate are about one. */
 typedef struct kr_units {
@@ -29,18 +29,18 @@ typedef struct kr_swing {
 } kr_swing;
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
 /* What is less has no reciprocal. */
-static const double kr_least_unit = 0x1p-1020;
+static const double kr_min_unit = 0x1p-1020;
 /* Gives the unit of time, 2^power, of a top with this largest component of its momentum, and
  * returns whether there is one. Powers of two take no division. */
 static inline int kr_swing_time(const kr_swing *swing, double momentum, int *power)
 {
     const double turn = momentum * swing->per_moment,
                  rate = turn > swing->rate ? turn : swing->rate;
-    if (!(rate < INFINITY) || swing->moment < kr_least_unit) return 0;
+    if (!(rate < INFINITY) || swing->moment < kr_min_unit) return 0;
     *power = 0;
-    if (rate > 0.0) *power = -power_above(rate > kr_least_unit ? rate : kr_least_unit);
+    if (rate > 0.0) *power = -power_above(rate > kr_min_unit ? rate : kr_min_unit);
     const double unit = times_power_of_2(swing->moment, -*power);
-    return unit < INFINITY && unit >= kr_least_unit;
+    return unit < INFINITY && unit >= kr_min_unit;
 }
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
 /* Gives kr_scene_horizon where these are known. */

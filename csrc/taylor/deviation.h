@@ -1,6 +1,6 @@
 /* The recurrence of tangents.h: coefficients and sum. It is source, compiled once per instruction
- * set and four times in each, as series.h is twice: in doubles after lanes.h and in double-doubles
- * after lanes_dd.h, for deviations one by one after alone.h and for bundles of them after bundle.h.
+ * set and four times in each, as series.h is twice: in doubles after quat_simd.h and in double-doubles
+ * after quat_simd_dd.h, for deviations one by one after deviation_single.h and for bundles of them after deviation_batch.h.
  * These say what a `triple` is, a vector of each deviation; `turned` is one to be multiplied by a
  * `path_term`, and `halves` are two sums of such products. A cross product of two series is one sum
  * of products of both, turned either way. The newest coefficient, for which everything waits, comes

@@ -1,7 +1,7 @@
 /* The Taylor series in doubles. This file is compiled once per instruction set: -DKR_ISA=avx2
  * -mavx2 -mfma, and so on (CMakeLists.txt); without any of that, for the one that runs everywhere.
  * gcc and clang give the same bits, and so does every instruction set with a fused product. */
-#include "lanes.h"
+#include "quat_simd.h"
 #include "series.h"
 
 /* whole and headless expand the series with and without the heading. */
@@ -64,7 +64,7 @@ TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
 /* Adds the product of two series to c, even and odd terms of a in two chains of fma side by side.
- * It is the `product` of a kr_piece. */
+ * It is the `product` of a kr_step_polynomial. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

@@ -1,7 +1,7 @@
 /* The Taylor series in double-doubles as far as its terms need them (the head), and on in doubles
  * (the tail, kernel.c): for 20 digits the first few terms, for 30 half of them. This file is
  * compiled once per instruction set. */
-#include "lanes_dd.h"
+#include "quat_simd_dd.h"
 #include "series.h"
 
 /* Sums the head, and adds h^(head + 1) times the sum of the tail. */

@@ -1,7 +1,7 @@
 /* Tangents in doubles. This file is compiled once per instruction set. */
-#include "lanes.h"
+#include "quat_simd.h"
 enum { WORDS = 1 };
-#include "alone.h"
+#include "deviation_single.h"
 #include "deviation.h"
 
 static void expand_all(const kr_series *s, kr_tangent *tangents, size_t n, int order)

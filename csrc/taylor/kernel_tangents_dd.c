@@ -1,8 +1,8 @@
 /* Tangents in double-doubles, for 20 and 30 digits. This file is compiled once per instruction
  * set. */
-#include "lanes_dd.h"
+#include "quat_simd_dd.h"
 enum { WORDS = 2 };
-#include "alone.h"
+#include "deviation_single.h"
 #include "deviation.h"
 
 static void expand_all_dd(const kr_series *s, kr_tangent *tangents, size_t n, int order)

@@ -164,7 +164,7 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     s[1].t = s[1].end;
     s[0].end = s[0].at = s[0].t + fmin(exp2(step), longest);
     s[1].end = s[1].at = 0.0;
-    kernel->look(s);
+    kernel->evaluate(s);
     for (int i = 0; i < 2; i++) {
         memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
@@ -223,7 +223,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     slow_axes slow[3];
     int axes[3];
     *log2_tol = p->log2_tol;
-    if (p->series->damped == 0.0 || motion->step < 0.0 || p->is_followed != 0.0) return 0;
+    if (p->series->damped == 0.0 || motion->step < 0.0 || p->has_tangents != 0.0) return 0;
     sort_axes_by_damping(motion, axes);
     for (int i = 0; i < 3; i++) {
         if (!take_slow_axes(motion, velocity, axes[i], &slow[i])) continue;

@@ -29,9 +29,18 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
 /* The bundles come first, then the deviations that stand alone. */
-static size_t count_batches(size_t n) { return n / KR_BUNDLE + (n % KR_BUNDLE >= KR_BUNDLED); }
-static size_t count_single(size_t n) { return n % KR_BUNDLE >= KR_BUNDLED ? 0 : n % KR_BUNDLE; }
-static size_t count_structs(size_t n) { return KR_BUNDLE_OF * count_batches(n) + count_single(n); }
+static size_t count_batches(size_t n)
+{
+    return n / KR_BATCH_SIZE + (n % KR_BATCH_SIZE >= KR_BATCH_MIN);
+}
+static size_t count_single(size_t n)
+{
+    return n % KR_BATCH_SIZE >= KR_BATCH_MIN ? 0 : n % KR_BATCH_SIZE;
+}
+static size_t count_structs(size_t n)
+{
+    return KR_BATCH_STRUCTS * count_batches(n) + count_single(n);
+}
 
 /* Where the numbers of a deviation are: `from` the struct, in its lane of a bundle, so many
  * doubles one after the other; or alone, where that is 0. */
@@ -41,14 +50,14 @@ typedef struct {
 } deviation_address;
 static deviation_address address_of(const kr_motion *motion, double *memory, size_t n, size_t i)
 {
-    const size_t bundled = KR_BUNDLE * count_batches(n);
+    const size_t bundled = KR_BATCH_SIZE * count_batches(n);
     if (i >= bundled) {
-        const size_t behind = KR_BUNDLE_OF * count_batches(n) + (i - bundled);
+        const size_t behind = KR_BATCH_STRUCTS * count_batches(n) + (i - bundled);
         const deviation_address by_itself = {tangent(motion, memory, behind), 0, 0};
         return by_itself;
     }
     const deviation_address in_bundle = {
-        tangent(motion, memory, i / KR_BUNDLE * KR_BUNDLE_OF), i % KR_BUNDLE,
+        tangent(motion, memory, i / KR_BATCH_SIZE * KR_BATCH_STRUCTS), i % KR_BATCH_SIZE,
         words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
     return in_bundle;
 }
@@ -160,7 +169,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
     const size_t words = words_of(motion->digits);
     const quat_dd to_body = qdd_conj(path_attitude(motion));
     memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
-    ((kr_taylor *)motion->work)->is_followed = 1.0;
+    ((kr_taylor *)motion->work)->has_tangents = 1.0;
     tangent_work_of(memory)->from = tangent_work_of(memory)->to = series_work(motion)->series->end;
     for (size_t i = 0; i < count_structs(n); i++)
         set_tangent_constants(tangent(motion, memory, i), motion);
@@ -217,9 +226,9 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     const kr_tangents_kernel *kernel = tangent_kernel(motion);
     const kr_series *path = tangent_work_of(memory)->path;
     kr_tangent *first = tangent(motion, memory, 0),
-               *rest_of_them = tangent(motion, memory, KR_BUNDLE_OF * count_batches(n));
+               *rest_of_them = tangent(motion, memory, KR_BATCH_STRUCTS * count_batches(n));
     if (count_batches(n) > 0)
-        kernel->expand_bundles(path, first, count_batches(n), order_of(motion));
+        kernel->expand_batches(path, first, count_batches(n), order_of(motion));
     if (count_single(n) > 0) kernel->expand(path, rest_of_them, count_single(n), order_of(motion));
 }
 /* Expands the path anew about the time `at`, and lets the tangents begin there. */
@@ -228,7 +237,7 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
     const kr_kernel *kernel = motion->aux;
     kr_series *part = tangent_work_of(memory)->path;
     const size_t words = words_of(motion->digits);
-    kernel->look(part);
+    kernel->evaluate(part);
     for (size_t word = 0; word < words; word++) {
         memcpy(part[word].end_x, part[word].at_x, sizeof part->end_x);
         memcpy(part[word].end_w, part[word].at_w, sizeof part->end_w);
@@ -310,7 +319,7 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     c->from = s->t;
     c->to = s->end;
     const double last = carry_or_mark(motion, memory, n, s->end, 0.0);
-    if (last > first->rest) first->rest = last;
+    if (last > first->truncation) first->truncation = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
@@ -357,8 +366,8 @@ static void tangents_at(kr_motion *motion, double clock, double *memory, size_t 
 }
 static double tangents_truncation(const kr_motion *motion, double *memory)
 {
-    return tangent(motion, memory, 0)->rest;
+    return tangent(motion, memory, 0)->truncation;
 }
 
-const kr_tangent_way kr_taylor_tangents = {count_doubles, tangents_begin, tangents_follow,
+const kr_tangent_ops kr_taylor_tangents = {count_doubles, tangents_begin, tangents_follow,
                                            tangents_at, tangents_truncation};

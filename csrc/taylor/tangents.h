@@ -28,13 +28,13 @@ typedef struct kr_tangent {
     double moment[8];               /* in a bundle: the k-th of xx, yy, zz, yz, zx, xy of each B */
     double t;                       /* where the piece begins */
     double damped, changes;         /* whether D is not zero; whether b and B are not */
-    double rest;                    /* the largest last term so far, over its deviation's size */
+    double truncation;              /* the largest last term so far, over its deviation's size */
     double unused[120];
 } kr_tangent;
 enum {
-    KR_BUNDLE = 8,   /* deviations in a bundle */
-    KR_BUNDLED = 5,  /* so many are worth one */
-    KR_BUNDLE_OF = 6 /* structs it is made of */
+    KR_BATCH_SIZE = 8,   /* deviations in a bundle */
+    KR_BATCH_MIN = 5,    /* so many are worth one */
+    KR_BATCH_STRUCTS = 6 /* structs it is made of */
 };
 typedef char kr_tangent_is_as_long_as_a_series[sizeof(kr_tangent) == sizeof(kr_series) ? 1 : -1];
 #endif

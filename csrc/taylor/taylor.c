@@ -50,9 +50,9 @@ static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion
     if (motion->digits > 16) return &isa->deep[motion->digits > 20 ? KR_DIGITS_30 : KR_DIGITS_20];
     while (tol < by_order[i].until) i++;
     *log2_tol = fmin(tol, fmax(tol - by_order[i].less, -53.0));
-    return motion->leave_heading ? &isa->headless[i] : &isa->plain[i];
+    return motion->skip_heading ? &isa->headless[i] : &isa->plain[i];
 }
-void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol)
+void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol)
 {
     motion->aux = (void *)kernel;
     work_of(motion)->log2_tol = log2_tol;
@@ -118,8 +118,8 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
 static kr_quat series_attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
-    return motion->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
-                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+    return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
+                                : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
 /* Gives the state in doubles, from sums (q | P) and W of the series. */
 static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
@@ -175,7 +175,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
                  W = divide_by_axes(M, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = p->first_rate = rate_for(motion, vdd_high(W));
-    if (!motion->leave_heading) {
+    if (!motion->skip_heading) {
         memcpy(high->x[0], &q_high, sizeof q_high);
         memcpy(low->x[0], &q_low, sizeof q_low);
     }
@@ -191,7 +191,7 @@ static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
     int i = 0;
     while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: not where the first one runs */
     const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
-    kr_taylor_use(motion, kernel, log2_tol);
+    kr_taylor_set_kernel(motion, kernel, log2_tol);
     set_start(work_of(motion), motion, start);
     return KR_OK;
 }
@@ -234,7 +234,7 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;
         p->series[1].at = 0.0;
     }
-    kernel_of_motion(motion)->look(p->series);
+    kernel_of_motion(motion)->evaluate(p->series);
     if (motion->digits > 16)
         extended_state(p, motion, s);
     else
@@ -261,16 +261,16 @@ static const char *taylor_kernel(const kr_motion *motion, int *order)
     *order = kernel_of_motion(motion)->order;
     return isa ? isa->name : "other";
 }
-static kr_piece taylor_polynomial(const kr_motion *motion)
+static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
 {
     const taylor_work *p = work_of(motion);
     const kr_series *s = p->series;
     const kr_isa *isa = kr_taylor_isa_of(motion);
-    kr_piece piece = {.order = kernel_of_motion(motion)->order,
-                      .x = s->x,
-                      .w = s->w,
-                      .rate = p->rate,
-                      .begin = s->t / p->rate};
+    kr_step_polynomial piece = {.order = kernel_of_motion(motion)->order,
+                                .x = s->x,
+                                .w = s->w,
+                                .rate = p->rate,
+                                .begin = s->t / p->rate};
     memcpy(piece.end_x, s->end_x, sizeof piece.end_x);
     memcpy(piece.end_w, s->end_w, sizeof piece.end_w);
     piece.end = s->end / p->rate;
@@ -293,6 +293,6 @@ const kr_method kr_method_taylor = {
     .read = taylor_read,
     .at = taylor_at,
     .kernel = taylor_kernel,
-    .piece = taylor_polynomial,
+    .polynomial = taylor_polynomial,
     .tangents = &kr_taylor_tangents,
 };

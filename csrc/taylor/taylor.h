@@ -52,9 +52,9 @@ typedef struct kr_series {
 typedef struct kr_taylor {
     kr_series series[2]; /* high and low words */
     double log2_tol;
-    double rate;        /* the series' unit of time is 1 / rate of the motion's */
-    double first_rate;  /* the one with which it began; strong damping lowers `rate` (slow.h) */
-    double is_followed; /* not 0: tangents ride along, which steps on the slow manifold leave */
+    double rate;         /* the series' unit of time is 1 / rate of the motion's */
+    double first_rate;   /* the one with which it began; strong damping lowers `rate` (slow.h) */
+    double has_tangents; /* not 0: tangents ride along, which steps on the slow manifold leave */
 } kr_taylor;
 
 /* One order on one instruction set. */
@@ -64,7 +64,7 @@ typedef struct kr_kernel {
      * (direction -1) backward. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
     /* Sums the series at the time `at` inside the piece, into at_x and at_w. */
-    void (*look)(kr_series *s);
+    void (*evaluate)(kr_series *s);
 } kr_kernel;
 
 /* What moves tangents (tangents.h) on one instruction set. */
@@ -73,7 +73,7 @@ typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents,
                                 int order);
 typedef struct kr_tangents_kernel {
     /* Compute the coefficients of n tangents, or bundles of them, that follow on those at t. */
-    kr_tangents_expand *expand, *expand_bundles;
+    kr_tangents_expand *expand, *expand_batches;
     /* Sums those of one struct at a time. */
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
@@ -100,7 +100,7 @@ KR_TAYLOR_ISA(avx512)
 
 /* An instruction set that was compiled in. `plain` and `headless` have KR_ORDERS kernels, with and
  * without the heading; `deep` has KR_DEPTHS, for 20 and 30 digits; `product` is that of a
- * kr_piece. */
+ * kr_step_polynomial. */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
@@ -109,7 +109,7 @@ typedef struct kr_isa {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
-extern const kr_tangent_way kr_taylor_tangents;
+extern const kr_tangent_ops kr_taylor_tangents;
 /* Sets all constants of a series for another rate. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
@@ -119,5 +119,5 @@ const kr_isa *kr_taylor_isa(int i);
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
 /* Goes on with another kernel and tolerance than were chosen: this is for tests and
  * measurements. */
-void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
+void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
 #endif

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stddef.h>
 #include "exact/kowalewski.h"
-#include "viewer/picture.h"
-#include "viewer/stage.h"
+#include "viewer/mesh.h"
+#include "viewer/simulation.h"
 #include "taylor/taylor.h"
 
 /* The driver knows kernels for 20 and 30 digits and for tangents, which are large. The stage asks
@@ -56,20 +56,20 @@ PLACE(kr_box, turn, 6);
 PLACE(kr_box, density, 10);
 SIZE(kr_box, 11);
 
-static kr_stage stage;
-static double measured[KR_STAGE_MEASURES];
+static kr_simulation stage;
+static double measured[KR_SIMULATION_MEASURES];
 static kr_vec3 velocity;
 static double reach[2];
 static kr_box box;
 static double limits[6];
-static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
+static float points[KR_MESH_RINGS * KR_MESH_SIDES][3];
 
 /* Numbers and names */
-EXPORT(int, kr_page_ticks, (void)) { return KR_STAGE_TICKS; }
-EXPORT(int, kr_page_tops, (void)) { return KR_STAGE_TOPS; }
-EXPORT(int, kr_page_way_points, (void)) { return KR_PICTURE_POINTS; }
-EXPORT(int, kr_page_rod_rings, (void)) { return KR_PICTURE_RINGS; }
-EXPORT(int, kr_page_rod_sides, (void)) { return KR_PICTURE_SIDES; }
+EXPORT(int, kr_page_ticks, (void)) { return KR_SIMULATION_TICKS; }
+EXPORT(int, kr_page_tops, (void)) { return KR_SIMULATION_TOPS; }
+EXPORT(int, kr_page_way_points, (void)) { return KR_MESH_POINTS; }
+EXPORT(int, kr_page_rod_rings, (void)) { return KR_MESH_RINGS; }
+EXPORT(int, kr_page_rod_sides, (void)) { return KR_MESH_SIDES; }
 EXPORT(int, kr_page_adaptive, (const kr_method *method))
 {
     return (kr_method_flags(method) & KR_ADAPTIVE) != 0;
@@ -108,92 +108,94 @@ EXPORT(const char *, kr_page_course, (const kr_scene *scene))
 }
 
 /* The stage */
-EXPORT(void, kr_page_clear, (void)) { kr_stage_clear(&stage); }
+EXPORT(void, kr_page_clear, (void)) { kr_simulation_clear(&stage); }
 EXPORT(kr_status, kr_page_add,
        (const kr_scene *scene, const kr_method *method, double step, double tol, int against))
 {
-    return kr_stage_add(&stage, scene, method, (int64_t)step, tol, against);
+    return kr_simulation_add(&stage, scene, method, (int64_t)step, tol, against);
 }
 EXPORT(kr_status, kr_page_add_track,
        (const kr_scene *scene, const kr_state *track, int length, double step, int against))
 {
-    return kr_stage_add_track(&stage, scene, track, length, (int64_t)step, against);
+    return kr_simulation_add_track(&stage, scene, track, length, (int64_t)step, against);
 }
 EXPORT(double, kr_page_advance, (double target, int most))
 {
-    return (double)kr_stage_advance(&stage, (int64_t)target, most);
+    return (double)kr_simulation_advance(&stage, (int64_t)target, most);
 }
 EXPORT(int, kr_page_late, (void)) { return stage.is_late; }
 EXPORT(double, kr_page_common, (void)) { return (double)stage.common; }
-EXPORT(const kr_state *, kr_page_state, (int i)) { return &stage.actor[i].now; }
-EXPORT(kr_status, kr_page_status, (int i)) { return stage.actor[i].status; }
+EXPORT(const kr_state *, kr_page_state, (int i)) { return &stage.slots[i].now; }
+EXPORT(kr_status, kr_page_status, (int i)) { return stage.slots[i].status; }
 EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
 {
-    velocity = kr_state_velocity(&stage.actor[i].scene, &stage.actor[i].now);
+    velocity = kr_state_velocity(&stage.slots[i].scene, &stage.slots[i].now);
     return &velocity;
 }
 
 /* Measures and their record */
-EXPORT(int, kr_page_measures, (void)) { return KR_STAGE_MEASURES; }
+EXPORT(int, kr_page_measures, (void)) { return KR_SIMULATION_MEASURES; }
 EXPORT(const char *, kr_page_measure_name, (int k))
 {
-    const kr_quantity *quantity = kr_stage_quantity(k);
+    const kr_quantity *quantity = kr_simulation_quantity(k);
     if (quantity) return kr_quantity_name(quantity);
-    return k == KR_STAGE_ERROR ? "error" : "modified_energy";
+    return k == KR_SIMULATION_ERROR ? "error" : "modified_energy";
 }
 EXPORT(const char *, kr_page_measure_text, (int k))
 {
-    const kr_quantity *quantity = kr_stage_quantity(k);
+    const kr_quantity *quantity = kr_simulation_quantity(k);
     if (quantity) return kr_quantity_text(quantity);
-    return k == KR_STAGE_ERROR ? "attitude error against another top, in radians"
-                               : "the energy that bobenko_suris keeps at its step, in its place";
+    return k == KR_SIMULATION_ERROR
+               ? "attitude error against another top, in radians"
+               : "the energy that bobenko_suris keeps at its step, in its place";
 }
 EXPORT(int, kr_page_measure_kept, (int k))
 {
-    const kr_quantity *quantity = kr_stage_quantity(k);
-    return k == KR_STAGE_MODIFIED || (quantity && kr_quantity_flags(quantity) & KR_KEPT);
+    const kr_quantity *quantity = kr_simulation_quantity(k);
+    return k == KR_SIMULATION_MODIFIED || (quantity && kr_quantity_flags(quantity) & KR_KEPT);
 }
 EXPORT(const double *, kr_page_measure, (int i))
 {
-    kr_stage_measure(&stage, i, measured);
+    kr_simulation_measure(&stage, i, measured);
     return measured;
 }
 EXPORT(int, kr_page_rows, (void)) { return (int)stage.rows; }
-EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_row) / sizeof(double); }
-EXPORT(const double *, kr_page_times, (void)) { return &stage.row[0].time; }
+EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
+EXPORT(const double *, kr_page_times, (void)) { return &stage.record[0].time; }
 /* Where a measure of top i stands in the first row: its value, or if `side` is -1 or 1 the least or
  * the greatest since the row before. */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
-    const kr_row *row = &stage.row[0];
+    const kr_record_row *row = &stage.record[0];
     return &(side < 0 ? row->low : side ? row->high : row->at)[i][measure];
 }
 
 /* What is to be seen */
 EXPORT(const double *, kr_page_reach, (int i))
 {
-    kr_picture_reach(&stage.actor[i].scene, &reach[0], &reach[1]);
+    kr_mesh_limits(&stage.slots[i].scene, &reach[0], &reach[1]);
     return reach;
 }
 EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
 {
-    box = kr_picture_box(body);
+    box = kr_mesh_box(body);
     return &box;
 }
-static kr_trail trail(const kr_actor *a)
+static kr_trail trail(const kr_simulation_slot *a)
 {
-    const kr_trail t = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->step / KR_STAGE_TICKS};
+    const kr_trail t = {a->trace, KR_SIMULATION_TRACE, a->steps,
+                        (double)a->step / KR_SIMULATION_TICKS};
     return t;
 }
 EXPORT(const float *, kr_page_points, (void)) { return points[0]; }
 EXPORT(int, kr_page_way, (int i, double radius))
 {
-    const kr_trail t = trail(&stage.actor[i]);
-    return kr_picture_way(&stage.actor[i].scene.body, &t, radius, points);
+    const kr_trail t = trail(&stage.slots[i]);
+    return kr_mesh_trail(&stage.slots[i].scene.body, &t, radius, points);
 }
 EXPORT(int, kr_page_rod, (int i, double scale, double radius, double power))
 {
-    const kr_body *body = &stage.actor[i].scene.body;
-    const kr_trail t = trail(&stage.actor[i]);
-    return KR_PICTURE_SIDES * kr_picture_rod(body, &t, scale, radius, power, points);
+    const kr_body *body = &stage.slots[i].scene.body;
+    const kr_trail t = trail(&stage.slots[i]);
+    return KR_MESH_SIDES * kr_mesh_rod(body, &t, scale, radius, power, points);
 }

@@ -56,7 +56,7 @@ static kr_motion open_motion(const kr_method *method, const problem *p, double s
 }
 static void close_motion(const kr_method *method, kr_motion *motion)
 {
-    if (method->done) method->done(motion);
+    if (method->release) method->release(motion);
     free(motion->work);
 }
 static kr_state to(const kr_method *method, kr_motion *motion, double until)

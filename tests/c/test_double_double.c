@@ -3,7 +3,7 @@
  * about 1e6 steps. */
 #include "check.h"
 #include "math/dd_functions.h"
-#include "math/parts.h"
+#include "math/split_double.h"
 
 static dd pair(double hi, double lo) { return dd_make(hi, lo); }
 static double apart(dd a, dd b) { return fabs(dd_sub(a, b).hi / (b.hi == 0.0 ? 1.0 : b.hi)); }

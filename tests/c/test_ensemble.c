@@ -118,7 +118,7 @@ static void test_instruction_sets(void)
         const kr_lanes_isa *isa = kr_lanes_isa_at(i);
         const int is_fused = strcmp(isa->name, "base") != 0;
         if (!isa->runs_here()) continue;
-        kr_fleet_use(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
+        kr_scheduler_set_kernel(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
         IS(kr_worker_run(worker, &g.tops) == KR_OK);
         for (size_t k = 0; k < TOPS; k++) {
             IS(!is_fused || strcmp(kr_lanes_isa_at(0)->name, "base") == 0 ||
@@ -139,7 +139,7 @@ static void test_accuracy_of_lanes(double tol)
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     for (size_t i = 0; i < TOPS; i++) {
         const double t = f.t[i * TIMES + TIMES - 1];
-        const double led = kr_step_led(0.0, t < 0.0);
+        const double led = kr_step_directed(0.0, t < 0.0);
         const kr_config there = {.step = led, .digits = 20}, same_way = {.step = led, .tol = tol};
         const kr_state truth = state_at(t, &f.scenes[i], taylor(), there),
                        one = state_at(t, &f.scenes[i], taylor(), same_way);
@@ -191,7 +191,7 @@ static void test_failures(void)
         kr_state states[TIMES];
         size_t done;
         kr_config config = limited;
-        config.step = kr_step_led(0.0, f.t[i * TIMES + TIMES - 1] < 0.0);
+        config.step = kr_step_directed(0.0, f.t[i * TIMES + TIMES - 1] < 0.0);
         if (o->status == KR_OK) continue;
         failed++;
         kr_top *top = make(&f.scenes[i], taylor(), config);

@@ -1,5 +1,5 @@
 /* Event search: the times found, the unchanged path, refusals and failures. */
-#include "events/terms.h"
+#include "events/event_polynomial.h"
 #include "model/quantities.h"
 #include "random.h"
 #include "taylor/taylor.h"
@@ -166,7 +166,7 @@ static void test_two_in_one_step(void)
         const double steps[] = {1e-2, 1e-4, 1e-6};
         kr_top *to = watched(&s, (kr_config){0}, NULL, 0);
         IS(kr_top_advance(to, at[i]) == KR_OK);
-        const kr_piece piece = to->method->piece(&to->main);
+        const kr_step_polynomial piece = to->method->polynomial(&to->main);
         const double length = (piece.end - piece.begin) * to->time_unit;
         const kr_state peak = kr_top_state(to);
         for (int k = 0; k < 3; k++) {
@@ -253,7 +253,7 @@ static void test_agreement_of_kernels(void)
         kr_event e = {.terms = g, .count = 2};
         kr_top *top = watched(&s, (kr_config){0}, &e, 1);
         if (kr_taylor_isa(i)->runs_here()) {
-            kr_taylor_use(&top->main, &kr_taylor_isa(i)->plain[KR_ORDER_28], -53.0);
+            kr_taylor_set_kernel(&top->main, &kr_taylor_isa(i)->plain[KR_ORDER_28], -53.0);
             const int m = seek_all(top, 10.0, n ? t : first, NULL);
             IS(m > 3 && (!n || m == n));
             for (int k = 0; n && k < n; k++) NEAR(t[k], first[k], 1e-11);
@@ -308,7 +308,7 @@ static void test_refusals(void)
     kr_top *top = watched(&s, (kr_config){0}, &good, 1), *rk4 = NULL;
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
         IS(kr_top_watch(top, 1, &wrong[i]) == KR_ERR_ARGUMENT);
-    IS(top->watched == 1 && top->events == &good);
+    IS(top->event_count == 1 && top->events == &good);
     IS(kr_top_watch(NULL, 0, NULL) == KR_ERR_ARGUMENT &&
        kr_top_watch(top, 1, NULL) == KR_ERR_ARGUMENT);
     IS(kr_top_seek(NULL, 1.0, &hit) == KR_ERR_ARGUMENT &&

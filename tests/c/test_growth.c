@@ -70,7 +70,7 @@ static void test_instruction_sets(void)
     for (int i = 0; (isa = kr_lanes_isa_at(i)) != NULL; i++) {
         kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
         if (isa->runs_here()) {
-            kr_fleet_use(worker, isa, 20, -53.0);
+            kr_scheduler_set_kernel(worker, isa, 20, -53.0);
             run(worker, scenes, TOPS, i == 0 ? &first : &other);
             if (i > 0 && strcmp(isa->name, "base") != 0)
                 IS(memcmp(first.rows, other.rows, sizeof first.rows) == 0);
@@ -168,7 +168,7 @@ static void test_empty_lanes(void)
     kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
     run(worker, &scene, 1, &got);
     const kr_growth *end = &worker->lanes->tangents->end;
-    for (int lane = 0; lane < KR_LANES_MOST; lane++) {
+    for (int lane = 0; lane < KR_LANES_MAX; lane++) {
         for (int i = 0; i < 6; i++) IS(end->d[i / 3][i % 3][lane] == (i == 0));
         IS(end->scale[lane] == 1.0 && end->power[lane] == 0.0);
     }
@@ -277,10 +277,10 @@ static void test_unreachable_tolerance(void)
                           .growth = got.rows[0]};
     some(scenes);
     worker->tops = &tops;
-    kr_fleet_begin(worker);
-    for (size_t i = 0; i < 2; i++) kr_fleet_add(worker, i);
-    worker->lanes->tangents->rest = -1.0;
-    kr_fleet_finish(worker);
+    kr_scheduler_reset(worker);
+    for (size_t i = 0; i < 2; i++) kr_scheduler_add(worker, i);
+    worker->lanes->tangents->truncation_limit = -1.0;
+    kr_scheduler_drain(worker);
     for (int i = 0; i < 2; i++) {
         IS(got.outcomes[i].status == KR_ERR_TANGENT && got.outcomes[i].done == 0);
         for (int k = 0; k < TIMES; k++) IS(isnan(got.rows[i * TIMES + k][KR_GROWTH_LOG]));

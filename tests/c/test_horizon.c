@@ -97,7 +97,7 @@ static void test_times_beside_a_step(double step)
     kr_top *top = make(&s, kr_method_find("taylor"), (kr_config){.step = step});
     kr_state begin, before, end, behind;
     IS(kr_top_step(top) == KR_OK && kr_top_step(top) == KR_OK);
-    const kr_piece piece = top->method->piece(&top->main);
+    const kr_step_polynomial piece = top->method->polynomial(&top->main);
     const double length = piece.end - piece.begin;
     top->method->at(&top->main, piece.begin, &begin);
     top->method->at(&top->main, piece.begin - 9.0 * length, &before);

@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include <string.h>
 #include "driver/top.h"
-#include "events/terms.h"
+#include "events/event_polynomial.h"
 #include "random.h"
 #include "tops.h"
 

@@ -1,7 +1,7 @@
 /* Sections of a worker: states depend on their own top alone, none is missed, and a top whose
  * event does not occur is reported. */
 #include "ensemble/worker.h"
-#include "events/terms.h"
+#include "events/event_polynomial.h"
 #include "random.h"
 #include "event_helpers.h"
 
@@ -72,7 +72,7 @@ static void is_complete(const cut *c, size_t i, const kr_event *event)
     const kr_outcome *o = &c->outcomes[i];
     const double wait = c->wait[i];
     kr_event mine = *event;
-    kr_top *top = watched(s, (kr_config){.step = kr_step_led(0.0, wait < 0.0)}, &mine, 1);
+    kr_top *top = watched(s, (kr_config){.step = kr_step_directed(0.0, wait < 0.0)}, &mine, 1);
     kr_state last = s->start;
     kr_hit hit;
     for (size_t k = 0; k < o->done; k++) {
@@ -147,7 +147,7 @@ static void test_instruction_sets(const kr_event *event)
         const kr_lanes_isa *isa = kr_lanes_isa_at(i);
         const int is_fused = strcmp(isa->name, "base") != 0;
         if (!isa->runs_here()) continue;
-        kr_fleet_use(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
+        kr_scheduler_set_kernel(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
         const kr_tops tops = all_of(&d, TOPS);
         IS(kr_worker_section(worker, event, &tops) == KR_OK);
         for (size_t k = 0; k < TOPS; k++) {

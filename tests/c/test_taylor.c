@@ -60,7 +60,7 @@ static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
     for (int n = kernel->order; n >= 0; n--) sum = sum * s->end + s->x[n][0];
     NEAR(s->end_x[0], sum, 4e-16);
     s->at = s->end;
-    kernel->look(s);
+    kernel->evaluate(s);
     IS(s->end > 0.2 && memcmp(s->at_x, s->end_x, sizeof s->at_x) == 0 &&
        memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
     IS(isa->runs_here());
@@ -230,7 +230,7 @@ static void test_own_kernel(void)
         kr_hit hit = {0};
         int order;
         kr_top *top = make(&s, taylor(), (kr_config){0});
-        kr_taylor_use(&top->main, i ? &mine : &kr_taylor_isa(0)->plain[KR_ORDER_28], -53.0);
+        kr_taylor_set_kernel(&top->main, i ? &mine : &kr_taylor_isa(0)->plain[KR_ORDER_28], -53.0);
         IS(strcmp(kr_top_kernel(top, &order), i ? "other" : kr_taylor_isa(0)->name) == 0);
         IS(order == mine.order && kr_top_watch(top, 1, &event) == KR_OK);
         IS(kr_top_seek(top, 20.0, &hit) == KR_OK && hit.which == 0);

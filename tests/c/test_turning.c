@@ -79,7 +79,7 @@ static void test_repeated_bits(void)
         for (int k = 0; kr_exact_isa_at(k); k++) {
             kr_turning here = {0};
             if (!kr_exact_isa_at(k)->runs_here()) continue;
-            IS(kr_exact_isa_at(k)->one->turning(&s, &here) == KR_OK);
+            IS(kr_exact_isa_at(k)->scalar->turning(&s, &here) == KR_OK);
             IS(strcmp(here.course, one.course) == 0);
             here.course = one.course; /* Each has names of its own. */
             IS(memcmp(&here, &one, sizeof one) == 0);

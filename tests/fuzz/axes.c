@@ -1,7 +1,7 @@
 /* Tops described in another order of their axes: the motion is the same. */
 #include <math.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"

@@ -2,7 +2,7 @@
  * did. */
 #include <stdio.h>
 #include <stdlib.h>
-#include "choice.h"
+#include "random_values.h"
 #include "rounds.h"
 
 int LLVMFuzzerTestOneInput(const unsigned char *bytes, size_t size);

@@ -2,7 +2,7 @@
 #include "claims.h"
 #include <math.h>
 #include <string.h>
-#include "counted.h"
+#include "step_counts.h"
 
 enum { MARK = 0xa5 };
 

@@ -1,6 +1,6 @@
 /* Random calls of the whole C API, held to the words of its header. `fuzz SEED CALLS` makes rounds
  * by the seeds SEED, SEED + 1, ... until so many calls are made, those of the checks counted with
- * them (counted.h); a round that fails is made once more and told. */
+ * them (step_counts.h); a round that fails is made once more and told. */
 #define _XOPEN_SOURCE 700
 #include <inttypes.h>
 #include <signal.h>
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <sys/time.h>
 #include <unistd.h>
-#include "choice.h"
+#include "random_values.h"
 #include "rounds.h"
 
 enum { PLACES = 64, PATIENCE = 60 /* seconds of work that a call may take */ };

@@ -4,7 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 
 uint64_t calls_made, calls_chosen;

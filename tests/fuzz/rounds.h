@@ -1,9 +1,9 @@
-/* A round: a few dozen calls, made of the choices that come next (choice.h). */
+/* A round: a few dozen calls, made of the choices that come next (random_values.h). */
 #ifndef KR_ROUNDS_H
 #define KR_ROUNDS_H
 #include <stdint.h>
 
-extern uint64_t calls_made;   /* all that compute, with those of the checks (counted.h) */
+extern uint64_t calls_made;   /* all that compute, with those of the checks (step_counts.h) */
 extern uint64_t calls_chosen; /* those that rounds are made of */
 
 typedef struct failed_claim {

@@ -1,7 +1,7 @@
 /* Scenes: see scenes.h. */
 #include "scenes.h"
 #include <math.h>
-#include "choice.h"
+#include "random_values.h"
 #include "math/su2.h"
 
 static kr_body known_kind(void)

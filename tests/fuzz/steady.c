@@ -2,10 +2,10 @@
  * middle axis. */
 #include <math.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
-#include "counted.h"
+#include "step_counts.h"
 
 /* A rotation about an axis that stays where it is, and the rate at which its tangents grow. */
 typedef struct {

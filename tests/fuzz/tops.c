@@ -2,11 +2,11 @@
 #include "tops.h"
 #include <math.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
-#include "counted.h"
+#include "step_counts.h"
 
 enum { PLACES = 3 };
 static place places[PLACES];

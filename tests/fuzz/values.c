@@ -2,11 +2,11 @@
 #include <math.h>
 #include <stdio.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
-#include "counted.h"
+#include "step_counts.h"
 
 static kr_vec3 spoiled_vector(double low, double high)
 {

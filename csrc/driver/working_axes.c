@@ -1,0 +1,32 @@
+/* The way of a start into working axes, for up to 16 digits; extended.c does it for more. */
+#include "model/body.h"
+#include "top.h"
+
+/* A method that knows no special axis works along the principal ones. There the attitude and the
+ * lever are not rounded, and a small lean keeps its digits however the axes are named. */
+kr_working kr_top_working_axes(const kr_top *top)
+{
+    const kr_scene *scene = &top->scene;
+    return top->method->flags & KR_DIGITS ? kr_body_principal(&scene->body, scene->damping)
+                                          : kr_body_working_damped(&scene->body, scene->damping);
+}
+/* Where T is not the third principal axis, the attitude of an upright top has large components, and
+ * its lean is what is left of their sums. This computes the attitude in double-double and keeps its
+ * low words for a method that reads them. */
+static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
+{
+    const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),
+                  own = qdd_unit(qdd_mul(principal, qdd_of(axes)));
+    top->main.low.q = qdd_low(own);
+    return qdd_high(own);
+}
+kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *state)
+{
+    const kr_working working = kr_top_working_axes(top);
+    const int is_renamed = !working.tilted && kr_body_last_axis(&top->scene.body) != 2;
+    const kr_state own = {0.0,
+                          is_renamed ? rename_attitude(top, working.axes, state->q)
+                                     : q_unit(q_mul(state->q, top->axes)),
+                          v_scale(1.0 / top->momentum_unit, state->m)};
+    return own;
+}

@@ -1,0 +1,119 @@
+/* The tops that have a closed form, as many at once as are set up at once. Their states are those
+ * of kr_exact_state, but at the start that start itself. What asks for more than to be read in
+ * order goes alone, for the driver to say what is wrong. */
+#include "exact/dispatch.h"
+#include "worker.h"
+
+enum {
+    STATES_PER_CALL = 64,
+    STATES_PER_POLL = 1 << 16 /* states between two questions whether to go on */
+};
+
+/* Returns a time from which on, before and after 0, a double may not tell where the top is; it is
+ * at most that of kr_scene_horizon, and costs less. */
+static double lower_bound_of_horizon(const kr_scene *s)
+{
+    const kr_vec3 A = s->body.inertia, m = s->start.m;
+    const double largest = fmax(A.x, fmax(A.y, A.z)), turning = v_length(m) / largest,
+                 swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
+    return 0x1p52 / fmax(turning, swing);
+}
+/* Return whether a top's times are all on one side of its start, ever further from it, not too far,
+ * and not more than the steps that `config` allows: the closed form takes a step for each. */
+static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
+{
+    const kr_scene *scene = &tops->scenes[i];
+    const double *t = kr_worker_times_of(tops, i), start = scene->start.t,
+                 horizon = lower_bound_of_horizon(scene);
+    const double forward = tops->times > 0 && t[tops->times - 1] < start ? -1.0 : 1.0;
+    double before = start;
+    int plain = fabs(start) < horizon &&
+                (config->max_steps <= 0 || tops->times <= (uint64_t)config->max_steps);
+    for (size_t k = 0; k < tops->times; k++) {
+        plain &= fabs(t[k]) < horizon && forward * (t[k] - before) >= 0.0;
+        before = t[k];
+    }
+    return plain;
+}
+/* Takes states of a top that were read. Returns how many there are before the first that is
+ * none. */
+static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *kept, size_t n,
+                           kr_state states[])
+{
+    const kr_state *start = &worker->tops->scenes[slot->top].start;
+    size_t k = 0;
+    for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++) {
+        slot->steps += states[k].t != slot->last.t; /* as the method counts them */
+        kr_worker_store_state(worker, slot, kept, states[k].t == start->t ? start : &states[k]);
+    }
+    return k;
+}
+static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *kept,
+                       kr_status status)
+{
+    const kr_stats stats = {.steps = slot->steps, .evaluations = slot->steps};
+    kr_worker_finish_top(worker, slot, kept, status, stats);
+}
+static int poll(kr_worker *worker)
+{
+    const kr_config *config = &worker->config;
+    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
+    return worker->interrupted;
+}
+/* Reads a top a few states at a time. */
+static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
+{
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times_of(tops, i);
+    kr_accumulator *kept = kr_worker_scalar_accumulators(worker);
+    kr_slot slot = {.top = i, .last = tops->scenes[i].start};
+    kr_state piece[STATES_PER_CALL];
+    while (slot.states < tops->times && !worker->interrupted) {
+        const size_t left = tops->times - slot.states,
+                     n = left < STATES_PER_CALL ? left : STATES_PER_CALL;
+        kr_exact_states(plan, n, t + slot.states, piece);
+        if (store_states(worker, &slot, kept, n, piece) < n) {
+            kr_worker_run_scalar(worker, worker->exact_top, i);
+            return;
+        }
+        if (slot.states % STATES_PER_POLL < n) poll(worker);
+    }
+    finish_top(worker, &slot, kept, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
+}
+/* Takes a top whose states stand where they were asked for. */
+static void store_top(kr_worker *worker, size_t i)
+{
+    const kr_tops *tops = worker->tops;
+    kr_slot slot = {.top = i, .last = tops->scenes[i].start};
+    kr_accumulator *kept = kr_worker_scalar_accumulators(worker);
+    if (store_states(worker, &slot, kept, tops->times, tops->states + i * tops->times) ==
+        tops->times)
+        finish_top(worker, &slot, kept, KR_OK);
+    else
+        kr_worker_run_scalar(worker, worker->exact_top, i);
+}
+void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
+{
+    const kr_tops *tops = worker->tops;
+    const int at_once = tops->states && tops->times <= STATES_PER_POLL / KR_BATCH;
+    kr_exact_request asked = {.n = n, .scenes = tops->scenes + from, .status = status};
+    if (at_once) {
+        asked.times = tops->times;
+        asked.t = kr_worker_times_of(tops, from);
+        asked.own_times = tops->own_times;
+        asked.states = tops->states + from * tops->times;
+    } else {
+        asked.plans = worker->plans;
+    }
+    kr_exact_run(&asked);
+    for (size_t i = 0; i < n && !worker->interrupted; i++) {
+        if (status[i] != KR_OK) continue;
+        if (!is_ordered(&worker->config, tops, from + i))
+            kr_worker_run_scalar(worker, worker->exact_top, from + i);
+        else if (at_once)
+            store_top(worker, from + i);
+        else
+            evaluate_top(worker, from + i, &worker->plans[i]);
+    }
+    poll(worker);
+}

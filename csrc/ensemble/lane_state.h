@@ -1,0 +1,108 @@
+/* Heavy tops as Taylor series, as many at once as a vector has lanes: each lane is a top of its
+ * own, with its own step. Private to ensemble/.
+ *     P' = P x W                  P = q* e3 q: the vertical seen from the body
+ *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
+ *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
+ *     f' = (W, P + d) / (1 + (P, d))
+ * f is the heading: the attitude follows from it and from P, hence a term of the series takes 12
+ * products of coefficients in place of the 21 that q itself would take: 3 for AW x W, 6 for P x W,
+ * 1 for the quotient, and 2 for (W, P), because (AW, P) is constant. d is P where a
+ * step begins, so that the quotient's pole is far; how far it is counts for the step.
+ * The units are those of taylor.h: W stays below one. A series keeps nothing but what its
+ * tolerance keeps. */
+#ifndef KR_LANE_STATE_H
+#define KR_LANE_STATE_H
+#include "kreisel.h"
+#include "math/isa.h"
+
+enum { KR_LANES_MAX = 8, KR_LANES_ORDER = 28 };
+
+/* A number of each lane, and a vector of each. */
+typedef double kr_lane_number[KR_LANES_MAX];
+typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
+
+struct kr_lane_tangents;
+/* Pieces of path, from the times t to `end`. The axes of the body are in such an order that the
+ * third moment is the largest. A lane without a top rests: all its numbers are finite, and
+ * `goal` is out of reach. */
+typedef struct kr_lanes {
+    kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
+    kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
+    kr_lane_number turn[KR_LANES_ORDER + 1];                     /* of f */
+    kr_lane_number near[KR_LANES_ORDER + 1];                     /* of 1 + (P, d) */
+    kr_lane_number inverse;                                      /* 1 / (1 + (P, d)) at t */
+    kr_lane_quaternion q;                                        /* attitude at t */
+    kr_lane_vector end_p, end_w;
+    kr_lane_quaternion end_q;
+    kr_lane_vector k, up, down;           /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
+    kr_lane_vector part;                  /* 1 - Ax / Az, 1 - Ay / Az: of (W, P); and 0 */
+    kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 back in time */
+    kr_lane_number fall;                  /* as in kr_series */
+    kr_lane_number steps, max_steps;
+    kr_lane_number at; /* where to look */
+    /* What is watched: g = along_p P + along_w W + apart, or where it is largest or smallest; its
+     * coefficients over the piece, in s from 0 to 1; the last sign that was sure, 0 for none; and
+     * what is not above this cannot be told from zero. */
+    kr_lane_vector along_p, along_w;
+    kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
+    int has_event, extremum;
+    /* What leads to the user's frame and units: the frame of description seen from these axes, and
+     * the momentum of a unit of W. */
+    kr_lane_quaternion axes;
+    kr_lane_vector moment;
+    kr_lane_quaternion out_q; /* what was seen: the user's q and m */
+    kr_lane_vector out_m;
+    int order, skip_heading;
+    double log2_tol;
+    struct kr_lane_tangents *tangents; /* NULL: none ride along */
+} kr_lanes;
+
+/* Where a tangent stands: theta and N, times 2^-power; scale is that power of two. */
+typedef struct kr_growth {
+    kr_lane_vector d[2];
+    kr_lane_number power, scale;
+    kr_lane_number area, moment; /* int ln|delta| dt, and of that times ln t */
+    kr_lane_number max, last;    /* the largest ln|delta|, and the last */
+    kr_lane_number truncation;   /* the square of the largest last term, over its deviation */
+} kr_growth;
+/* A tangent a lane, in the words of taylor/tangents.h. */
+typedef struct kr_lane_tangents {
+    kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
+    kr_lane_number lift[KR_LANES_ORDER + 1]; /* of <c, P> */
+    kr_lane_vector ahead, behind, per, moments, c;
+    kr_growth begin, end;            /* where the step begins and ends */
+    kr_lane_number energy, vertical; /* dE and d<m, e3> of it at the start */
+    kr_lane_number out[KR_GROWTH_COUNT];
+    kr_lane_vector first[2]; /* what would be begun with, at the end of the piece */
+    kr_lane_number first_energy, first_vertical, first_size;
+    kr_lanes part;           /* the path about a part of a step */
+    double truncation_limit; /* the square of what the last term may be, over the deviation */
+    int terms[4];            /* of the series that count at the places where the integrals look */
+} kr_lane_tangents;
+
+typedef struct kr_lanes_isa {
+    const char *name;
+    const int *lanes;
+    int (*runs_here)(void);
+    /* Steps all lanes until one, at least, has passed its goal, made no way, made more than its
+     * most steps, is not finite or may have met what it watches for; at most `steps` times. Returns
+     * the lanes for which that holds, as bits. */
+    unsigned (*advance)(kr_lanes *lanes, int steps);
+    /* Gives the states at the times `at` inside the pieces. */
+    void (*sample)(kr_lanes *lanes);
+    /* Makes of `end` of the tangents what may be begun with there: of unit length, and without the
+     * known solutions. */
+    void (*begin)(kr_lanes *lanes);
+} kr_lanes_isa;
+/* KR_LANES_ISA declares what kernel_lanes.c exports for an instruction set. */
+#define KR_LANES_ISA(isa)                                                                          \
+    unsigned kr_lanes_advance_##isa(kr_lanes *lanes, int steps);                                   \
+    void kr_lanes_look_##isa(kr_lanes *lanes);                                                     \
+    void kr_lanes_begin_##isa(kr_lanes *lanes);                                                    \
+    extern const int kr_lanes_count_##isa;
+KR_LANES_ISA(base)
+KR_LANES_ISA(avx2)
+KR_LANES_ISA(avx512)
+/* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
+const kr_lanes_isa *kr_lanes_isa_at(int i);
+#endif

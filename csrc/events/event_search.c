@@ -1,0 +1,169 @@
+/* The way from event to event. Each step is made as ever and then searched, so that the path does
+ * not know of it; every event keeps the next place found in the last step, and is searched again
+ * from there when that has passed. */
+#include "model/quantities.h"
+#include "sign_changes.h"
+#include "event_polynomial.h"
+
+static double step_clock(const kr_top *top, double t)
+{
+    return (t - top->scene.start.t) / top->time_unit;
+}
+/* The user's time at a clock in the last step, rounded so that it lies there too. */
+static double step_time(const kr_top *top, double clock)
+{
+    const double t = top->scene.start.t + clock * top->time_unit,
+                 later = nextafter(t, top->forward * INFINITY);
+    if (top->forward * (step_clock(top, t) - top->main.clock) > 0.0)
+        return nextafter(t, top->scene.start.t);
+    return top->forward * (step_clock(top, t) - top->before_clock) < 0.0 &&
+                   top->forward * (step_clock(top, later) - top->main.clock) <= 0.0
+               ? later
+               : t;
+}
+
+static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
+                           const kr_term terms[])
+{
+    if (!terms) return 0;
+    for (size_t i = 0; i < n; i++) {
+        const int of = terms[i].of, times = terms[i].times;
+        if (!kr_component_is_valid(of) || !kr_component_is_valid(times) ||
+            !isfinite(terms[i].factor))
+            return 0;
+        if (top->main.skip_heading && (kr_component_is_turned(of) || kr_component_is_turned(times)))
+            return 0;
+    }
+    const double size = kr_terms_bound(top, piece, n, terms);
+    return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
+}
+/* Says whether these events can be looked for on this top's way. */
+static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
+{
+    for (size_t i = 0; i < n; i++) {
+        const kr_step_polynomial piece = top->method->polynomial(&top->main);
+        const kr_event *event = &events[i];
+        if (event->direction < -1 || event->direction > 1) return 0;
+        if (!are_valid_terms(top, &piece, event->count, event->terms)) return 0;
+        if (event->where_count > 0 &&
+            !are_valid_terms(top, &piece, event->where_count, event->where))
+            return 0;
+    }
+    return 1;
+}
+kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
+{
+    static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
+    if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
+    if (n > 0 && !top->method->polynomial) return KR_ERR_METHOD;
+    top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
+    if (!are_valid_events(top, n, events)) return KR_ERR_ARGUMENT;
+    for (size_t i = 0; i < n; i++) events[i].own = (kr_event_search){.searched = -1};
+    top->events = events;
+    top->event_count = n;
+    return KR_OK;
+}
+
+/* Finds the next place in the last step, from the event's mark on; sign 0 if there is none. */
+static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
+{
+    double coefficients[KR_TERMS_ROOM];
+    kr_event_search *own = &event->own;
+    const double size = kr_terms_bound(top, piece, event->count, event->terms);
+    const int degree = kr_terms_polynomial(top, piece, event, coefficients),
+              turn = event->extremum || top->forward > 0.0 ? 1 : -1;
+    kr_sign_search search = {.c = coefficients,
+                             .degree = degree,
+                             .noise = KR_TERMS_UNSURE * size,
+                             .start_noise = KR_TERMS_START * size,
+                             .sought = turn * event->direction,
+                             .side = own->side,
+                             .mark = own->mark};
+    own->sign = 0;
+    while (!own->sign && kr_search_next_sign_change(&search))
+        if (search.side * search.sought >= 0) own->sign = turn * search.side;
+    own->next = piece->begin + search.root * (piece->end - piece->begin);
+    own->side = search.side;
+    own->mark = search.mark;
+}
+/* Finds the first place in the last step, if that has not been searched yet. The sign at the end of
+ * the step before holds on, but after a place found there, or a leap. */
+static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
+{
+    kr_event_search *own = &event->own;
+    if (own->searched == top->steps) return;
+    own->mark = 0.0;
+    if (own->searched != top->steps - 1 || own->sign) {
+        const double since = step_clock(top, top->requested) - piece->begin;
+        own->side = 0;
+        own->mark = fmax(0.0, since / (piece->end - piece->begin));
+    }
+    own->searched = top->steps;
+    find_next_event(top, piece, event);
+}
+/* The first place of any event in the last step, not before where the top is; NULL if there is
+ * none. */
+static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece)
+{
+    kr_event *first = NULL;
+    for (size_t i = 0; i < top->event_count; i++) {
+        kr_event *event = &top->events[i];
+        const kr_event_search *own = &event->own;
+        search_new_step(top, piece, event);
+        while (own->sign && top->forward * (step_time(top, own->next) - top->requested) < 0.0)
+            find_next_event(top, piece, event);
+        if (own->sign && (!first || top->forward * (own->next - first->own.next) < 0.0))
+            first = event;
+    }
+    return first;
+}
+/* Whether the event counts where the top is now. */
+static int is_event_counted(const kr_top *top, const kr_event *event)
+{
+    return !event->where_count ||
+           kr_terms_value(&top->scene, &top->now, event->where_count, event->where) > 0.0;
+}
+/* Moves to the next event in the last step not after t, or nowhere. */
+static kr_status seek_in_step(kr_top *top, double t, kr_hit *hit)
+{
+    const kr_step_polynomial piece = top->method->polynomial(&top->main);
+    kr_event *event;
+    hit->which = -1;
+    hit->direction = 0;
+    while (hit->which < 0 && (event = find_earliest(top, &piece)) != NULL) {
+        const double there = step_time(top, event->own.next);
+        if (top->forward * (there - t) > 0.0) break;
+        const kr_status status = kr_top_advance(top, there);
+        if (status != KR_OK) return status;
+        if (is_event_counted(top, event)) {
+            hit->which = event - top->events;
+            hit->direction = event->own.sign;
+        }
+        find_next_event(top, &piece, event);
+    }
+    return KR_OK;
+}
+kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit)
+{
+    kr_hit found = {-1, 0};
+    if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
+    if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
+    /* A reset may have brought units in which an event is beyond all numbers. */
+    if (top->event_count > 0 && top->events->own.searched < 0 &&
+        !are_valid_events(top, top->event_count, top->events))
+        return KR_ERR_ARGUMENT;
+    if (top->forward * (t - top->requested) < 0.0) return KR_ERR_TIME;
+    while (top->event_count > 0) {
+        kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;
+        if (status != KR_OK) return status;
+        if (found.which >= 0 || !(top->forward * (step_clock(top, t) - top->main.clock) > 0.0))
+            break;
+        status = kr_steps_dense(top, step_clock(top, t));
+        if (status == KR_OK) continue;
+        kr_top_sync(top, t);
+        return status;
+    }
+    const kr_status status = found.which >= 0 ? KR_OK : kr_top_advance(top, t);
+    if (status == KR_OK) *hit = found;
+    return status;
+}

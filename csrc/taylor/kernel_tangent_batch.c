@@ -1,0 +1,10 @@
+/* Tangents in bundles in doubles. This file is compiled once per instruction set. */
+#include "quat_simd.h"
+enum { WORDS = 1 };
+#include "deviation_batch.h"
+#include "deviation.h"
+
+void KR_NAME(kr_expand_bundles)(const kr_series *s, kr_tangent *tangents, size_t n, int order)
+{
+    expand_deviations(s, tangents, n, order);
+}

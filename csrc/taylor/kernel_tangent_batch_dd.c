@@ -1,0 +1,11 @@
+/* Tangents in bundles in double-doubles, for 20 and 30 digits. This file is compiled once per
+ * instruction set. */
+#include "quat_simd_dd.h"
+enum { WORDS = 2 };
+#include "deviation_batch.h"
+#include "deviation.h"
+
+void KR_NAME(kr_expand_bundles_dd)(const kr_series *s, kr_tangent *tangents, size_t n, int order)
+{
+    expand_deviations(s, tangents, n, order);
+}
