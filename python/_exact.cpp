@@ -127,9 +127,10 @@ static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course
     const double numbers[] = {r.least, r.greatest,   r.t_least, r.t_greatest,   r.critical_spin,
                               r.sum,   r.difference, r.inertia, r.axial_energy, r.lever};
     std::copy(std::begin(numbers), std::end(numbers), row);
-    *course = int8_t(std::find_if(std::begin(courses), std::end(courses),
-                                  [&](const char *name) { return !std::strcmp(name, r.course); }) -
-                     std::begin(courses));
+    *course =
+        int8_t(std::find_if(std::begin(courses), std::end(courses),
+                            [&](const char *name) { return !std::strcmp(name, r.motion_type); }) -
+               std::begin(courses));
     return KR_OK;
 }
 static py::tuple exact_turning(const kr_scene &scene)

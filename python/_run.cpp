@@ -119,7 +119,7 @@ class run
                                          low_too ? py::object(reached(low, done)) : py::none(),
                                          counts(kr_top_stats(top.get())), end);
         return py::make_tuple(rows, reached(carried, done), reached(rest, done),
-                              kr_top_tangent_rest(top.get()));
+                              kr_top_tangent_truncation(top.get()));
     }
     // The same, and the events that were met on the way: (states, low, which, direction).
     py::tuple record_events(const doubles &t, const py::object &progress)

@@ -53,7 +53,7 @@ static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given,
             const kr_status status = kr_body_from_rounded_tensor(
                 numbers[0], are_matrices ? j : diagonal, {com[0], com[1], com[2]}, com[3], &body);
             if (status != KR_OK) found = {i, status};
-            can[i] = kr_body_can_be(&body) != 0;
+            can[i] = kr_body_is_physical(&body) != 0;
             if (are_matrices) to[i] = body;
         });
     });

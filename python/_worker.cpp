@@ -307,7 +307,7 @@ static py::tuple unsuited(const tops &all, const std::string &name)
             all.fill(i, i + 1, &scene);
             if (is_like(scene)) continue;
             const bool left = chosen && scene.gravity != 0.0 &&
-                              kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KOWALEWSKI;
+                              kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI;
             if (kr_method_suits(method, &scene) && !left) {
                 suited = scene;
                 found = true;

@@ -45,7 +45,7 @@ class looked_for
         for (size_t i = 0; i < events.size(); i++) {
             const terms &g = functions[2 * i], &where = functions[2 * i + 1];
             events[i].terms = g.data(), events[i].count = g.size();
-            events[i].where = where.data(), events[i].where_count = where.size();
+            events[i].condition = where.data(), events[i].condition_count = where.size();
         }
     }
     // Whether it is one of those asked for.
@@ -99,13 +99,13 @@ inline kr_status follow(kr_top *top, const double *t, size_t n, looked_for &want
     kr_status status = KR_OK;
     bool last = wanted.ended();
     for (size_t i = 0; i < n && status == KR_OK && !last; i++) {
-        kr_hit hit = {-1, 0};
+        kr_event_hit hit = {-1, 0};
         if (i % often == often - 1 && stopped()) status = KR_ERR_INTERRUPTED;
         while (status == KR_OK && (status = kr_top_seek(top, t[i], &hit)) == KR_OK &&
-               hit.which >= 0 && !last) {
-            if (!wanted.counts(size_t(hit.which))) continue;
+               hit.index >= 0 && !last) {
+            if (!wanted.counts(size_t(hit.index))) continue;
             events.add(top);
-            events.which.push_back(int(hit.which));
+            events.which.push_back(int(hit.index));
             events.direction.push_back(hit.direction);
             last = wanted.ended();
             if (last) break;

@@ -1,16 +1,17 @@
-/* Checkpoints: a top as bytes, and back. Both its motions go along with all their work, clocks,
- * counts and own units, but no pointer does: the top that is loaded has its own. So a fixed-step
- * motion goes on on its grid, an adaptive one with the step and order that it was about to take, a
- * dense one inside its piece. The bytes are a header, what KR_SAVED_TOP in top.h tells, the work,
- * and of each event that is watched where its search stands: so none is met twice, or lost. */
+/* Checkpoints: save a top as bytes and load it again. A checkpoint holds the inspected motions with
+ * their work, clocks, counts and own units, but no pointers: the loaded top keeps its own. A
+ * fixed-step motion continues on its grid, an adaptive one with the step and order that it had
+ * chosen, a dense one inside its last step. The bytes are a header, the fields of KR_SAVED_TOP
+ * (top.h), the work, the tangents, and the state of each event search. No event is therefore found
+ * twice or lost. */
 #include "top.h"
 
 typedef struct checkpoint_header {
     char what[16], version[16], method[32];
-    /* A number that other machines write otherwise; the bytes of the top, and of the work of one
-     * motion; how many motions' work there is. */
+    /* A number whose bytes show the byte order; the bytes of the top; the bytes of the work of one
+     * motion; the number of motions saved. */
     uint64_t layout[4];
-    uint64_t sum; /* of all that follows */
+    uint64_t sum; /* checksum of all bytes behind the header */
 } checkpoint_header;
 typedef char header_is_as_it_was[sizeof(checkpoint_header) == 104 ? 1 : -1];
 #if UINTPTR_MAX == UINT64_MAX
@@ -27,10 +28,10 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* The bytes of a top that are saved; what may follow there is the user's memory. */
+/* Number of bytes of a kr_top that are saved. */
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
-/* An event of a checkpoint: the search, and a sum of what is looked for. */
+/* A saved event: the state of its search, and a checksum of its terms. */
 typedef struct event_record {
     kr_event_search own;
     uint64_t what;
@@ -45,10 +46,12 @@ static size_t tangents_size(const kr_top *top)
     return kr_tangents_size(top->method, &top->config) * sizeof(double);
 }
 
+/* Copies `name`, cut to `size` - 1 characters. */
 static void put_name(char *to, size_t size, const char *name)
 {
     for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
 }
+/* Returns the header of a checkpoint of `top`, without its checksum. */
 static checkpoint_header make_header(const kr_top *top)
 {
     checkpoint_header made = {
@@ -58,7 +61,8 @@ static checkpoint_header make_header(const kr_top *top)
     put_name(made.method, sizeof made.method, top->method->name);
     return made;
 }
-/* Each word is mixed in by a map that loses nothing: no change of a single one goes unseen. */
+/* Returns a checksum of `bytes`. Each word enters by an invertible map, so every change of a single
+ * word changes the sum. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -70,16 +74,18 @@ static uint64_t checksum(const unsigned char *bytes, size_t size)
     return sum;
 }
 
+/* Returns a checksum of the definition of `event`. */
 static uint64_t checksum_event(const kr_event *event)
 {
     const size_t term = sizeof(kr_term);
     const uint64_t parts[] = {
         checksum((const unsigned char *)event->terms, event->count * term),
-        checksum((const unsigned char *)event->where, event->where_count * term),
-        event->where_count, event->extremum != 0, (uint64_t)(event->direction + 1)};
+        checksum((const unsigned char *)event->condition, event->condition_count * term),
+        event->condition_count, event->extremum != 0, (uint64_t)(event->direction + 1)};
     return checksum((const unsigned char *)parts, sizeof parts);
 }
 
+/* Returns the bytes of a checkpoint of `top` before its events. */
 static size_t size_without_events(const kr_top *top)
 {
     return sizeof(checkpoint_header) + SAVED_BYTES + (size_t)motion_count(top) * work_size(top) +
@@ -89,6 +95,7 @@ size_t kr_top_save_size(const kr_top *top)
 {
     return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
 }
+/* Writes a record of each event of `top`. */
 static void save_events(const kr_top *top, unsigned char *to)
 {
     for (size_t i = 0; i < top->event_count; i++, to += sizeof(event_record)) {
@@ -96,6 +103,7 @@ static void save_events(const kr_top *top, unsigned char *to)
         memcpy(to, &saved, sizeof saved);
     }
 }
+/* Copies the pointers of `from` into `motion`; NULL sets them to NULL. */
 static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
     motion->scene = from ? from->scene : NULL;
@@ -128,7 +136,7 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     return KR_OK;
 }
 
-/* Whether two tops were made of one body, gravity, damping and config. */
+/* Returns 1 if `one` and `other` have the same body, gravity, damping and config, else 0. */
 static int has_same_setup(const kr_top *one, const kr_top *other)
 {
     const kr_config *config = &one->config, *its = &other->config;
@@ -136,10 +144,10 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
     return memcmp(scene, another, offsetof(kr_scene, start)) == 0 &&
            memcmp(&scene->damping, &another->damping, sizeof scene->damping) == 0 &&
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
-           config->leave_heading == its->leave_heading && config->tangents == its->tangents;
+           config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Whether a motion of a checkpoint is one of this top's: by what it is told to do, and by the
- * numbers in its work that index or loop. Right sums can be made for any bytes. */
+/* Returns 1 if `motion` and `work` of a checkpoint can belong to `top`. Checks the configuration
+ * and every number that counts, indexes or bounds a loop, because a checksum can be forged. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -151,6 +159,7 @@ static int is_valid_motion(const kr_top *top, const kr_motion *motion, const voi
     if (stats->rejected > most || stats->evaluations > most || stats->iterations > most) return 0;
     return !top->method->is_valid || top->method->is_valid(work);
 }
+/* Returns 1 if the numbers of a loaded `image` are consistent with `top`. */
 static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned char *work)
 {
     const int64_t most = (int64_t)1 << 53;
@@ -158,17 +167,20 @@ static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned
     if (!(fabs(image->scene.start.t) < kr_top_horizon_of(top, &image->scene))) return 0;
     if (image->saved_steps < 0 || image->steps < image->saved_steps || image->steps > most)
         return 0;
-    if (image->steps > image->saved_steps + KR_CHECK) return 0; /* which recovery makes once more */
+    if (image->steps > image->saved_steps + KR_CHECK)
+        return 0; /* recovery repeats at most KR_CHECK steps */
     if (!is_valid_motion(top, &image->main, work)) return 0;
     return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
+/* Returns 1 if `own` can be the state of a search after `steps` steps. */
 static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
     return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Whether the events of a checkpoint are those that this top watches; if `take`, they are set. */
+/* Returns 1 if the saved events are those that `top` watches. If `take` is nonzero, sets their
+ * searches. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
@@ -180,8 +192,8 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
     }
     return 1;
 }
-/* Makes the work anew of a method whose memory is not all in a checkpoint. Returns 0 if the method
- * refuses this start: then the work stays as it was. */
+/* Rebuilds the work of a method whose memory is not saved. Returns 0 if the method refuses the
+ * start, and leaves the work unchanged. */
 static int rebuild_work(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;
@@ -208,7 +220,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (top->method->extra_doubles && !rebuild_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
-    image.inspect_at = image.steps; /* max_steps may be another */
+    image.inspect_at = image.steps; /* max_steps may have changed */
     set_pointers(&image.main, &top->main);
     set_pointers(&image.saved, &top->saved);
     set_pointers(&image.side, &top->side);

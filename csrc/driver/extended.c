@@ -1,7 +1,7 @@
-/* In and out of own units with more digits than a double has, for motions that ask for them; top.c
- * does it for all others. Everything that the user gave is meant to the last bit; what is
- * normalised - his attitude, the axes - is so in double-double, once. The working axes are the
- * principal ones, which no rounding separates from the moments. */
+/* Conversion between the user's units and own units with more than 16 digits; top.c converts all
+ * others. Every number of the user counts as exact. Quantities that must be normalized, the
+ * attitude and the axes, are normalized once, in double-double. The working axes are the principal
+ * axes, whose moments need no rounding. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
@@ -10,8 +10,9 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the momentum seen from the body. Each component is rounded once, by its own size: the
- * least moment of a needle, by which it is divided, would magnify a rounding of the whole. */
+/* Returns the momentum seen from the body. Each component is rounded once, relative to its own
+ * size: the division by the smallest moment of a needle would magnify a rounding relative to the
+ * whole vector. */
 static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
 {
     const split_vec in_space = split_of(m), given = split_turn_back(q, &in_space),

@@ -1,4 +1,4 @@
-/* The table of methods, made of methods.def, and the bodies that each takes. */
+/* The table of methods, built from methods.def, and the bodies that each method accepts. */
 #include "method.h"
 #include "exact/dispatch.h"
 #include "model/body.h"
@@ -26,7 +26,7 @@ const char *kr_method_reference(const kr_method *method) { return method->refere
 int kr_method_order(const kr_method *method) { return method->order; }
 unsigned kr_method_flags(const kr_method *method)
 {
-    return method->flags | (method->at ? KR_DENSE : 0);
+    return method->flags | (method->at ? KR_METHOD_DENSE : 0);
 }
 
 int kr_method_applies(const kr_method *method, const kr_body *body)
@@ -36,18 +36,20 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
     const kr_kind kind = kr_body_kind(body, KR_KIND_RTOL);
     const kr_vec3 moments = kr_body_working(body).inertia;
     const int symmetric = fabs(moments.x - moments.y) <= KR_KIND_RTOL * moments.x;
-    if (flags & KR_LAGRANGE_ONLY) return kind == KR_LAGRANGE || (kind == KR_EULER && symmetric);
-    if (flags & KR_INTEGRABLE)
-        return kind == KR_LAGRANGE || kind == KR_EULER ||
-               (kind == KR_KOWALEWSKI && kr_kowalewski_size() > 0); /* 0 where it is left out */
-    if (flags & KR_SYMMETRIC_ONLY) return symmetric;
-    return !(flags & KR_EULER_ONLY) || kind == KR_EULER;
+    if (flags & KR_METHOD_LAGRANGE_ONLY)
+        return kind == KR_KIND_LAGRANGE || (kind == KR_KIND_EULER && symmetric);
+    if (flags & KR_METHOD_INTEGRABLE)
+        return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER ||
+               (kind == KR_KIND_KOWALEWSKI &&
+                kr_kowalewski_size() > 0); /* 0 in builds without it */
+    if (flags & KR_METHOD_SYMMETRIC_ONLY) return symmetric;
+    return !(flags & KR_METHOD_EULER_ONLY) || kind == KR_KIND_EULER;
 }
 int kr_method_suits(const kr_method *method, const kr_scene *scene)
 {
     if (!method || kr_scene_check(scene) != KR_OK) return 0;
-    if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_DAMPED)) return 0;
-    if (method->flags & KR_INTEGRABLE)
+    if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_METHOD_DAMPED)) return 0;
+    if (method->flags & KR_METHOD_INTEGRABLE)
         return (scene->gravity == 0.0 || kr_method_applies(method, &scene->body)) &&
                (kr_exact_is_kowalewski(scene) || kr_exact_resolves(scene));
     return kr_method_applies(method, &scene->body);

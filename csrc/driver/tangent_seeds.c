@@ -1,5 +1,5 @@
-/* Tangents, as the user sees them: by what the state is derived, in which frame and units. They
- * ride along with a method that carries them, from the start on. */
+/* Tangents in the user's frame and units: the initial deviations (seeds) of the requested columns,
+ * and the conversion of the results. The method propagates the deviations from the start. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -16,7 +16,7 @@ size_t kr_tangent_columns(uint64_t tangents)
 }
 int kr_tangents_are_available(const kr_method *method, const kr_config *config)
 {
-    return method->tangents && !config->leave_heading && config->tangents < 2 * KR_TANGENT_MASS;
+    return method->tangents && !config->skip_heading && config->tangents < 2 * KR_TANGENT_MASS;
 }
 size_t kr_tangents_size(const kr_method *method, const kr_config *config)
 {
@@ -31,12 +31,13 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* What each of the columns begins with. One by one they are written where `next` points to. */
+/* The seeds of the columns; `next` points to the first one not yet written. */
 typedef struct {
-    kr_seed seeds[KR_TANGENT_MOST], *next;
+    kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
     double time, moment;
 } seed_list;
+/* Writes the six seeds of the initial attitude and momentum. */
 static void seed_start(seed_list *to, const kr_top *top)
 {
     const quat_dd back = qdd_conj(kr_extended_axes(top));
@@ -50,6 +51,7 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
+/* Writes the seeds of the principal moments. */
 static void seed_moments(seed_list *to)
 {
     for (int i = 0; i < 3; i++) {
@@ -60,7 +62,8 @@ static void seed_moments(seed_list *to)
         *to->next++ = seed;
     }
 }
-/* Sows what the lever changes by: mass gravity com, where two of these three are what they are. */
+/* Writes the seed of a parameter that scales the lever mass gravity com: `weight` is the product of
+ * the other two factors. */
 static void seed_lever(seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
@@ -68,6 +71,7 @@ static void seed_lever(seed_list *to, dd weight, kr_vec3 com)
     const kr_seed seed = {{zero_vector, zero_vector}, vdd_scale(own, v_dd(a, none)), {0.0}};
     *to->next++ = seed;
 }
+/* Writes the seeds of all columns that the config of `top` requests. */
 static void seed_tangents(seed_list *to, const kr_top *top)
 {
     const kr_body *body = &top->scene.body;
@@ -98,23 +102,25 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the unit in which each column is counted: a power of two of the user's. */
-static void put_units(const kr_top *top, double unit[KR_TANGENT_MOST])
+/* Writes the unit of each column, a power of two in the user's units. */
+static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
     const double moment = top->momentum_unit * top->time_unit;
-    for (int i = 0; i < KR_TANGENT_MOST; i++) unit[i] = 1.0;
+    for (int i = 0; i < KR_TANGENT_COLUMNS_MAX; i++) unit[i] = 1.0;
     if (by & KR_TANGENT_START)
         for (int i = 3; i < 6; i++) unit[i] = top->momentum_unit;
     if (by & KR_TANGENT_MOMENTS)
         for (int i = 0, first = by & KR_TANGENT_START ? 6 : 0; i < 3; i++) unit[first + i] = moment;
 }
+/* Writes factor `value` as a double, and the rest to `low`. */
 static void put_axis(double *out, double *low, dd value, double factor)
 {
     const dd v = dd_scale(factor, value);
     *out = v.hi;
     *low = v.lo;
 }
+/* Writes one column of the tangents in the user's frame and units. */
 static void put_column(const kr_top *top, const kr_deviation *from, double unit, size_t n,
                        double *out, double *low)
 {
@@ -126,8 +132,9 @@ static void put_column(const kr_top *top, const kr_deviation *from, double unit,
 kr_status kr_top_tangents(kr_top *top, double out[], double low[])
 {
     const size_t n = top ? kr_tangent_columns(top->config.tangents) : 0;
-    kr_deviation came[KR_TANGENT_MOST];
-    double unit[KR_TANGENT_MOST], high[6 * KR_TANGENT_MOST], rest[6 * KR_TANGENT_MOST];
+    kr_deviation came[KR_TANGENT_COLUMNS_MAX];
+    double unit[KR_TANGENT_COLUMNS_MAX], high[6 * KR_TANGENT_COLUMNS_MAX],
+        rest[6 * KR_TANGENT_COLUMNS_MAX];
     if (n == 0 || !out) return KR_ERR_ARGUMENT;
     kr_tangents_evaluate(top, came);
     put_units(top, unit);
@@ -138,7 +145,7 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     if (low) memcpy(low, rest, 6 * n * sizeof *low);
     return KR_OK;
 }
-double kr_top_tangent_rest(const kr_top *top)
+double kr_top_tangent_truncation(const kr_top *top)
 {
     const size_t n = top ? kr_tangent_columns(top->config.tangents) : 0;
     return n > 0 ? top->method->tangents->truncation(&top->main, top->tangents) : 0.0;

@@ -1,8 +1,8 @@
-/* The driver's upper half: a top in motion as its user sees it. It owns the user's frame, units and
- * clock, and landing; steps.c owns limits, finiteness, interruption and the last good state;
- * methods only step. A fixed-step motion stands on the grid start.t + k step, an adaptive one where
- * its own steps end. A time between two such points is read by a second motion, begun anew at the
- * point before it: so where one looks does not change the path. */
+/* A moving top in the user's frame, units and clock: creation, requested times, and the conversion
+ * of states. steps.c handles limits, finiteness, interruption and the last good state; methods only
+ * step. A fixed-step motion stands on the grid start.t + k step, an adaptive one at the ends of its
+ * own steps. A second motion, started at the point before a time, evaluates the states between two
+ * points. Requested times therefore never change the path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -10,15 +10,16 @@
 #include "top.h"
 
 enum {
-    CACHE_LINE = 8,         /* doubles on 64 bytes */
-    STATES_PER_CHECK = 1024 /* states that are written without asking whether to go on */
+    CACHE_LINE = 8,         /* doubles in 64 bytes */
+    STATES_PER_CHECK = 1024 /* states between two calls of poll */
 };
 
-/* In and out of working axes and own units. */
+/* Returns 1 if the motion uses more than 16 digits. */
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
-static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_ADAPTIVE) != 0; }
-/* From 2^50 steps before and after 0 on two points of a grid, with the roundings of either, may be
- * one double. */
+/* Returns 1 if the method chooses its steps. */
+static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
+/* Returns the horizon limited to 2^50 steps: beyond them two points of a grid may round to the same
+ * double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -27,11 +28,13 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 {
     return limit_horizon(top, kr_scene_horizon(scene));
 }
+/* Returns the error for a time t at or beyond the horizon. */
 static kr_status horizon_error(const kr_top *top, double t)
 {
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
+/* Sets axes, own units and horizon of `top` from its scene and config. */
 static kr_status choose_units(kr_top *top)
 {
     const kr_working working = kr_top_working_axes(top);
@@ -42,12 +45,12 @@ static kr_status choose_units(kr_top *top)
                  horizon = kr_units_horizon(&own, &top->scene, &working);
     top->horizon = limit_horizon(top, horizon);
     if (!(start < top->horizon)) return start < horizon ? KR_ERR_STEP : KR_ERR_RESOLUTION;
-    top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
+    top->time_unit = top->method->flags & KR_METHOD_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;
     top->axes = q_mul(top->scene.body.axes, working.axes);
     top->is_turned = v_largest(q_vec(top->axes)) > 0.0;
     top->main.inertia = v_scale(1.0 / own.moment, working.inertia);
-    const double longer = top->time_unit / own.time; /* 1 but for KR_ABSOLUTE */
+    const double longer = top->time_unit / own.time; /* 1 except for KR_METHOD_ABSOLUTE */
     top->main.lever = v_scale(longer, v_scale(longer, own.lever));
     top->main.damping = v_scale(1.0 / top->momentum_unit, working.damping);
     top->main.step = top->config.step / top->time_unit;
@@ -56,8 +59,8 @@ static kr_status choose_units(kr_top *top)
     if (has_extended_digits(top)) kr_extended_set_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
 }
-/* Works in place, for a copy of a state just written costs more than the rest of reading it. False
- * if the state is not a good one. */
+/* Converts `state` at time t to the user's frame and units in place, which saves a costly copy.
+ * Returns 0, and leaves the low words unchanged, if the state is not good. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -73,24 +76,25 @@ static int convert_to_user(kr_top *top, double t, kr_state *state)
     return 0;
 }
 
-/* Times. */
+/* Returns the time of grid point k. */
 static double grid_time(const kr_top *top, int64_t k)
 {
     return top->scene.start.t + (double)k * top->config.step;
 }
-/* Whether the grid point lies at t, up to the rounding of either. */
+/* Returns 1 if t is grid point k up to the rounding of both. */
 static int is_at_grid_point(const kr_top *top, int64_t k, double t)
 {
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Finds the last point of the grid not after t. */
+/* Returns the last grid point not after t, and not before the current one. */
 static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
     if (k <= top->steps) return top->steps;
     return k - (!is_at_grid_point(top, k, t) && top->forward * (grid_time(top, k) - t) > 0.0);
 }
+/* Computes the state at t of a fixed-step method, in own units. */
 static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
 {
     const int64_t point = find_grid_point(top, t);
@@ -98,16 +102,17 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
+/* Returns the time since the start in own units. */
 static double clock_of(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* What the clock at a time leaves out. */
+/* Returns the part of clock_of(top, t) that a double cannot store. */
 static double clock_low(const kr_top *top, double t)
 {
     return two_sum(t, -top->scene.start.t).lo / top->time_unit;
 }
-/* Reads the last step of a dense method. */
+/* Evaluates the last step of a dense method at time t. */
 static void evaluate_dense(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = clock_low(top, t);
@@ -119,6 +124,7 @@ void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
     top->method->tangents->evaluate(&top->main, clock_of(top, top->requested), top->tangents,
                                     kr_tangent_columns(top->config.tangents), out);
 }
+/* Computes the state at t of an adaptive method, in own units. */
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
@@ -127,7 +133,7 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    /* Where a step is less than what a double tells of time, this may lie before the last one. */
+    /* If a step is shorter than the resolution of time, t may lie before the last step. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
         evaluate_dense(top, t, state);
@@ -139,12 +145,13 @@ static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
         return kr_steps_off_grid(top, &top->before, goal - top->before_clock, state);
     return KR_OK;
 }
+/* Computes the state at t in the user's frame and units. */
 static kr_status find_state(kr_top *top, double t, kr_state *state)
 {
     const int adaptive = is_adaptive(top);
     kr_status status;
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
-    /* The next grid point is what is asked for most often: it goes without more questions. */
+    /* The next grid point is the most frequent request and needs no further checks. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
@@ -167,7 +174,7 @@ double kr_top_time(const kr_top *top)
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* The last time not behind where main stands. */
+/* Returns the last time that is not behind the main motion. */
 static double time_reached(const kr_top *top)
 {
     const double at = kr_top_time(top);
@@ -194,32 +201,32 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Gives 16, 20 or 30 for what these include; 0 where the tolerance decides; -1 for what cannot
- * be. */
+/* Returns 16, 20 or 30, whichever covers the requested digits; 0 if the tolerance decides; -1 for
+ * invalid values. */
 static int parse_digits(const kr_method *method, const kr_config *config)
 {
     if (config->digits == 0) return 0;
-    if (config->digits < 0 || config->digits > 30 || !(method->flags & KR_DIGITS)) return -1;
+    if (config->digits < 0 || config->digits > 30 || !(method->flags & KR_METHOD_DIGITS)) return -1;
     if (config->tol > (config->digits > 20 ? 0x1p-100 : 0.0)) return -1;
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
-/* The doubles that the work of all motions takes. */
+/* Returns the doubles that the work of all motions takes. */
 static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
+/* Returns KR_OK if `method` can move `scene` with `config`, else the reason why not. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
 {
     const double step = config->step, start = scene->start.t;
     if (!isfinite(step) || !(config->tol >= 0.0 && config->tol < 1.0)) return KR_ERR_ARGUMENT;
     if (parse_digits(method, config) < 0) return KR_ERR_ARGUMENT;
-    if (config->leave_heading && (!(method->flags & KR_HEADLESS) || config->digits > 16))
+    if (config->skip_heading && (!(method->flags & KR_METHOD_SKIPS_HEADING) || config->digits > 16))
         return KR_ERR_ARGUMENT;
-    if (step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_NO_STEP;
+    if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
     if (config->tangents && !kr_tangents_are_available(method, config)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
-/* Begins a top whose motion has its memory as a scene, a method and a config ask, which were
- * checked. */
+/* Starts a top from a checked scene, method and config. Its memory is already assigned. */
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *method,
                            const kr_config *config)
 {
@@ -228,7 +235,7 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *
     top->config = *config;
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
     top->main.digits = parse_digits(method, config);
-    top->main.skip_heading = config->leave_heading;
+    top->main.skip_heading = config->skip_heading;
     top->now = scene->start;
     top->requested = scene->start.t;
     const kr_status status = choose_units(top);
@@ -237,12 +244,13 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *
                                                   : kr_top_start_in_own_units(top, &scene->start);
     return method->reset(&top->main, &own);
 }
-/* Returns what lies behind `memory`, on a line of the cache. */
+/* Returns `memory` rounded up to a multiple of 64 bytes. */
 static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
-/* Main's work begins on a line of the cache, and so do the tangents. */
+/* Assigns the work of each motion and the tangents. The main work and the tangents begin on
+ * multiples of 64 bytes. */
 static void assign_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
@@ -292,8 +300,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Makes the top another one that was begun beside it, in side's memory unless the method is dense.
- * The memory stays the top's. */
+/* Replaces `top` by `begun`, which was started in spare memory: that of the side motion, or its own
+ * for a dense method. `top` keeps its memory. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -363,7 +371,8 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
-/* Moves by a step of an adaptive method, or up to the end of that which has been read last. */
+/* Makes a step of an adaptive method, or moves to the end of the last step if the requested time
+ * lies inside it. */
 static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, asked = top->requested;
@@ -379,8 +388,8 @@ kr_status kr_top_step(kr_top *top)
 {
     if (!top) return KR_ERR_ARGUMENT;
     if (is_adaptive(top)) return step_adaptive(top);
-    return kr_top_advance(top,
-                          grid_time(top, top->steps + 1)); /* another double, before the horizon */
+    return kr_top_advance(
+        top, grid_time(top, top->steps + 1)); /* a different double, before the horizon */
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

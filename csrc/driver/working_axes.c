@@ -1,18 +1,20 @@
-/* The way of a start into working axes, for up to 16 digits; extended.c does it for more. */
+/* Conversion of a start to working axes, for up to 16 digits; extended.c converts those with more.
+ * */
 #include "model/body.h"
 #include "top.h"
 
-/* A method that knows no special axis works along the principal ones. There the attitude and the
- * lever are not rounded, and a small lean keeps its digits however the axes are named. */
+/* Methods without a special axis use the principal axes. The attitude and the lever are then not
+ * rounded, and a small tilt keeps its digits whatever the order of the axes. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
-    return top->method->flags & KR_DIGITS ? kr_body_principal(&scene->body, scene->damping)
-                                          : kr_body_working_damped(&scene->body, scene->damping);
+    return top->method->flags & KR_METHOD_DIGITS
+               ? kr_body_principal(&scene->body, scene->damping)
+               : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Where T is not the third principal axis, the attitude of an upright top has large components, and
- * its lean is what is left of their sums. This computes the attitude in double-double and keeps its
- * low words for a method that reads them. */
+/* Returns `q` in working axes that are a permutation of the principal axes. The attitude of an
+ * upright top then has large components, and its tilt is a small difference of them. The product is
+ * therefore computed in double-double; its low words go to top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {
     const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),

@@ -1,5 +1,5 @@
-/* The lanes of lane_state.h, in doubles. This file is compiled once per instruction set: -DKR_ISA=avx2
- * -mavx2 -mfma, and so on (CMakeLists.txt). */
+/* The lanes of lane_state.h, in doubles. This file is compiled once per instruction set:
+ * -DKR_ISA=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 

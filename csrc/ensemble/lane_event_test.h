@@ -21,8 +21,9 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
                          wide_fma(k.z * w.x, w.y, wide_fma(up.z, p.x, down.z * p.y))};
     return event_value(l, dp, dw);
 }
-/* Sets the coefficients of g, or of dg/ds, over a piece of length h. As in events/event_polynomial.c the last
- * one makes them end where those of the next piece begin. Returns their degree. */
+/* Sets the coefficients of g, or of dg/ds, over a piece of length h. As in
+ * events/event_polynomial.c the last one makes them end where those of the next piece begin.
+ * Returns their degree. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
     const int first = l->extremum, degree = l->order - first;

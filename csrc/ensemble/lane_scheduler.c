@@ -87,7 +87,7 @@ void kr_scheduler_configure(kr_worker *worker)
     int i = 0;
     while (!kr_lanes_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
     worker->isa = kr_lanes_isa_at(i);
-    worker->lanes->skip_heading = worker->config.leave_heading;
+    worker->lanes->skip_heading = worker->config.skip_heading;
     choose_order(worker->lanes, worker->config.tol);
 }
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol)

@@ -413,10 +413,10 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     const lane_deviation d = carry_deviation(l, g, at, &here, 2 * GROWTH_PARTS, &areas, &reached);
     const mask is_there = wide_equal(reached, at);
     wide_store(g->out[KR_GROWTH_LOG], wide_choose(is_there, areas.last, wide_splat(NAN)));
-    wide_store(g->out[KR_GROWTH_REST], wide_sqrt(areas.rest));
+    wide_store(g->out[KR_GROWTH_TRUNCATION], wide_sqrt(areas.rest));
     wide_store(g->out[KR_GROWTH_MEGNO],
                2.0 * wide_fma(areas.area, 1.0 - wide_log(t), areas.moment) / t);
-    wide_store(g->out[KR_GROWTH_MOST], areas.most);
+    wide_store(g->out[KR_GROWTH_MAX], areas.most);
     weigh_forms(g, &here, d);
 }
 /* Sets what a deviation's last term may be, and how many terms count inside a step, to 2^-24: the

@@ -53,7 +53,8 @@ static int is_counted(const kr_worker *worker, const kr_slot *slot, const kr_sta
 {
     const kr_event *event = &worker->event;
     const kr_scene *scene = &worker->tops->scenes[slot->top];
-    return !event->where_count || kr_terms_value(scene, s, event->where_count, event->where) > 0.0;
+    return !event->condition_count ||
+           kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
 /* Ends what a lane does where its event has not come in time. */
 static void time_out(kr_worker *worker, int lane)
@@ -114,10 +115,10 @@ kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_ac
     kr_status status = kr_top_watch(top, 1, &event);
     const double wait = kr_section_max_wait(worker, slot->top);
     while (status == KR_OK && slot->states < worker->tops->times) {
-        kr_hit hit;
+        kr_event_hit hit;
         status = kr_top_seek(top, slot->last.t + wait, &hit);
         const kr_state state = kr_top_state(top);
-        if (status == KR_OK && hit.which < 0) status = KR_ERR_EVENT;
+        if (status == KR_OK && hit.index < 0) status = KR_ERR_EVENT;
         if (status == KR_OK) kr_worker_store_state(worker, slot, kept, &state);
     }
     slot->last = kr_top_state(top);

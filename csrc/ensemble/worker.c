@@ -90,7 +90,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *kept = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    if (top == worker->exact_top) config.leave_heading = 0; /* it saves nothing there */
+    if (top == worker->exact_top) config.skip_heading = 0; /* it saves nothing there */
     kr_status status = kr_top_init(top, scene, &config);
     if (status == KR_OK) {
         status = worker->is_section ? kr_section_record(worker, top, &slot, kept)

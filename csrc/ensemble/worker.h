@@ -1,6 +1,6 @@
 /* A worker, as the files of ensemble/ share it: worker.c gives each top to whoever moves it,
- * exact_batch.c sets up those that have a closed form, lane_scheduler.c moves tops in lanes, reduce.c keeps what
- * is wanted of their states. */
+ * exact_batch.c sets up those that have a closed form, lane_scheduler.c moves tops in lanes,
+ * reduce.c keeps what is wanted of their states. */
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"

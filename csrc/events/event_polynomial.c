@@ -10,8 +10,8 @@
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* A step up to some order, in the letters of kr_step_polynomial; c stands for coefficients that are added
- * to. */
+/* A step up to some order, in the letters of kr_step_polynomial; c stands for coefficients that are
+ * added to. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -25,7 +25,7 @@ static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2
  * which the first letter tells. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
-    if (number == KR_ONE) return 1.0;
+    if (number == KR_COMPONENT_ONE) return 1.0;
     const char letter = *kr_quantities[kr_component_of(number).quantity].dimension;
     return letter == 'M' ? top->momentum_unit * rate : letter == 'T' ? rate / top->time_unit : 1.0;
 }
@@ -40,7 +40,7 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
-    return t->factor * component_unit(top, rate, t->of) * component_unit(top, rate, t->times);
+    return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
 }
 static void multiply_series(const step_view *v, const double *a, const double *b, double *c)
 {
@@ -145,7 +145,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* One function for each quantity that has KR_SERIES adds factor times the series of a component. */
+/* One function for each quantity that has KR_QUANTITY_IN_EVENTS adds factor times the series of a
+ * component. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -200,7 +201,8 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_of_velocity(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
 }
-/* Adds factor times a component's series. Each quantity with KR_SERIES has its line here. */
+/* Adds factor times a component's series. Each quantity with KR_QUANTITY_IN_EVENTS has its line
+ * here. */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
@@ -213,7 +215,7 @@ static void add_component(const step_view *v, double factor, int number, double 
         [KR_QUANTITY_spin] = add_spin,
     };
     const kr_component component = kr_component_of(number);
-    if (number == KR_ONE)
+    if (number == KR_COMPONENT_ONE)
         c[0] += factor;
     else
         adds[component.quantity](v, factor, component.axis, c);
@@ -228,7 +230,7 @@ static double component_bound(const kr_top *top, int number)
     const kr_vec3 root = v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
     const kr_component component = kr_component_of(number);
     kr_vec3 most = root, along = top->apex;
-    if (number == KR_ONE) return 1.0;
+    if (number == KR_COMPONENT_ONE) return 1.0;
     if (component.quantity == KR_QUANTITY_m) return sqrt(least * v_largest(A));
     if (component.quantity == KR_QUANTITY_body_momentum)
         most = v_times(A, root);
@@ -244,8 +246,8 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
 {
     double size = 0.0;
     for (size_t i = 0; i < n; i++)
-        size += fabs(term_factor(top, piece->rate, &terms[i])) * component_bound(top, terms[i].of) *
-                component_bound(top, terms[i].times);
+        size += fabs(term_factor(top, piece->rate, &terms[i])) *
+                component_bound(top, terms[i].first) * component_bound(top, terms[i].second);
     return size;
 }
 /* Adds the terms from `t` on, which share their first component and have others that vary. */
@@ -254,8 +256,8 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     padded_series of, times;
     memset(of, 0, sizeof of);
     memset(times, 0, sizeof times);
-    add_component(v, 1.0, t->of, of + PAD);
-    for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->times, times + PAD);
+    add_component(v, 1.0, t->first, of + PAD);
+    for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
 /* Gives g as a series in tau. Terms that share their first component are multiplied at once. */
@@ -265,14 +267,15 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
     memset(c, 0, ROOM * sizeof *c);
     for (; t < last; t = end) {
         int varies = 0;
-        for (end = t; end < last && end->of == t->of; end++) varies |= end->times != KR_ONE;
-        if (varies && t->of != KR_ONE) {
+        for (end = t; end < last && end->first == t->first; end++)
+            varies |= end->second != KR_COMPONENT_ONE;
+        if (varies && t->first != KR_COMPONENT_ONE) {
             add_term_products(v, t, end, c);
             continue;
         }
         for (const kr_term *i = t; i < end; i++)
-            add_component(v, term_factor(v->top, v->rate, i), i->of == KR_ONE ? i->times : i->of,
-                          c);
+            add_component(v, term_factor(v->top, v->rate, i),
+                          i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
 /* Gives the first coefficients at the end of this step, with which the next one begins. */
@@ -320,10 +323,11 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 {
     int are = 1;
     for (size_t i = 0; i < n; i++) {
-        const int of = terms[i].of, times = terms[i].times, one = of == KR_ONE ? times : of;
+        const int of = terms[i].first, times = terms[i].second,
+                  one = of == KR_COMPONENT_ONE ? times : of;
         if (!kr_component_is_valid(of) || !kr_component_is_valid(times)) return 0;
-        are &= of == KR_ONE || times == KR_ONE;
-        are &= one == KR_ONE ||
+        are &= of == KR_COMPONENT_ONE || times == KR_COMPONENT_ONE;
+        are &= one == KR_COMPONENT_ONE ||
                (!kr_component_is_turned(one) && kr_component_of(one).quantity != KR_QUANTITY_m);
     }
     return are;
@@ -349,7 +353,7 @@ double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n, const 
 {
     double value = 0.0;
     for (size_t i = 0; i < n; i++)
-        value += terms[i].factor * kr_component_value(terms[i].of, scene, s) *
-                 kr_component_value(terms[i].times, scene, s);
+        value += terms[i].factor * kr_component_value(terms[i].first, scene, s) *
+                 kr_component_value(terms[i].second, scene, s);
     return value;
 }

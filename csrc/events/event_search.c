@@ -27,7 +27,7 @@ static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, s
 {
     if (!terms) return 0;
     for (size_t i = 0; i < n; i++) {
-        const int of = terms[i].of, times = terms[i].times;
+        const int of = terms[i].first, times = terms[i].second;
         if (!kr_component_is_valid(of) || !kr_component_is_valid(times) ||
             !isfinite(terms[i].factor))
             return 0;
@@ -45,8 +45,8 @@ static int are_valid_events(const kr_top *top, size_t n, const kr_event events[]
         const kr_event *event = &events[i];
         if (event->direction < -1 || event->direction > 1) return 0;
         if (!are_valid_terms(top, &piece, event->count, event->terms)) return 0;
-        if (event->where_count > 0 &&
-            !are_valid_terms(top, &piece, event->where_count, event->where))
+        if (event->condition_count > 0 &&
+            !are_valid_terms(top, &piece, event->condition_count, event->condition))
             return 0;
     }
     return 1;
@@ -120,32 +120,32 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
 /* Whether the event counts where the top is now. */
 static int is_event_counted(const kr_top *top, const kr_event *event)
 {
-    return !event->where_count ||
-           kr_terms_value(&top->scene, &top->now, event->where_count, event->where) > 0.0;
+    return !event->condition_count ||
+           kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
 }
 /* Moves to the next event in the last step not after t, or nowhere. */
-static kr_status seek_in_step(kr_top *top, double t, kr_hit *hit)
+static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);
     kr_event *event;
-    hit->which = -1;
+    hit->index = -1;
     hit->direction = 0;
-    while (hit->which < 0 && (event = find_earliest(top, &piece)) != NULL) {
+    while (hit->index < 0 && (event = find_earliest(top, &piece)) != NULL) {
         const double there = step_time(top, event->own.next);
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
         if (status != KR_OK) return status;
         if (is_event_counted(top, event)) {
-            hit->which = event - top->events;
+            hit->index = event - top->events;
             hit->direction = event->own.sign;
         }
         find_next_event(top, &piece, event);
     }
     return KR_OK;
 }
-kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit)
+kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
 {
-    kr_hit found = {-1, 0};
+    kr_event_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
     /* A reset may have brought units in which an event is beyond all numbers. */
@@ -156,14 +156,14 @@ kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit)
     while (top->event_count > 0) {
         kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;
         if (status != KR_OK) return status;
-        if (found.which >= 0 || !(top->forward * (step_clock(top, t) - top->main.clock) > 0.0))
+        if (found.index >= 0 || !(top->forward * (step_clock(top, t) - top->main.clock) > 0.0))
             break;
         status = kr_steps_dense(top, step_clock(top, t));
         if (status == KR_OK) continue;
         kr_top_sync(top, t);
         return status;
     }
-    const kr_status status = found.which >= 0 ? KR_OK : kr_top_advance(top, t);
+    const kr_status status = found.index >= 0 ? KR_OK : kr_top_advance(top, t);
     if (status == KR_OK) *hit = found;
     return status;
 }

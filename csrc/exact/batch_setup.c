@@ -1,6 +1,6 @@
 /* The closed forms of many tops: of heavy tops as many at a time as there are lanes, each lane with
- * the bits of a top alone (lane_types.h). Tops that are not of that kind, that rest at a pole, or that
- * are refused go one by one. This file is compiled once per instruction set. */
+ * the bits of a top alone (lane_types.h). Tops that are not of that kind, that rest at a pole, or
+ * that are refused go one by one. This file is compiled once per instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
@@ -62,7 +62,8 @@ static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
     memcpy(&known->body, body, sizeof *body);
-    known->fits = kr_body_check(body) == KR_OK && kr_body_kind(body, KR_KIND_RTOL) == KR_LAGRANGE;
+    known->fits =
+        kr_body_check(body) == KR_OK && kr_body_kind(body, KR_KIND_RTOL) == KR_KIND_LAGRANGE;
     if (!known->fits) return;
     known->working = kr_body_working(body);
     known->fits = !known->working.tilted;

@@ -37,8 +37,8 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
     const kr_kind kind =
-        scene->gravity == 0.0 ? KR_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);
-    if (kind != KR_EULER && kind != KR_LAGRANGE) return KR_ERR_METHOD;
+        scene->gravity == 0.0 ? KR_KIND_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);
+    if (kind != KR_KIND_EULER && kind != KR_KIND_LAGRANGE) return KR_ERR_METHOD;
     if (v_largest(scene->damping) > 0.0 || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
@@ -54,8 +54,8 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
 static int turns_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia;
-    return kind == KR_LAGRANGE ||
-           (kind == KR_EULER && fabs(i.x - i.y) <= KR_KIND_RTOL * fmax(i.x, i.y));
+    return kind == KR_KIND_LAGRANGE ||
+           (kind == KR_KIND_EULER && fabs(i.x - i.y) <= KR_KIND_RTOL * fmax(i.x, i.y));
 }
 static kr_status find_turning(const kr_scene *scene, kr_turning *out)
 {

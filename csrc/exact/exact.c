@@ -34,7 +34,7 @@ static kr_theta_sums *sums_of(const kr_motion *motion)
 }
 int kr_exact_is_kowalewski(const kr_scene *scene)
 {
-    return scene->gravity != 0.0 && kr_body_kind(&scene->body, KR_KIND_RTOL) == KR_KOWALEWSKI;
+    return scene->gravity != 0.0 && kr_body_kind(&scene->body, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI;
 }
 static size_t extra_doubles_of(const kr_scene *scene)
 {
@@ -90,7 +90,8 @@ const kr_method kr_method_exact = {
     .conserves = "all integrals",
     .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_REVERSIBLE | KR_SYMPLECTIC | KR_INTEGRABLE,
+    .flags =
+        KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC | KR_METHOD_INTEGRABLE,
     .work = sizeof(kr_exact) / sizeof(double),
     .extra_doubles = extra_doubles_of,
     .reset = exact_reset,

@@ -218,7 +218,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     if (status == KR_OK && !(kr_method_applies(&kr_method_bobenko_suris, &scene->body) &&
                              v_largest(scene->damping) == 0.0))
         status = KR_ERR_METHOD;
-    if (status == KR_OK) status = read_top(scene, KR_LAGRANGE, &top);
+    if (status == KR_OK) status = read_top(scene, KR_KIND_LAGRANGE, &top);
     if (status != KR_OK) return status;
     kr_exact_map r = empty;
     exact_top seen;

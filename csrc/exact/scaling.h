@@ -42,7 +42,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     body.com = pull.com;
     w.com = q_turn_back(w.axes, body.com);
     const kr_quat q = scene->start.q;
-    dd reach = dd_of(kind == KR_LAGRANGE ? w.com.z : 0.0);
+    dd reach = dd_of(kind == KR_KIND_LAGRANGE ? w.com.z : 0.0);
     kr_quat tilt;
     if (status != KR_OK) return status;
     exact_top *own = &top->own;
@@ -56,7 +56,7 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     own->q[3] = dd_of(q.z);
     if (!is_one(b->axes)) turn_first(own->q, b->axes);
     if (!is_one(w.axes)) turn_first(own->q, w.axes);
-    if (w.tilted && kind == KR_LAGRANGE) {
+    if (w.tilted && kind == KR_KIND_LAGRANGE) {
         reach = tilt_on(b, &w, &tilt);
         turn_first(own->q, tilt);
     }

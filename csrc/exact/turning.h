@@ -100,13 +100,13 @@ static kr_turning turning_downwards(const exact_top *top)
     const int free = s.g.hi == 0.0;
     kr_turning r = turning_of_body(top, &s, i1);
     if (free ? free_motion_type(&s) == RESTING : stands(&s)) {
-        r.course = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
+        r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
         return r;
     }
     const turning heights = turning_heights(&s);
     r.least = turning_angle(heights.minus2, heights.plus2);
     r.greatest = turning_angle(heights.minus1, heights.plus1);
-    r.course =
+    r.motion_type =
         motion_type_names[free ? CIRCLE : heavy_motion_type(&s, &heights, r.least, r.greatest)];
     if (r.greatest - r.least > KR_INPUT_RTOL)
         turning_times(&s, &heights, &r.t_greatest, &r.t_least);

@@ -34,7 +34,8 @@ const kr_method kr_method_bobenko_suris2 = {
     .conserves = "<m,p>, <m,a>, a modified energy",
     .reference = "conjugate to Bobenko and Suris 1999",
     .order = 2,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
+    .flags =
+        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_LAGRANGE_ONLY,
     .work = BOBENKO_SURIS_WORK,
     .reset = bobenko_suris2_reset,
     .step = bobenko_suris2_step,

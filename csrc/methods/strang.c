@@ -32,7 +32,8 @@ const kr_method kr_method_strang = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "McLachlan 1993; Reich 1994",
     .order = 2,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
+    .flags =
+        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
     .work = sizeof(splitting) / sizeof(double),
     .reset = strang_reset,
     .step = strang_step,

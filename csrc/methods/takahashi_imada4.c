@@ -70,7 +70,8 @@ const kr_method kr_method_takahashi_imada4 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Takahashi and Imada 1984; Rowlands 1991",
     .order = 4,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
+    .flags =
+        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
     .work = sizeof(takahashi_state) / sizeof(double),
     .reset = takahashi_reset,
     .step = takahashi_step,

@@ -20,7 +20,7 @@ kr_status kr_body_check(const kr_body *b)
 }
 /* A body has the second moments S = (tr J / 2) 1 - J of its mass, and S - mass com com^t about its
  * centre of mass, which no mass makes negative: com S^-1 com <= 1 / mass. */
-int kr_body_can_be(const kr_body *b)
+int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
     const double slack = (1e-6 + b->rounded) * v_largest(i);
@@ -69,17 +69,17 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
     const int odd = odd_axis(b, rtol);
-    if (reach == 0.0) return KR_EULER;
-    if (odd < 0) return KR_GENERAL;
+    if (reach == 0.0) return KR_KIND_EULER;
+    if (odd < 0) return KR_KIND_GENERAL;
     const double pair = component_at(b->inertia, (odd + 1) % 3),
                  lone = component_at(b->inertia, odd), along = fabs(component_at(b->com, odd));
     const double across =
         fmax(fabs(component_at(b->com, (odd + 1) % 3)), fabs(component_at(b->com, (odd + 2) % 3)));
-    if (across <= rtol * reach || is_equal(pair, lone, rtol)) return KR_LAGRANGE;
-    if (along > rtol * reach) return KR_GENERAL;
-    if (is_equal(pair, 2.0 * lone, rtol)) return KR_KOWALEWSKI;
-    if (is_equal(pair, 4.0 * lone, rtol)) return KR_GORYACHEV_CHAPLYGIN;
-    return KR_GENERAL;
+    if (across <= rtol * reach || is_equal(pair, lone, rtol)) return KR_KIND_LAGRANGE;
+    if (along > rtol * reach) return KR_KIND_GENERAL;
+    if (is_equal(pair, 2.0 * lone, rtol)) return KR_KIND_KOWALEWSKI;
+    if (is_equal(pair, 4.0 * lone, rtol)) return KR_KIND_GORYACHEV_CHAPLYGIN;
+    return KR_KIND_GENERAL;
 }
 
 /* Renames the components of `v` so that number `last` becomes the third, exactly. */
@@ -215,7 +215,7 @@ static void merge_equal_moments(kr_body *b)
     const double x = component_at(i, (odd + 1) % 3), y = component_at(i, (odd + 2) % 3),
                  z = component_at(i, odd), pair = 0.5 * (x + y), lone = is_spherical(b) ? pair : z;
     b->inertia = v3(odd == 0 ? lone : pair, odd == 1 ? lone : pair, odd == 2 ? lone : pair);
-    if (kr_body_kind(b, KR_KIND_RTOL) == KR_LAGRANGE && lone != pair)
+    if (kr_body_kind(b, KR_KIND_RTOL) == KR_KIND_LAGRANGE && lone != pair)
         b->com = v3(odd == 0 ? a.x : 0.0, odd == 1 ? a.y : 0.0, odd == 2 ? a.z : 0.0);
 }
 
@@ -224,7 +224,7 @@ static void merge_equal_moments(kr_body *b)
 static int is_ill_conditioned(const kr_body *b)
 {
     return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <
-           KR_TENSOR_LEAST * v_largest(b->inertia);
+           KR_TENSOR_MIN_RATIO * v_largest(b->inertia);
 }
 
 kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,

@@ -141,7 +141,7 @@ static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_v
 double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KOWALEWSKI) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI) return NAN;
     fourth_integral_frame(scene, s, &m, &p);
     const double re = m.x * m.x - m.y * m.y + 2.0 * p.x, im = 2.0 * (m.x * m.y + p.y);
     return re * re + im * im;
@@ -149,7 +149,7 @@ double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_GORYACHEV_CHAPLYGIN) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN) return NAN;
     fourth_integral_frame(scene, s, &m, &p);
     /* the text's 2 p is mass gravity |com| / I1 here */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
@@ -157,7 +157,7 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)
 {
     const double i1 = kr_body_working(&scene->body).inertia.x;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
     return kr_state_kinetic(scene, s) + kr_state_potential(scene, s) +
            0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
 }
@@ -165,7 +165,7 @@ double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, doubl
 {
     const kr_working w = kr_body_working(&scene->body);
     const double i1 = w.inertia.x, c = kr_state_axial_momentum(scene, s);
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
     const kr_vec3 a = q_axis(q_mul(principal_attitude(scene, s), w.axes));
     const resummed r =
         resum(step, scene->body.mass * scene->gravity * w.com.z / i1, a, v_scale(1.0 / i1, s->m));

@@ -29,14 +29,14 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 #include "quantities.def"
 #undef Q
 
-/* One number of a quantity: which quantity, and which of its doubles. KR_ONE apart, components are
- * numbered by both, from 1 on. */
+/* One number of a quantity: which quantity, and which of its doubles. KR_COMPONENT_ONE apart,
+ * components are numbered by both, from 1 on. */
 typedef struct kr_component {
     int quantity, axis; /* KR_QUANTITY_..., from 0 */
 } kr_component;
 /* Whether kr_component_find may have given this number. */
 int kr_component_is_valid(int number);
-/* What such a number other than KR_ONE stands for. */
+/* What such a number other than KR_COMPONENT_ONE stands for. */
 static inline kr_component kr_component_of(int number)
 {
     const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};

@@ -55,7 +55,7 @@ const char *kr_quantity_axis(const kr_quantity *quantity, size_t i)
 int kr_component_find(const char *name)
 {
     if (!name) return -1;
-    if (strcmp(name, "1") == 0) return KR_ONE;
+    if (strcmp(name, "1") == 0) return KR_COMPONENT_ONE;
     for (int number = 1; number <= KR_QUANTITIES * KR_AXES; number++) {
         if (!kr_component_is_valid(number)) continue;
         const kr_component c = kr_component_of(number);
@@ -69,9 +69,9 @@ int kr_component_find(const char *name)
 }
 int kr_component_is_valid(int number)
 {
-    if (number <= KR_ONE) return number == KR_ONE;
+    if (number <= KR_COMPONENT_ONE) return number == KR_COMPONENT_ONE;
     const kr_component c = kr_component_of(number);
-    return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_SERIES &&
+    return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_QUANTITY_IN_EVENTS &&
            (size_t)c.axis < kr_quantities[c.quantity].doubles;
 }
 /* The third component of a vector in space lies along the vertical, and does not turn. */
@@ -79,14 +79,14 @@ int kr_component_is_turned(int number)
 {
     const kr_component c = kr_component_of(number);
     const kr_quantity *quantity = &kr_quantities[c.quantity];
-    return number != KR_ONE && quantity->flags & KR_TURNS &&
+    return number != KR_COMPONENT_ONE && quantity->flags & KR_QUANTITY_TURNS &&
            !(quantity->doubles == 3 && c.axis == 2);
 }
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s)
 {
     const kr_component c = kr_component_of(number);
     double values[KR_QUANTITY_DOUBLES_MAX];
-    if (number == KR_ONE) return 1.0;
+    if (number == KR_COMPONENT_ONE) return 1.0;
     if (!kr_component_is_valid(number)) return NAN;
     kr_quantities[c.quantity].values(scene, 1, s, values);
     return values[c.axis];

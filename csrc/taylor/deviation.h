@@ -1,10 +1,10 @@
 /* The recurrence of tangents.h: coefficients and sum. It is source, compiled once per instruction
- * set and four times in each, as series.h is twice: in doubles after quat_simd.h and in double-doubles
- * after quat_simd_dd.h, for deviations one by one after deviation_single.h and for bundles of them after deviation_batch.h.
- * These say what a `triple` is, a vector of each deviation; `turned` is one to be multiplied by a
- * `path_term`, and `halves` are two sums of such products. A cross product of two series is one sum
- * of products of both, turned either way. The newest coefficient, for which everything waits, comes
- * last in each sum. */
+ * set and four times in each, as series.h is twice: in doubles after quat_simd.h and in
+ * double-doubles after quat_simd_dd.h, for deviations one by one after deviation_single.h and for
+ * bundles of them after deviation_batch.h. These say what a `triple` is, a vector of each
+ * deviation; `turned` is one to be multiplied by a `path_term`, and `halves` are two sums of such
+ * products. A cross product of two series is one sum of products of both, turned either way. The
+ * newest coefficient, for which everything waits, comes last in each sum. */
 #include "tangents.h"
 
 /* Coefficients of the path turned as (prev | next), behind zeros, and those of a deviation as

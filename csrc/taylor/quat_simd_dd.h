@@ -1,7 +1,7 @@
 /* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of some 31 digits (Dekker
- * 1971). In memory the low words lie one kr_series behind the high words. From the end of
- * this file on the words of quat_simd.h mean these vectors. This header is source that is compiled once
- * per instruction set, because quat_simd.h is. */
+ * 1971). In memory the low words lie one kr_series behind the high words. From the end of this file
+ * on the words of quat_simd.h mean these vectors. This header is source that is compiled once per
+ * instruction set, because quat_simd.h is. */
 #ifndef KR_QUAT_SIMD_DD_H
 #define KR_QUAT_SIMD_DD_H
 #include "math/dd.h"
@@ -115,8 +115,8 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
     return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo));
 }
 
-/* series.h is written once, in the words of quat_simd.h: duo, quad, and their functions. From here on
- * the preprocessor replaces each of these words by the one for double-doubles, so that series.h,
+/* series.h is written once, in the words of quat_simd.h: duo, quad, and their functions. From here
+ * on the preprocessor replaces each of these words by the one for double-doubles, so that series.h,
  * included after this file, is the same recurrence in double-doubles. No list of words could write
  * these lines, because no macro can define another. The loops are not laid out: their terms are too
  * long for it. */

@@ -1,9 +1,9 @@
-/* The recurrence of taylor.h: coefficients, step size, sum. It is source, compiled once
- * per instruction set and twice in each: the header of lanes that is included before says whether
- * its numbers are doubles (quat_simd.h) or double-doubles (quat_simd_dd.h), and how many go at once. It is
- * fast, because every sum runs from the middle outwards, so that the two newest coefficients, for
- * which everything waits, come last; because terms j, m and m, j go side by side; and because the
- * compiler knows the order, so that it can lay out the loops. */
+/* The recurrence of taylor.h: coefficients, step size, sum. It is source, compiled once per
+ * instruction set and twice in each: the header of lanes that is included before says whether its
+ * numbers are doubles (quat_simd.h) or double-doubles (quat_simd_dd.h), and how many go at once. It
+ * is fast, because every sum runs from the middle outwards, so that the two newest coefficients,
+ * for which everything waits, come last; because terms j, m and m, j go side by side; and because
+ * the compiler knows the order, so that it can lay out the loops. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"

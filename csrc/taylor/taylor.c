@@ -286,7 +286,8 @@ const kr_method kr_method_taylor = {
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_DIGITS | KR_HEADLESS | KR_DAMPED | KR_TANGENTS,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_DIGITS | KR_METHOD_SKIPS_HEADING | KR_METHOD_DAMPED |
+             KR_METHOD_TANGENTS,
     .work = sizeof(taylor_work) / sizeof(double),
     .reset = taylor_reset,
     .step = taylor_step,

@@ -27,14 +27,14 @@ const kr_quantity *kr_simulation_quantity(int k)
 {
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
-        const int turns = (kr_quantity_flags(quantity) & KR_TURNS) != 0;
+        const int turns = (kr_quantity_flags(quantity) & KR_QUANTITY_TURNS) != 0;
         if (kr_quantity_doubles(quantity) == 1 && !turns && k-- == 0) return quantity;
     }
     return NULL;
 }
 static int is_integral(const kr_quantity *quantity)
 {
-    return (kr_quantity_flags(quantity) & KR_KEPT) != 0;
+    return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
 }
 /* Measures top i: all of it, or integrals and error alone. */
 static void measure_top(const kr_simulation *stage, int i, int all, double measure[])
@@ -180,9 +180,9 @@ kr_status kr_simulation_add(kr_simulation *stage, const kr_scene *scene, const k
     if (!method) return KR_ERR_NO_METHOD;
     const unsigned flags = kr_method_flags(method);
     kr_simulation_slot *a = &stage->slots[stage->count];
-    a->restarts = (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
+    a->restarts = (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE;
     a->has_modified_energy = method == kr_method_find("bobenko_suris");
-    if (!(flags & KR_ADAPTIVE)) config.step = time_of(step);
+    if (!(flags & KR_METHOD_ADAPTIVE)) config.step = time_of(step);
     status = kr_top_create(scene, method, config, &a->top);
     if (status == KR_OK) add_prepared_top(stage);
     return status;

@@ -11,7 +11,7 @@
  * order of their table. After them come the attitude error against another top, in radians, and
  * the modified energy, which bobenko_suris keeps at its step and no other method has. */
 enum {
-#define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_TURNS))
+#define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
 #include "quantities.def"
         ,

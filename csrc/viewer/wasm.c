@@ -72,11 +72,11 @@ EXPORT(int, kr_page_rod_rings, (void)) { return KR_MESH_RINGS; }
 EXPORT(int, kr_page_rod_sides, (void)) { return KR_MESH_SIDES; }
 EXPORT(int, kr_page_adaptive, (const kr_method *method))
 {
-    return (kr_method_flags(method) & KR_ADAPTIVE) != 0;
+    return (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;
 }
 EXPORT(int, kr_page_restarts, (const kr_method *method))
 {
-    return (kr_method_flags(method) & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
+    return (kr_method_flags(method) & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE;
 }
 EXPORT(const char *, kr_page_kind, (const kr_body *body))
 {
@@ -104,7 +104,7 @@ EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 EXPORT(const char *, kr_page_course, (const kr_scene *scene))
 {
     kr_turning turning;
-    return kr_exact_turning(scene, &turning) == KR_OK ? turning.course : "";
+    return kr_exact_turning(scene, &turning) == KR_OK ? turning.motion_type : "";
 }
 
 /* The stage */
@@ -152,7 +152,8 @@ EXPORT(const char *, kr_page_measure_text, (int k))
 EXPORT(int, kr_page_measure_kept, (int k))
 {
     const kr_quantity *quantity = kr_simulation_quantity(k);
-    return k == KR_SIMULATION_MODIFIED || (quantity && kr_quantity_flags(quantity) & KR_KEPT);
+    return k == KR_SIMULATION_MODIFIED ||
+           (quantity && kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED);
 }
 EXPORT(const double *, kr_page_measure, (int i))
 {

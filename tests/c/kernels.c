@@ -44,7 +44,7 @@ static void alone(const kr_isa *isa, int which)
 {
     const kr_scene s = golden_scene(which);
     for (int i = 0; i < KR_ORDERS; i++) {
-        const kr_config whole = {0}, headless = {.leave_heading = 1};
+        const kr_config whole = {0}, headless = {.skip_heading = 1};
         say(isa->name, "whole", isa->plain[i].order, golden_names[which],
             way(&s, whole, &isa->plain[i], -40.0));
         say(isa->name, "headless", isa->headless[i].order, golden_names[which],
@@ -108,7 +108,7 @@ static void closed(const kr_exact_isa *isa, const kr_exact_batch_isa *width, int
 }
 int main(void)
 {
-    const kr_config whole = {0}, growing = {.leave_heading = 1, .tangents = KR_TANGENT_GROWTH};
+    const kr_config whole = {0}, growing = {.skip_heading = 1, .tangents = KR_TANGENT_GROWTH};
     for (int which = 0; which < 4; which++) {
         for (int i = 0; kr_taylor_isa(i); i++)
             if (kr_taylor_isa(i)->runs_here()) alone(kr_taylor_isa(i), which);

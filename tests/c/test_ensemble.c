@@ -155,7 +155,7 @@ static void test_accuracy_of_lanes(double tol)
 static void test_methods_without_lanes(const kr_method *method)
 {
     kr_scene s[2] = {tilted(), tilted()};
-    const kr_config config = {.step = kr_method_flags(method) & KR_ADAPTIVE ? 0.0 : 0.01};
+    const kr_config config = {.step = kr_method_flags(method) & KR_METHOD_ADAPTIVE ? 0.0 : 0.01};
     const double t[TIMES] = {0.0, 0.01, 0.3, 0.305, 1.0, 1.0, 2.0};
     kr_state out[2 * TIMES], alone[TIMES];
     kr_outcome outcomes[2];
@@ -265,7 +265,7 @@ static void test_reductions(void)
 
 static void test_headless(void)
 {
-    const kr_config whole = {0}, level = {.leave_heading = 1};
+    const kr_config whole = {0}, level = {.skip_heading = 1};
     fleet f, g;
     random_fleet(&f);
     g = f;

@@ -27,7 +27,7 @@ static void test_refusals(const kr_method *method)
     kr_scene s = scene_for(method);
     const double sign = random_bits() % 2 ? 1.0 : -1.0, horizon = kr_scene_horizon(&s);
     const double far[] = {horizon, 2.0 * horizon, DBL_MAX, INFINITY, NAN};
-    const int dense = (kr_method_flags(method) & KR_DENSE) != 0;
+    const int dense = (kr_method_flags(method) & KR_METHOD_DENSE) != 0;
     const kr_config config = {.step = sign * horizon * 0x1p-50};
     kr_top *top = NULL;
     horizon_of(&s);
@@ -37,9 +37,9 @@ static void test_refusals(const kr_method *method)
     const double time = kr_top_time(top);
     for (int i = 0; i < 5; i++) {
         const kr_status want = isfinite(far[i]) ? KR_ERR_RESOLUTION : KR_ERR_ARGUMENT;
-        kr_hit hit = {7, 7};
+        kr_event_hit hit = {7, 7};
         IS(kr_top_advance(top, sign * far[i]) == want);
-        IS(kr_top_seek(top, sign * far[i], &hit) == want && hit.which == 7);
+        IS(kr_top_seek(top, sign * far[i], &hit) == want && hit.index == 7);
         IS(same(kr_top_state(top), was) && kr_top_time(top) == time);
     }
     kr_state late = s.start;

@@ -183,7 +183,7 @@ static void test_section(void)
     NEAR(off(at(0), v3(0.1, 0.0, 0.0)), 0.0, 1e-6);
     NEAR(off(at(KR_MESH_SIDES / 4), v3(0.0, 0.1, 0.0)), 0.0, 1e-6);
     scene.body = cuboid(1.0, v3(0.8 * sqrt(3.0), 0.8, 0.4), v3(0.0, 0.0, -0.4));
-    IS(kr_body_kind(&scene.body, 1e-12) == KR_KOWALEWSKI);
+    IS(kr_body_kind(&scene.body, 1e-12) == KR_KIND_KOWALEWSKI);
     rod(top(scene, 10000, 0), 1.0, 0.1);
     NEAR(off(at(0), v3(0.1, 0.0, 0.0)), 0.0, 1e-6);
     NEAR(off(at(KR_MESH_SIDES / 4), v3(0.0, 0.1 * sqrt(0.5), 0.0)), 0.0, 1e-6);

@@ -116,7 +116,7 @@ static void test_flags(void)
         s.start.m = q_turn(turn, s.start.m);
         kr_quantity_values(quantity, &s, 1, &s.start, after);
         for (size_t k = 0; k < n; k++) change = fmax(change, fabs(after[k] - before[k]));
-        IS(kr_quantity_flags(quantity) & KR_TURNS ? change > 1e-3 : change < 1e-14);
+        IS(kr_quantity_flags(quantity) & KR_QUANTITY_TURNS ? change > 1e-3 : change < 1e-14);
     }
 }
 static void test_integrals(void)
@@ -135,7 +135,7 @@ static void test_integrals(void)
         kr_quantity_values(quantity, &s, 1, &then, after);
         if (isnan(*before)) continue;
         /* of a body with two equal moments, the spin about its axis is one, too */
-        const int kept = kr_quantity_flags(quantity) & KR_KEPT ||
+        const int kept = kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED ||
                          strcmp(kr_quantity_name(quantity), "spin") == 0;
         IS(kept ? fabs(*after - *before) < 1e-13 : fabs(*after - *before) > 1e-3);
     }
@@ -230,7 +230,8 @@ static void test_components(void)
                                        "spin_x",   "energy",  "vertical_x", "velocity_x",
                                        "frame_Nx", "apex_zz", "11"};
     const kr_scene s = random_scene();
-    IS(kr_component_find("1") == KR_ONE && kr_component_value(KR_ONE, &s, &s.start) == 1.0);
+    IS(kr_component_find("1") == KR_COMPONENT_ONE &&
+       kr_component_value(KR_COMPONENT_ONE, &s, &s.start) == 1.0);
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) IS(kr_component_find(none[i]) == -1);
     IS(kr_component_find(NULL) == -1 && !kr_component_is_valid(-1) &&
        !kr_component_is_valid(INT32_MIN) && !kr_component_is_valid(INT32_MAX));
@@ -245,7 +246,7 @@ static void test_components(void)
     IS(!kr_component_is_turned(kr_component_find("apex_z")) &&
        !kr_component_is_turned(kr_component_find("m_z")));
     IS(!kr_component_is_turned(kr_component_find("body_vertical_x")) &&
-       !kr_component_is_turned(KR_ONE));
+       !kr_component_is_turned(KR_COMPONENT_ONE));
 }
 
 /* A body that is held at its centre of mass has an apex too: its third axis. */

@@ -18,7 +18,7 @@ static kr_scene scene_for(const kr_method *method)
 }
 static kr_config config_for(const kr_method *method, double sign, int digits)
 {
-    const int adaptive = (kr_method_flags(method) & KR_ADAPTIVE) != 0;
+    const int adaptive = (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;
     const kr_config config = {
         .step = sign * 0.0625, .tol = adaptive && !digits ? 1e-8 : 0.0, .digits = digits};
     return config;
@@ -40,7 +40,7 @@ static void test_continuation(const kr_method *method, double sign, int digits, 
     kr_config config = config_for(method, sign, digits);
     kr_state whole[BEFORE + AFTER], low[BEFORE + AFTER], part, rest;
     double t[BEFORE + AFTER];
-    config.leave_heading = leave_heading;
+    config.skip_heading = leave_heading;
     kr_top *top = make(&s, method, config), *one = make(&s, method, config);
     for (int i = 0; i < BEFORE + AFTER; i++) t[i] = sign * times[i];
     IS(kr_top_record_low(top, BEFORE + AFTER, t, whole, low, NULL) == KR_OK);

@@ -52,10 +52,10 @@ static int are_searches_alike(const search *one, const search *other)
     if (one->count != other->count) return 0;
     for (size_t i = 0; i < one->count; i++) {
         const kr_event *a = &one->event[i], *b = &other->event[i];
-        if (a->count != b->count || a->where_count != b->where_count) return 0;
+        if (a->count != b->count || a->condition_count != b->condition_count) return 0;
         if (a->extremum != b->extremum || a->direction != b->direction) return 0;
         if (!are_terms_alike(one->term[i], other->term[i], a->count)) return 0;
-        if (!are_terms_alike(one->where[i], other->where[i], a->where_count)) return 0;
+        if (!are_terms_alike(one->where[i], other->where[i], a->condition_count)) return 0;
     }
     return 1;
 }
@@ -67,7 +67,7 @@ static int is_alike(const place *p)
            same_bits(&p->scene.damping, &saved.scene.damping, sizeof(kr_vec3)) &&
            p->scene.gravity == saved.scene.gravity && one->step == other->step &&
            one->tol == other->tol && one->digits == other->digits &&
-           one->leave_heading == other->leave_heading && one->tangents == other->tangents &&
+           one->skip_heading == other->skip_heading && one->tangents == other->tangents &&
            are_searches_alike(&p->search[p->watched], &saved.search);
 }
 void call_load(place *p)
@@ -147,7 +147,7 @@ void call_forge(place *p)
     static unsigned char bytes[MOST_IMAGE];
     double t[2] = {any_time(p), any_time(p)};
     kr_state out[2];
-    kr_hit hit;
+    kr_event_hit hit;
     begin_call(p);
     const size_t size = image_of(p->top, bytes);
     forge(bytes, size);

@@ -68,7 +68,7 @@ static void call_turning(const kr_scene *scene)
     CLAIM(wrong == NONE || wrong == INPUT);
     CLAIM(status == KR_OK || is_marked(&turning, sizeof turning));
     if (status != KR_OK) return;
-    CLAIM(kr_scene_check(scene) == KR_OK && turning.course != NULL);
+    CLAIM(kr_scene_check(scene) == KR_OK && turning.motion_type != NULL);
     CLAIM(turning.least >= 0.0 && turning.least <= turning.greatest && turning.greatest <= 3.1416);
     CLAIM(turning.t_least >= scene->start.t && turning.t_greatest >= scene->start.t);
     kr_turning_potential(&turning, spread(1e-9, 3.0));

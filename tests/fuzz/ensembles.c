@@ -68,7 +68,7 @@ static void choose_all(void)
                               .tol = odds(50) ? 0.0 : spoiled(spread(1e-16, 1e-2), 3),
                               .max_steps = 10 + longest() / 20,
                               .digits = odds(85) ? 0 : (int)choose(32),
-                              .leave_heading = odds(10)};
+                              .skip_heading = odds(10)};
     asked.config = config;
     choose_tangents();
     asked.reductions = (size_t)choose(REDUCTIONS + 1);

@@ -15,7 +15,7 @@ static int any_component(void)
     char name[64];
     const kr_quantity *quantity = kr_quantity_at((size_t)choose(kr_quantity_count()));
     const size_t i = (size_t)choose(kr_quantity_doubles(quantity));
-    if (odds(30)) return KR_ONE;
+    if (odds(30)) return KR_COMPONENT_ONE;
     if (odds(1)) return (int)choose(100) - 10;
     snprintf(name, sizeof name, "%s%s", kr_quantity_name(quantity), kr_quantity_axis(quantity, i));
     const int component = odds(30) ? kr_component_find(name) : -1;
@@ -27,9 +27,9 @@ static size_t any_terms(kr_term terms[TERMS])
     const size_t n = odds(50) ? 1 : 1 + (size_t)choose(TERMS);
     for (size_t i = 0; i < n; i++) {
         terms[i].factor = spoiled(between(-1.0, 1.0), 1);
-        terms[i].of = any_component();
-        terms[i].times = any_component();
-        tell("term %a * %d * %d", terms[i].factor, terms[i].of, terms[i].times);
+        terms[i].first = any_component();
+        terms[i].second = any_component();
+        tell("term %a * %d * %d", terms[i].factor, terms[i].first, terms[i].second);
     }
     return n;
 }
@@ -37,9 +37,9 @@ void any_search(search *s)
 {
     s->count = (size_t)choose(SEARCHES + 1);
     for (size_t i = 0; i < s->count; i++) {
-        kr_event event = {.terms = s->term[i], .where = s->where[i]};
+        kr_event event = {.terms = s->term[i], .condition = s->where[i]};
         event.count = any_terms(s->term[i]);
-        event.where_count = odds(70) ? 0 : any_terms(s->where[i]);
+        event.condition_count = odds(70) ? 0 : any_terms(s->where[i]);
         event.extremum = (int)choose(2);
         event.direction = odds(98) ? (int)choose(3) - 1 : 2;
         if (odds(2)) event.terms = NULL;
@@ -60,31 +60,31 @@ void call_watch(place *p)
     if (status == KR_OK) p->watched = 1 - p->watched;
     end_call(p, status);
 }
-static void claim_hit(const place *p, double t, kr_hit hit)
+static void claim_hit(const place *p, double t, kr_event_hit hit)
 {
     const search *s = &p->search[p->watched];
     const kr_state state = kr_top_state(p->top);
-    CLAIM(hit.which >= -1 && hit.which < (ptrdiff_t)s->count);
+    CLAIM(hit.index >= -1 && hit.index < (ptrdiff_t)s->count);
     CLAIM(forward(p) * (state.t - p->was.t) >= 0.0 && forward(p) * (t - state.t) >= 0.0);
-    if (hit.which < 0) {
+    if (hit.index < 0) {
         CLAIM(hit.direction == 0 && state.t == t);
         return;
     }
-    const kr_event *event = &s->event[hit.which];
+    const kr_event *event = &s->event[hit.index];
     CLAIM(hit.direction == 1 || hit.direction == -1);
     CLAIM(event->direction == 0 || event->direction == hit.direction);
-    if (event->where_count)
-        CLAIM(kr_terms_value(&p->scene, &state, event->where_count, event->where) > 0.0);
+    if (event->condition_count)
+        CLAIM(kr_terms_value(&p->scene, &state, event->condition_count, event->condition) > 0.0);
 }
 /* Seeks once; says whether there may be more to find. */
 static int seek(place *p, double t)
 {
-    kr_hit hit;
+    kr_event_hit hit;
     leave_mark(&hit, sizeof hit);
     begin_call(p);
     call("seek to %a", t);
     const kr_status status = kr_top_seek(p->top, t, &hit);
-    tell("hit %td, %d", hit.which, hit.direction);
+    tell("hit %td, %d", hit.index, hit.direction);
     if (status == KR_OK) {
         claim_hit(p, t, hit);
         p->landed = 1;
@@ -95,7 +95,7 @@ static int seek(place *p, double t)
     if (status == KR_ERR_STEP && p->search[p->watched].count > 0 && !p->forged && apart)
         CLAIM(kr_top_advance(make_alike(p, p->config.tangents), t) != KR_OK);
     end_call(p, status);
-    return status == KR_OK && hit.which >= 0;
+    return status == KR_OK && hit.index >= 0;
 }
 void call_seek(place *p)
 {

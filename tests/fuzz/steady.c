@@ -82,7 +82,7 @@ static void call_growth(void)
     double growth[KR_GROWTH_COUNT];
     kr_outcome outcome;
     kr_worker *worker = NULL;
-    const kr_config config = {.tangents = KR_TANGENT_GROWTH, .leave_heading = odds(50)};
+    const kr_config config = {.tangents = KR_TANGENT_GROWTH, .skip_heading = odds(50)};
     const kr_tops tops = {
         .n = 1, .scenes = &r.scene, .times = 1, .t = &t, .outcomes = &outcome, .growth = growth};
     tell_scene(&r.scene);
@@ -94,7 +94,7 @@ static void call_growth(void)
     const double more = growth[KR_GROWTH_LOG] - r.growth * fabs(t);
     tell("off by %g", more);
     CLAIM(fabs(more) <= 12.0 + log(1.0 + r.pace * fabs(t)));
-    for (int i = KR_GROWTH_ENERGY; i <= KR_GROWTH_REST; i++) CLAIM(growth[i] <= 1e-10);
+    for (int i = KR_GROWTH_ENERGY; i <= KR_GROWTH_TRUNCATION; i++) CLAIM(growth[i] <= 1e-10);
 }
 /* The closed form of a free body beside its middle axis is the state by taylor with 30 digits. */
 static void call_beside_middle_axis(void)

@@ -47,7 +47,8 @@ static void claim_stats(const place *p, kr_status status)
         CLAIM(stats.steps <= p->config.max_steps);
     const unsigned flags = kr_method_flags(p->method);
     if (status == KR_ERR_LIMIT)
-        CLAIM(p->config.max_steps > 0 || (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE);
+        CLAIM(p->config.max_steps > 0 ||
+              (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE);
 }
 /* What is refused leaves every bit as it was; what fails leaves the top there, or further. */
 static void claim_failure(place *p, kr_status status)
@@ -92,17 +93,17 @@ static kr_config any_config(const kr_scene *scene, const kr_method *method)
     static const int digits[8] = {16, 20, 30, 17, 40, -1, 1, 29};
     const unsigned flags = method ? kr_method_flags(method) : 0;
     kr_config config = {.step = any_step(pace_of(scene)), .poll = poll};
-    if (flags & KR_ADAPTIVE && odds(60)) config.step = 0.0;
+    if (flags & KR_METHOD_ADAPTIVE && odds(60)) config.step = 0.0;
     if (odds(60)) config.tol = odds(30) ? between(0.0, 1.0) : spread(1e-16, 0.9);
     config.tol = spoiled(config.tol, 3);
-    if (flags & KR_DIGITS ? odds(50) : odds(2)) {
+    if (flags & KR_METHOD_DIGITS ? odds(50) : odds(2)) {
         config.digits = digits[choose(odds(80) ? 3 : 8)];
         if (odds(90)) config.tol = 0.0;
     }
-    config.leave_heading = flags & KR_HEADLESS ? odds(40) : odds(2);
+    config.skip_heading = flags & KR_METHOD_SKIPS_HEADING ? odds(40) : odds(2);
     config.max_steps = odds(70) ? 0 : (int64_t)choose(goes_far ? 2000 : 20);
     if (odds(2)) config.max_steps = -(int64_t)choose(9);
-    if (flags & KR_TANGENTS && !config.leave_heading ? odds(30) : odds(2))
+    if (flags & KR_METHOD_TANGENTS && !config.skip_heading ? odds(30) : odds(2))
         config.tangents = odds(95) ? choose(2 * KR_TANGENT_MASS) : choose(UINT64_MAX);
     return config;
 }
@@ -115,11 +116,11 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     /* Some motions of Kowalewski tops have no closed form. */
     if (status == KR_ERR_METHOD)
         CLAIM(!kr_method_suits(p->method, &p->scene) ||
-              kr_body_kind(&p->scene.body, KR_KIND_RTOL) == KR_KOWALEWSKI);
+              kr_body_kind(&p->scene.body, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI);
     if (status != KR_OK) return;
     const kr_state state = kr_top_state(top);
     CLAIM(kr_method_suits(p->method, &p->scene));
-    const unsigned carries = kr_method_flags(p->method) & KR_TANGENTS;
+    const unsigned carries = kr_method_flags(p->method) & KR_METHOD_TANGENTS;
     if (p->config.tangents) CLAIM(carries && p->config.tangents < 2 * KR_TANGENT_MASS);
     CLAIM(same_bits(&state, &p->scene.start, sizeof state));
     CLAIM(kr_top_stats(top).steps == 0);
@@ -139,7 +140,7 @@ static void create(place *p)
     tell_scene(&p->scene);
     call("top %d: create %s, step %a, tol %a, digits %d, heading %d, tangents %llu, most %lld",
          (int)(p - places), kr_method_name(p->method), p->config.step, p->config.tol,
-         p->config.digits, p->config.leave_heading, (unsigned long long)p->config.tangents,
+         p->config.digits, p->config.skip_heading, (unsigned long long)p->config.tangents,
          (long long)p->config.max_steps);
     const kr_status status = kr_top_create(&p->scene, p->method, p->config, &top);
     const enum what_went_wrong wrong = went_wrong(status);
@@ -163,7 +164,7 @@ int longest(void) { return goes_far ? 3000 : 100; }
 /* Whether the way to t takes so few steps that a round can afford it, or is refused. */
 static int is_near(const place *p, double t)
 {
-    const int fixed = !(kr_method_flags(p->method) & KR_ADAPTIVE), few = 24;
+    const int fixed = !(kr_method_flags(p->method) & KR_METHOD_ADAPTIVE), few = 24;
     const double way = forward(p) * (t - kr_top_state(p->top).t),
                  step = fixed ? fabs(p->config.step) : pace_of(&p->scene);
     const int is_limited = p->config.max_steps > 0 && p->config.max_steps < few;

@@ -14,7 +14,7 @@ void call_step(place *p)
     const kr_status status = kr_top_step(p->top);
     const kr_state state = kr_top_state(p->top);
     if (status == KR_OK) {
-        const int fixed = !(kr_method_flags(p->method) & KR_ADAPTIVE);
+        const int fixed = !(kr_method_flags(p->method) & KR_METHOD_ADAPTIVE);
         const double grid = p->scene.start.t + (double)kr_top_stats(p->top).steps * p->config.step;
         CLAIM(forward(p) * (state.t - p->was.t) > 0.0);
         if (fixed) CLAIM(state.t == grid);
@@ -85,7 +85,7 @@ void call_record(place *p)
 static int is_coarse(const place *p, double t)
 {
     const double next = nextafter(fabs(t), INFINITY) - fabs(t);
-    return !(kr_method_flags(p->method) & KR_ADAPTIVE) && fabs(p->config.step) < 4.0 * next;
+    return !(kr_method_flags(p->method) & KR_METHOD_ADAPTIVE) && fabs(p->config.step) < 4.0 * next;
 }
 void call_compare(place *p)
 {
@@ -106,7 +106,7 @@ void call_compare(place *p)
     CLAIM(same_bits(&low, &its_low, sizeof low));
 }
 
-enum { NUMBERS = 6 * KR_TANGENT_MOST };
+enum { NUMBERS = 6 * KR_TANGENT_COLUMNS_MAX };
 /* At the start the derivative by it is the unit matrix. */
 static void claim_units(const double out[], size_t columns)
 {
@@ -136,7 +136,7 @@ void call_tangents(place *p)
         for (size_t i = 0; i < n; i++) CLAIM(isfinite(out[i]) && (!with_low || isfinite(low[i])));
         CLAIM(kr_top_tangents(p->top, again, NULL) == KR_OK);
         CLAIM(same_bits(out, again, n * sizeof *out));
-        if (!p->forged) CLAIM(kr_top_tangent_rest(p->top) >= 0.0);
+        if (!p->forged) CLAIM(kr_top_tangent_truncation(p->top) >= 0.0);
         const int is_start = p->landed && kr_top_stats(p->top).steps == 0;
         if (is_start && p->config.tangents & KR_TANGENT_START && !p->forged)
             claim_units(out, columns);

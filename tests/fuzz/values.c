@@ -48,7 +48,7 @@ void call_bodies(void)
     CLAIM(wrong == NONE || wrong == INPUT);
     CLAIM(status != KR_OK || kr_body_check(&body) == KR_OK);
     CLAIM(status == KR_OK || is_marked(&body, sizeof body));
-    if (status == KR_OK) CLAIM(kr_body_can_be(&body) == 0 || kr_body_can_be(&body) == 1);
+    if (status == KR_OK) CLAIM(kr_body_is_physical(&body) == 0 || kr_body_is_physical(&body) == 1);
     if (status == KR_OK) CLAIM(kr_kind_name(kr_body_kind(&body, spoiled(1e-12, 5))) != NULL);
 }
 
@@ -65,7 +65,8 @@ static void check_quantity(const kr_quantity *quantity)
         char name[64];
         snprintf(name, sizeof name, "%s%s", kr_quantity_name(quantity),
                  kr_quantity_axis(quantity, i));
-        CLAIM((kr_component_find(name) >= 0) == !!(kr_quantity_flags(quantity) & KR_SERIES));
+        CLAIM((kr_component_find(name) >= 0) ==
+              !!(kr_quantity_flags(quantity) & KR_QUANTITY_IN_EVENTS));
     }
 }
 static void check_method(const kr_method *method)
@@ -89,7 +90,7 @@ void call_names(void)
     CLAIM(kr_flag_find(name) == 0);
     CLAIM(!kr_flag_name(flag) == !kr_flag_text(flag));
     if (kr_flag_name(flag)) CLAIM(kr_flag_find(kr_flag_name(flag)) == flag);
-    CLAIM(kr_component_find("1") == KR_ONE);
+    CLAIM(kr_component_find("1") == KR_COMPONENT_ONE);
     CLAIM(!kr_quantity_at(kr_quantity_count()) && !kr_method_at(kr_method_count()));
     check_quantity(kr_quantity_at((size_t)choose(kr_quantity_count())));
     check_method(kr_method_at((size_t)choose(kr_method_count())));

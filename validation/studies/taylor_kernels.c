@@ -89,7 +89,7 @@ int kr_bench_run(const kr_scene *scene, int isa, int kernel, double log2_tol, do
     const kr_config config = {.digits = group != 1            ? 16
                                         : kernel == KR_ORDERS ? 20
                                                               : 30,
-                              .leave_heading = group >= 2};
+                              .skip_heading = group >= 2};
     kr_top *top = NULL;
     kr_status status = kr_top_create(scene, kr_method_find("taylor"), config, &top);
     if (status != KR_OK) return status;
