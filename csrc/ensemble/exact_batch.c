@@ -1,16 +1,15 @@
-/* The tops that have a closed form, as many at once as are set up at once. Their states are those
- * of kr_exact_state, but at the start that start itself. What asks for more than to be read in
- * order goes alone, for the driver to say what is wrong. */
+/* Tops with a closed form, in batches. States equal those of kr_exact_state, except that the given
+ * start is returned at t = start. Tops with invalid times are left to the driver, which reports the
+ * error. */
 #include "exact/dispatch.h"
 #include "worker.h"
 
 enum {
     STATES_PER_CALL = 64,
-    STATES_PER_POLL = 1 << 16 /* states between two questions whether to go on */
+    STATES_PER_POLL = 1 << 16 /* states between two calls of poll */
 };
 
-/* Returns a time from which on, before and after 0, a double may not tell where the top is; it is
- * at most that of kr_scene_horizon, and costs less. */
+/* Returns a lower bound of kr_scene_horizon that costs less. */
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
@@ -18,8 +17,9 @@ static double lower_bound_of_horizon(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Return whether a top's times are all on one side of its start, ever further from it, not too far,
- * and not more than the steps that `config` allows: the closed form takes a step for each. */
+/* Returns 1 if the times of a top move away from its start in one direction, stay within the
+ * horizon, and need no more steps than `config` allows; the closed form counts a step for each
+ * time. */
 static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
@@ -35,32 +35,33 @@ static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
     }
     return plain;
 }
-/* Takes states of a top that were read. Returns how many there are before the first that is
- * none. */
+/* Stores states of a top up to the first invalid one. Returns the number of stored states. */
 static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *kept, size_t n,
                            kr_state states[])
 {
     const kr_state *start = &worker->tops->scenes[slot->top].start;
     size_t k = 0;
     for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++) {
-        slot->steps += states[k].t != slot->last.t; /* as the method counts them */
+        slot->steps += states[k].t != slot->last.t; /* counted as by the method */
         kr_worker_store_state(worker, slot, kept, states[k].t == start->t ? start : &states[k]);
     }
     return k;
 }
+/* Writes the outcome of a top. */
 static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *kept,
                        kr_status status)
 {
     const kr_stats stats = {.steps = slot->steps, .evaluations = slot->steps};
     kr_worker_finish_top(worker, slot, kept, status, stats);
 }
+/* Calls the user's poll. Returns nonzero if the worker must stop. */
 static int poll(kr_worker *worker)
 {
     const kr_config *config = &worker->config;
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
     return worker->interrupted;
 }
-/* Reads a top a few states at a time. */
+/* Evaluates a top, a few states at a time. */
 static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
 {
     const kr_tops *tops = worker->tops;
@@ -80,7 +81,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
     }
     finish_top(worker, &slot, kept, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
-/* Takes a top whose states stand where they were asked for. */
+/* Stores a top whose states were computed in place. */
 static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;

@@ -1,9 +1,9 @@
-/* The lanes of lane_state.h, in doubles. This file is compiled once per instruction set:
+/* The kernel of the lanes (lane_state.h), in doubles. Each instruction set compiles this file:
  * -DKR_ISA=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Ends the piece of every lane at a time. */
+/* Ends the step of every lane at a time. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = sum_lanes(l, end, headless);
@@ -13,8 +13,7 @@ INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
     if (!headless) lane_quat_store(l->end_q, lane_attitude(l, &r, headless));
     return r;
 }
-/* Computes the next piece of every lane, from the end of this one. Returns the lanes that need
- * somebody's attention. */
+/* Makes the next step of every lane. Returns the lanes that need attention. */
 INLINE unsigned step_lanes(kr_lanes *l, int headless)
 {
     const wide t = wide_load(l->end);

@@ -1,15 +1,16 @@
-/* Whether what lanes watch may have changed its sign in a piece. It is a polynomial there, enclosed
- * by its coefficients in Bernstein's basis: where these all have the sign that it had, it kept
- * that. The test may miss this, never the reverse, and any other lane is searched by itself
- * (section.c). This is source, as lane_series.h is. */
+/* Test for a possible sign change of the event function in a step of the lanes. The function is a
+ * polynomial there, enclosed by its coefficients in Bernstein's basis. If all of them have its last
+ * sign, it kept that sign. The test may report a change where there is none, never the reverse;
+ * section.c searches those lanes. This file is source that each instruction set compiles, as
+ * lane_series.h. */
 #include "lane_series.h"
 
-/* Gives g at P and W, less what does not change. */
+/* Returns g at P and W without its constant. */
 INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
 {
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
 }
-/* Gives dg/dt at P and W. */
+/* Returns dg/dt at P and W. */
 INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
 {
     const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
@@ -21,8 +22,8 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
                          wide_fma(k.z * w.x, w.y, wide_fma(up.z, p.x, down.z * p.y))};
     return event_value(l, dp, dw);
 }
-/* Sets the coefficients of g, or of dg/ds, over a piece of length h. As in
- * events/event_polynomial.c the last one makes them end where those of the next piece begin.
+/* Sets the coefficients of g, or of dg/ds, over a step of length h. As in
+ * events/event_polynomial.c, the last coefficient makes them end where the next step begins.
  * Returns their degree. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
@@ -43,7 +44,7 @@ INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
-/* Says in which lanes g, or dg/ds, has kept its sign in the piece that ends there. */
+/* Returns the lanes in which g, or dg/ds, has kept its sign in the step. */
 INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end)
 {
     const int degree = expand_event(l, h, end);

@@ -1,12 +1,11 @@
-/* Tops in lanes: which top is in which lane, where it is to be looked at, and what becomes of it.
- * Each has its own clock and steps. A lane whose top has come to its end takes the next. What a
- * lane does not bring to its end goes alone, from its start, for the driver to say what is
- * wrong. */
+/* Schedules tops in lanes. Each top has its own clock and steps. A lane whose top has reached its
+ * last time takes the next top. A top that a lane cannot finish is moved by a scalar run from its
+ * start, which reports the error. */
 #include <float.h>
 #include "math/exponent.h"
 #include "worker.h"
 
-enum { STEPS_PER_POLL = 64 /* steps between two questions whether to go on */ };
+enum { STEPS_PER_POLL = 64 /* steps between two calls of poll */ };
 
 const kr_lanes_isa *kr_lanes_isa_at(int i)
 {
@@ -23,6 +22,7 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 
+/* Stores a vector in a lane. */
 static void set_components(kr_lane_number *v, int lane, double x, double y, double z)
 {
     v[0][lane] = x;
@@ -34,13 +34,14 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
     to[0][lane] = q.w;
     set_components(to + 1, lane, q.x, q.y, q.z);
 }
-/* Sets what a tangent has where it begins, but for itself. */
+/* Resets the integrals of a tangent at its start. */
 static void reset_growth(kr_growth *growth, int lane)
 {
     growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
     growth->max[lane] = growth->last[lane] = growth->truncation[lane] = 0.0;
     growth->scale[lane] = 1.0;
 }
+/* Parks the tangent of a lane without a top. */
 static void park_tangent(kr_lane_tangents *g, int lane)
 {
     kr_lane_number *const none[] = {g->ahead, g->behind, g->per, g->moments, g->c, g->end.d[1]};
@@ -48,7 +49,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Leaves a lane without a top at rest, where no step ends. */
+/* Parks a lane without a top at rest, where no step ends. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w, l->k,      l->up,      l->down,
@@ -61,11 +62,11 @@ static void park_lane(kr_lanes *l, int lane)
     l->forward[lane] = 1.0;
     l->goal[lane] = l->fall[lane] = l->max_steps[lane] = INFINITY;
     l->side[lane] = l->constant[lane] = 0.0;
-    l->noise[lane] = -1.0; /* nothing is watched for */
+    l->noise[lane] = -1.0; /* no event */
     if (l->tangents) park_tangent(l->tangents, lane);
 }
-/* Chooses the order that is fastest at the tolerance, and lowers the tolerance to what its steps
- * have to aim at. validation/studies/lane_orders.py has measured both. */
+/* Chooses the fastest order for the tolerance, and lowers the tolerance to the target of its steps.
+ * validation/studies/lane_orders.py measured both. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -104,14 +105,15 @@ void kr_scheduler_reset(kr_worker *worker)
     for (int i = 0; i < KR_LANES_MAX; i++) park_lane(worker->lanes, i);
 }
 
-/* Returns the turn of the axes, each onto the next, by which the third moment becomes the largest;
- * how often the axes go on is told by `shift`. */
+/* Returns the cyclic rotation of the axes that makes the third moment the largest; writes the
+ * number of axes shifted. */
 static kr_quat rotate_axes(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
     const double h = *shift == 1 ? 0.5 : -0.5;
     return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
 }
+/* Returns v with its axes shifted cyclically. */
 static kr_vec3 shift_axes(kr_vec3 v, int shift)
 {
     return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
@@ -120,7 +122,7 @@ static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
 {
     set_components(to, lane, v.x, v.y, v.z);
 }
-/* Sets what of a lane does not change, from a motion and the rate of its series. */
+/* Sets the constants of a lane from a motion and the rate of its series. */
 static void set_lane_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
                                int shift)
 {
@@ -139,9 +141,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* The direction of a tangent at the start of a top, in its working axes and own units: the user's,
- * brought near one by a power of two because its square may be beyond doubles, or one along no axis
- * of anything. */
+/* Writes the direction of a tangent at the start, in working axes and own units. The user's
+ * direction is scaled by a power of two, because its square may overflow. The default is generic:
+ * along no special axis. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {
@@ -157,11 +159,11 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
-/* In units of the largest moment, what one over the others may come to: a tangent has parts as far
- * apart, and is squared. */
-#define MOST_PER_MOMENT 0x1p300
-/* Begins the tangent of the top that `alone` has just become, which its lane has. Returns whether
- * anything is left of it without the known solutions, and its square is a double. */
+/* Largest reciprocal of a moment in units of the largest moment. The components of a tangent differ
+ * by this factor and are squared. */
+#define MAX_INVERSE_MOMENT 0x1p300
+/* Starts the tangent of the top that worker->fallback holds. Returns 0 if the direction vanishes
+ * without the known solutions, or if its square overflows. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;
@@ -186,10 +188,10 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     g->energy[lane] = g->first_energy[lane];
     g->vertical[lane] = g->first_vertical[lane];
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
-    return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MOST_PER_MOMENT;
+    return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
 }
-/* Brings the top that `alone` has just become into a lane. Returns whether its tangent has a
- * direction, where it has one. */
+/* Loads the top that worker->fallback holds into a lane. Returns 0 if its tangent has no direction.
+ * */
 static int load_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->fallback;
@@ -219,6 +221,7 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
 }
 
+/* Frees a lane. */
 static void release_lane(kr_worker *worker, int lane)
 {
     worker->busy &= ~(1u << lane);
@@ -238,8 +241,8 @@ void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
                          status, stats);
     release_lane(worker, lane);
 }
-/* Sets the goal of a lane to the next time that is asked for. At the start nothing has to be
- * computed. Returns whether there is one: else the top is done, or cannot be moved in a lane. */
+/* Sets the goal of a lane to its next requested time; times at the start need no computation.
+ * Returns 0, and frees the lane, if the top is done or must fall back. */
 static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -265,8 +268,8 @@ static int set_next_goal(kr_worker *worker, int lane)
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
 }
-/* Whether a lane's piece is a good one. The sign guards against steps without length; no top before
- * its horizon is known to make one. */
+/* Returns 1 if a lane's last step is valid. The sign guards against steps of length 0; none is
+ * known before the horizon. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
@@ -274,7 +277,7 @@ static int is_good_step(const kr_lanes *l, int lane)
     return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
            l->steps[lane] <= l->max_steps[lane];
 }
-/* The state of a lane that was looked at, at the user's time. */
+/* Returns the state of a lane that was sampled at time t. */
 static kr_state read_sample(const kr_lanes *l, int lane, double t)
 {
     const kr_state s = {
@@ -292,15 +295,15 @@ kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t)
     worker->isa->sample(l);
     return read_sample(l, lane, t);
 }
-/* Return whether a lane's tangent, if it has one, was carried to the time looked at. */
+/* Returns 1 if the lane's tangent, if any, reached the sampled time. */
 static int has_growth(const kr_lanes *l, int lane)
 {
     double sum = 0.0;
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
     return isfinite(sum);
 }
-/* Takes the state of a lane that was looked at, and aims at the next time. Returns whether that
- * lies in the same piece. */
+/* Stores the sampled state of a lane and sets the next goal. Returns 1 if that goal lies in the
+ * same step. */
 static int take_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
@@ -314,7 +317,7 @@ static int take_sample(kr_worker *worker, int lane)
     kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
     return set_next_goal(worker, lane) && kr_scheduler_has_passed_goal(l, lane);
 }
-/* Looks at all times that lie in the pieces of these lanes. */
+/* Samples `lanes` at all requested times in their last steps. */
 static void sample_lanes(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;
@@ -326,7 +329,7 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
             if (lanes >> lane & 1 && !take_sample(worker, lane)) lanes &= ~(1u << lane);
     }
 }
-/* Moves all lanes until one, at least, has its next states. */
+/* Advances all lanes until one of them has passed its goal. */
 static void advance_lanes(kr_worker *worker)
 {
     const kr_config *config = &worker->config;
@@ -344,7 +347,7 @@ static void advance_lanes(kr_worker *worker)
     sample_lanes(worker, passed);
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
 }
-/* The first lane without a top; the number of lanes if there is none. */
+/* Returns the first lane without a top, or the number of lanes. */
 static int find_free_lane(const kr_worker *worker)
 {
     int lane = 0;

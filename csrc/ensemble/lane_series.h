@@ -1,7 +1,7 @@
-/* The recurrence of lane_state.h: coefficients, step size, sum. It is source, compiled once per
- * instruction set. Every sum runs from the middle outwards, so that the newest coefficients, for
- * which everything waits, come last. The bits of a lane are the same in every vector that
- * fuses products and sums. */
+/* The recurrence of lane_state.h: coefficients, step size, sums. Each instruction set compiles this
+ * source. Every sum runs from the middle outwards, so that the newest coefficients, on which
+ * everything waits, come last. The bits of a lane are the same for every vector width with fused
+ * multiply-add. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -138,7 +138,7 @@ INLINE void next_lane_coefficient(kr_lanes *l, int n, int headless)
     const wide share = wide_splat(1.0 / (n + 1));
     const lane_vec p = lane_vec_load(l->p[n]), k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
-    /* What waits for the newest products stands last. */
+    /* Factors that need the newest products come last. */
     const lane_vec w = {
         wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
         wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
@@ -165,7 +165,7 @@ INLINE void expand_lanes(kr_lanes *l, int headless)
     for (int n = 0; n < l->order; n++) next_lane_coefficient(l, n, headless);
 }
 
-/* rough_log2 and rough_exp2 are those of taylor/series.h, lane by lane. */
+/* approx_log2 and approx_exp2 of taylor/series.h, lane by lane. */
 INLINE wide approx_log2_lanes(wide x)
 {
     const wide bits = wide_of_bits((wide_bits(x) >> 20) | 0x4330000000000000u) - 0x1p52;
@@ -178,9 +178,9 @@ INLINE wide approx_exp2_lanes(wide x)
     return power *
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
-/* Returns log2 of the radius of convergence, as the n-th term has it. The heading's terms count for
- * more: its pole may be the nearest, and then all that are left out err to one side, while those of
- * P and W fall faster than the last one tells. */
+/* Returns log2 of the radius of convergence, estimated from the n-th term. The terms of the heading
+ * get more weight: if its pole is the nearest, all omitted terms have one sign, while those of P
+ * and W fall faster than the last one suggests. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);

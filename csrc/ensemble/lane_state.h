@@ -17,14 +17,14 @@
 
 enum { KR_LANES_MAX = 8, KR_LANES_ORDER = 28 };
 
-/* A number of each lane, and a vector of each. */
+/* Numbers, vectors and quaternions, one for each lane. */
 typedef double kr_lane_number[KR_LANES_MAX];
 typedef kr_lane_number kr_lane_vector[3], kr_lane_quaternion[4];
 
 struct kr_lane_tangents;
-/* Pieces of path, from the times t to `end`. The axes of the body are in such an order that the
- * third moment is the largest. A lane without a top rests: all its numbers are finite, and
- * `goal` is out of reach. */
+/* Steps of all lanes, from the times t to `end`. The order of the body's axes makes the third
+ * moment the largest. A lane without a top is parked: its numbers are finite, and its `goal` is
+ * unreachable. */
 typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
@@ -39,59 +39,59 @@ typedef struct kr_lanes {
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 back in time */
     kr_lane_number fall;                  /* as in kr_series */
     kr_lane_number steps, max_steps;
-    kr_lane_number at; /* where to look */
-    /* What is watched: g = along_p P + along_w W + apart, or where it is largest or smallest; its
-     * coefficients over the piece, in s from 0 to 1; the last sign that was sure, 0 for none; and
-     * what is not above this cannot be told from zero. */
+    kr_lane_number at; /* time to sample */
+    /* The event: g = along_p P + along_w W + constant, or its extrema; the coefficients of g over
+     * the step, in s from 0 to 1; the last certain sign, 0 for none; and the value up to which g
+     * counts as zero. */
     kr_lane_vector along_p, along_w;
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
-    /* What leads to the user's frame and units: the frame of description seen from these axes, and
-     * the momentum of a unit of W. */
+    /* Conversion to the user: the frame of description seen from these axes, and the momentum of a
+     * unit of W. */
     kr_lane_quaternion axes;
     kr_lane_vector moment;
-    kr_lane_quaternion out_q; /* what was seen: the user's q and m */
+    kr_lane_quaternion out_q; /* sample: the user's q and m */
     kr_lane_vector out_m;
     int order, skip_heading;
     double log2_tol;
-    struct kr_lane_tangents *tangents; /* NULL: none ride along */
+    struct kr_lane_tangents *tangents; /* NULL: no tangents */
 } kr_lanes;
 
-/* Where a tangent stands: theta and N, times 2^-power; scale is that power of two. */
+/* State of a tangent: theta and N, times 2^-power; `scale` is that power of two. */
 typedef struct kr_growth {
     kr_lane_vector d[2];
     kr_lane_number power, scale;
     kr_lane_number area, moment; /* int ln|delta| dt, and of that times ln t */
     kr_lane_number max, last;    /* the largest ln|delta|, and the last */
-    kr_lane_number truncation;   /* the square of the largest last term, over its deviation */
+    kr_lane_number truncation;   /* square of the largest relative last term */
 } kr_growth;
-/* A tangent a lane, in the words of taylor/tangents.h. */
+/* One tangent for each lane, with the names of taylor/tangents.h. */
 typedef struct kr_lane_tangents {
     kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
-    kr_lane_number lift[KR_LANES_ORDER + 1]; /* of <c, P> */
+    kr_lane_number lift[KR_LANES_ORDER + 1]; /* coefficients of <c, P> */
     kr_lane_vector ahead, behind, per, moments, c;
-    kr_growth begin, end;            /* where the step begins and ends */
-    kr_lane_number energy, vertical; /* dE and d<m, e3> of it at the start */
+    kr_growth begin, end;            /* at the begin and end of the step */
+    kr_lane_number energy, vertical; /* dE and d<m, e3> of the tangent at the start */
     kr_lane_number out[KR_GROWTH_COUNT];
-    kr_lane_vector first[2]; /* what would be begun with, at the end of the piece */
+    kr_lane_vector first[2]; /* admissible initial tangent at the end of the step */
     kr_lane_number first_energy, first_vertical, first_size;
     kr_lanes part;           /* the path about a part of a step */
-    double truncation_limit; /* the square of what the last term may be, over the deviation */
-    int terms[4];            /* of the series that count at the places where the integrals look */
+    double truncation_limit; /* square of the largest relative last term allowed */
+    int terms[4];            /* number of terms that matter at the nodes of the integrals */
 } kr_lane_tangents;
 
 typedef struct kr_lanes_isa {
     const char *name;
     const int *lanes;
     int (*runs_here)(void);
-    /* Steps all lanes until one, at least, has passed its goal, made no way, made more than its
-     * most steps, is not finite or may have met what it watches for; at most `steps` times. Returns
-     * the lanes for which that holds, as bits. */
+    /* Steps all lanes at most `steps` times. Stops when a lane has passed its goal, made no
+     * progress, exceeded its step limit, is not finite, or may have met its event. Returns these
+     * lanes as bits. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
-    /* Gives the states at the times `at` inside the pieces. */
+    /* Computes the states at the times `at` inside the steps. */
     void (*sample)(kr_lanes *lanes);
-    /* Makes of `end` of the tangents what may be begun with there: of unit length, and without the
-     * known solutions. */
+    /* Makes `end` of the tangents an admissible start: of unit length, and without the known
+     * solutions. */
     void (*begin)(kr_lanes *lanes);
 } kr_lanes_isa;
 /* KR_LANES_ISA declares what kernel_lanes.c exports for an instruction set. */

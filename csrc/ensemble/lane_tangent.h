@@ -1,15 +1,15 @@
-/* One tangent a top, in lanes: how it grows beside the path, which it leaves as it is. It is
- * source, compiled once per instruction set; the equations are those of taylor/tangents.h, without
- * damping and parameters. Two of their solutions are known, and taken out wherever a step ends: the
- * flow (W | P x c) and the turn about the vertical (P | P x AW). What is left is the growth. What
- * it conserves, as far as the tolerance keeps it:
+/* Growth of one tangent for each lane; the path does not depend on it. Each instruction set compiles
+ * this source. The equations are those of taylor/tangents.h without damping and parameters. Two
+ * solutions are known and removed at the end of each step: the flow (W | P x c) and the rotation
+ * about the vertical (P | P x AW). The rest is the growth. Conserved, as far as the tolerance
+ * allows, are
  *     dE = <N, W> + <theta, W x AW + c x P>       d<m, e3> = <N, P>
  * MEGNO is that of Cincotta and Simo (2000), of which the mean over the time T is, by parts,
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "lane_series.h"
 
-/* The limit of a deviation's last term, over its size and the tolerance, in powers of two. A step
- * of the path has at most GROWTH_PARTS parts and ends where the last of them does. A part is
+/* Limit of a deviation's last term, relative to its size and the tolerance, in powers of two. A
+ * step of the path has at most GROWTH_PARTS parts and ends with the last of them. A part is
  * shortened at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
@@ -61,8 +61,7 @@ INLINE lane_vec lane_vec_zero(void)
 }
 
 #define LN_2 0.69314718055994531
-/* Parts what is positive and normal into a power of two and what remains, from sqrt(1/2) to
- * sqrt(2). */
+/* Splits a positive normal number into a power of two and a factor from sqrt(1/2) to sqrt(2). */
 INLINE wide mantissa(wide x, wide *power)
 {
     const wide_integer one = wide_bits(wide_splat(1.0)),
@@ -71,7 +70,7 @@ INLINE wide mantissa(wide x, wide *power)
     *power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
     return wide_of_bits((bits & 0x000fffffffffffffu) + root);
 }
-/* The natural logarithm to rounding. */
+/* Returns the natural logarithm to rounding. */
 INLINE wide wide_log(wide x)
 {
     wide power;
@@ -81,8 +80,8 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(power, wide_splat(LN_2), sum);
 }
-/* The same to 1e-8, for the summands of a mean, without a quotient: the polynomial that is nearest
- * to ln(1 + m) / m at Chebyshev's points. */
+/* Returns the natural logarithm to 1e-8 without a division, for the summands of a mean. The
+ * polynomial interpolates ln(1 + m) / m at Chebyshev's points. */
 INLINE wide approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
@@ -146,14 +145,14 @@ INLINE lane_deviation sum_growth(kr_lane_tangents *g, int order, wide h)
     return d;
 }
 
-/* Takes what is along a known solution out of a deviation. Returns how much that was. */
+/* Returns `d` without its component along a known solution. */
 INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
 {
     const wide size = deviation_dot(known, known), zero = wide_splat(0.0);
     const wide share = wide_choose(wide_less(zero, size), deviation_dot(d, known) / size, zero);
     return deviation_axpy(-share, known, d);
 }
-/* The flow and the turn about the vertical, at a point of the path. */
+/* The known solutions, flow and rotation about the vertical, at a point of the path. */
 typedef struct {
     lane_deviation flow, turn;
 } known_solutions;
@@ -164,8 +163,8 @@ INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point 
                                {at->p, lane_vec_cross(at->p, momentum)}};
     return r;
 }
-/* Takes the known solutions out of a deviation. Where these two are one, to roundings, the second
- * is left. */
+/* Returns `d` without the known solutions. If these two coincide up to rounding, only the first is
+ * removed. */
 INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const known_solutions known = known_solutions_at(g, at);
@@ -176,8 +175,8 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
-/* Returns the square of what purified() leaves of a deviation. It errs by roundings of the
- * deviation's own square, which a mean's summands can bear. */
+/* Returns the squared length of remove_known(d). Its error is a rounding of the squared length of
+ * `d`, which is small enough for a mean. */
 INLINE wide pure_square(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -194,13 +193,12 @@ INLINE wide pure_square(kr_lane_tangents *g, const lane_point *at, lane_deviatio
     const wide share = wide_choose(is_own, about * about, zero) / wide_max(u, least);
     return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
 }
-/* Returns ln|delta|, given the logarithm of its square as it is scaled. */
+/* Returns ln|delta|, given the logarithm of its scaled square. */
 INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
-/* How far the two conserved forms of a deviation are from what they were at the start, over its
- * size and theirs. */
+/* Writes the errors of the two conserved forms of a deviation, relative to its size and theirs. */
 INLINE void weigh_forms(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at->w),
@@ -232,8 +230,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds the share of time that ln|delta| stands for, which is the last one; t is that time. A lane
- * that has arrived has no share. */
+/* Adds the contribution of a share of time with the last ln|delta|; t is that time. Lanes that have
+ * arrived have no share. */
 INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -242,16 +240,16 @@ INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Counts the last term of a deviation, by its square. */
+/* Accounts for the last term of a deviation, given its square. */
 INLINE void add_rest(growth_areas *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the path from l->t over h, up to whose begin the last one is known, by Lobatto's rule:
- * the logarithm turns sharply where the deviation is short. At the end the deviation is d, without
- * what is known. */
+/* Adds the integrals over a part of length h from l->t by Lobatto's rule, because the logarithm
+ * bends sharply where the deviation is short. `d` is the deviation at the end, without the known
+ * solutions. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
@@ -277,8 +275,8 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Return the share of h at whose end the last term of a deviation, which is `all` after h, is small
- * enough: 1, or an estimate below 1. */
+/* Returns the share of h after which the last term is small enough: 1, or an estimate below 1.
+ * `all` is the deviation after h. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -294,8 +292,8 @@ INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation
     const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
     return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
 }
-/* Shorten a part of length h until the last term at its end is small enough. Returns its length: 0
- * where no length is. */
+/* Shortens a part of length h until its last term is small enough. Returns its length, 0 if none is
+ * short enough. */
 INLINE wide shorten_part(kr_lane_tangents *g, int order, wide h)
 {
     const wide one = wide_splat(1.0);
@@ -313,7 +311,7 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
     deviation_store(g->x[0], start);
     for (int n = 0; n < l->order; n++) next_growth(l, g, n);
 }
-/* Expands the path anew about a time inside the piece, where it is not at its goal yet. */
+/* Expands the path about a time inside the step, for lanes that are not at their goal yet. */
 APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *part = &g->part;
@@ -338,10 +336,9 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
                           wide_splat(0.0)};
     return r;
 }
-/* Carries the deviation from the begin of the piece to a time inside it, where the path is `at`, in
- * at most `most` parts where its series asks for shorter ones than the path's. Gives the time that
- * each lane has reached. A lane that has arrived stays where it is, to the bit. Returns the
- * deviation without the known solutions. */
+/* Propagates the deviation from the begin of the step to the time `to`, where the path is `at`, in
+ * at most `most` parts. Writes the time that each lane has reached. Lanes that have arrived keep
+ * their bits. Returns the deviation without the known solutions. */
 INLINE lane_deviation carry_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                       const lane_point *at, int most, growth_areas *areas,
                                       wide *reached)
@@ -377,9 +374,9 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
                             wide_load(g->begin.truncation)};
     return a;
 }
-/* Carries the deviation over the step that has just been made, without the known solutions, and
- * scales it by a power of two to about the size that it had. Returns the time that each lane has
- * reached, before the end of the step where that would take too many parts. */
+/* Propagates the deviation over the last step, removes the known solutions, and scales it by a
+ * power of two. Returns the time that each lane has reached, which is before the end of the step if
+ * that took too many parts. */
 INLINE wide follow_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
@@ -401,8 +398,8 @@ INLINE wide follow_step(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->end.scale, wide_load(g->begin.scale) * power);
     return reached;
 }
-/* Writes the growth at the times `at`, which lie inside the pieces; NaN where the deviation cannot
- * be carried there. Its parts differ from those of the step and may be more. */
+/* Writes the growth at the times `at` inside the steps; NaN where the deviation does not get there.
+ * Its parts differ from those of the step. */
 INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
@@ -419,8 +416,9 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     weigh_forms(g, &here, d);
 }
-/* Sets what a deviation's last term may be, and how many terms count inside a step, to 2^-24: the
- * n-th one is about tol^(n/order) at the end, and less before by the n-th power of the place. */
+/* Sets the limit of a deviation's last term, and the number of terms that matter at the nodes inside
+ * a step to 2^-24. The n-th term is about tol^(n/order) at the end, and smaller at a node by the
+ * n-th power of the node. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
@@ -429,7 +427,7 @@ static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
         g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
     }
 }
-/* Begins with a deviation of unit length in every lane that has none yet. */
+/* Starts a deviation of unit length in every lane. */
 INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);

@@ -1,5 +1,5 @@
-/* Reductions over the times of one top, in their order: so their bits depend on that top alone.
- * Mean and variance are Welford's (Technometrics 4, 1962), which do not cancel. */
+/* Reductions over the times of one top, in their order, so that the bits depend on that top alone.
+ * Mean and variance follow Welford (Technometrics 4, 1962) and do not cancel. */
 #include "reduce.h"
 #include <math.h>
 
@@ -12,6 +12,7 @@ const char *kr_reduce_name(kr_reduce kind)
     };
     return (unsigned)kind < KR_REDUCE_COUNT ? names[kind] : NULL;
 }
+/* Replaces the extreme value if `is_more_so`, or if x is NaN. */
 static void add_extreme(kr_accumulator *kept, double x, double t, int is_more_so)
 {
     if (isnan(x)) kept->value = kept->more = x;
@@ -20,6 +21,7 @@ static void add_extreme(kr_accumulator *kept, double x, double t, int is_more_so
         kept->more = t;
     }
 }
+/* Adds the k-th value x to an accumulator. */
 static void add_value(kr_reduce kind, kr_accumulator *kept, double x, double t, size_t k)
 {
     const double far = x - kept->value;
@@ -44,7 +46,7 @@ static void add_value(kr_reduce kind, kr_accumulator *kept, double x, double t, 
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator kept[],
                    const kr_scene *scene, const kr_state *state, size_t k)
 {
-    double values[9]; /* kr_quantity_doubles gives no more */
+    double values[9]; /* the largest kr_quantity_doubles */
     for (size_t i = 0; i < n; i++) {
         const kr_reduction *r = &reduction[i];
         if (i == 0 || r->quantity != r[-1].quantity)

@@ -1,7 +1,7 @@
-/* Sections of many tops: the states in which each meets an event. What is linear in the vertical
- * and the velocity as the body sees them, such as the apex' height, is watched in lanes: the lanes
- * stop where it may have changed its sign, and the piece is searched here, of that lane alone. Any
- * other event is looked for as a single top does it (events/event_search.c). */
+/* Sections of many tops: the states in which each top meets an event. Lanes detect events that are
+ * linear in the vertical and the velocity seen from the body, such as the height of the apex. They
+ * stop where the event function may have changed its sign, and that step of that lane is searched
+ * here. Scalar runs search all other events (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -10,6 +10,7 @@ int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
+/* Stores a vector in a lane, with its axes shifted by `shift`. */
 static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};
@@ -30,7 +31,6 @@ void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
     l->noise[lane] = KR_TERMS_UNSURE * size;
     worker->slots[lane].start_noise = KR_TERMS_START * size;
 }
-/* Sets how far a lane may go to the next event. Returns whether there is one to look for. */
 int kr_section_set_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -48,7 +48,7 @@ int kr_section_set_goal(kr_worker *worker, int lane)
     return 1;
 }
 
-/* Whether an event counts in this state. */
+/* Returns 1 if the event's condition holds in a state. */
 static int is_counted(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
 {
     const kr_event *event = &worker->event;
@@ -56,7 +56,7 @@ static int is_counted(const kr_worker *worker, const kr_slot *slot, const kr_sta
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Ends what a lane does where its event has not come in time. */
+/* Finishes a lane whose event did not come in time. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -68,7 +68,7 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Takes the event at a place in a lane's piece. Returns whether to look for the next. */
+/* Stores the event at a place in a lane's last step. Returns 1 if the search continues. */
 static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;

@@ -1,10 +1,11 @@
-/* Many tops, one worker: it allocates once, gives each top to the lanes or moves it alone, and
- * tells what became of it. Whoever moves a top, its numbers depend on that top alone. */
+/* A worker moves many tops. It allocates once, dispatches each top to the lanes, the batch of
+ * closed forms or a single top, and writes the outcomes. The results of a top depend on that top
+ * alone. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include <stdlib.h>
 
-enum { LINE_DOUBLES = 8 /* doubles on 64 bytes */ };
+enum { LINE_DOUBLES = 8 /* doubles in 64 bytes */ };
 
 void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *kept,
                            const kr_state *state)
@@ -21,7 +22,7 @@ int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* The row of a top's growth at its k-th time; NULL where nobody asks for it. */
+/* Returns the row of a top's growth at its k-th time, or NULL if growth was not requested. */
 static double *growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
@@ -67,7 +68,7 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
     return config;
 }
 
-/* Records a top that has begun, a few states at a time. */
+/* Records a started top, a few states at a time. */
 static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot, kr_accumulator *kept)
 {
     const kr_tops *tops = worker->tops;
@@ -90,7 +91,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *kept = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    if (top == worker->exact_top) config.skip_heading = 0; /* it saves nothing there */
+    if (top == worker->exact_top) config.skip_heading = 0; /* closed forms save nothing by it */
     kr_status status = kr_top_init(top, scene, &config);
     if (status == KR_OK) {
         status = worker->is_section ? kr_section_record(worker, top, &slot, kept)
@@ -98,14 +99,14 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
         stats = kr_top_stats(top);
     }
     if (kr_worker_has_tangents(worker)) {
-        slot.states = 0; /* no tangent has gone along */
+        slot.states = 0; /* a top outside the lanes has no tangent */
         if (status == KR_OK) status = KR_ERR_TANGENT;
     }
     kr_worker_finish_top(worker, &slot, kept, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
 }
 
-/* Gives a top that has no closed form to whoever moves it. */
+/* Dispatches a top without a closed form. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
@@ -119,6 +120,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else
         kr_worker_run_scalar(worker, alone, i);
 }
+/* Moves n tops from `from` on: first by closed forms, then the rest. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
@@ -127,7 +129,7 @@ static void dispatch_block(kr_worker *worker, size_t from, size_t n)
     for (size_t i = 0; i < n && !worker->interrupted; i++)
         if (status[i] != KR_OK) dispatch_top(worker, from + i);
 }
-/* Tells of all tops that they were not brought to their ends. */
+/* Marks all unfinished tops as interrupted. */
 static void mark_interrupted(kr_worker *worker, const kr_tops *tops)
 {
     const kr_stats none = {0};
@@ -159,6 +161,7 @@ kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
     return worker && tops ? kr_worker_run_tops(worker, tops) : KR_ERR_ARGUMENT;
 }
 
+/* Returns 1 if all reductions name a quantity, a component and a kind. */
 static int are_valid_reductions(size_t n, const kr_reduction reduction[])
 {
     size_t i = 0;
@@ -168,14 +171,14 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Rounds a size up, so that what follows begins a line of the cache as well: a vector that lies in
- * two of them is loaded in twice the time. */
+/* Rounds a size up to a multiple of 64 bytes. A vector that crosses a cache line loads at half the
+ * speed. */
 static size_t round_to_lines(size_t size)
 {
     const size_t line = LINE_DOUBLES * sizeof(double);
     return (size + line - 1) / line * line;
 }
-/* Lays out the memory of a worker behind it. */
+/* Allocates a worker with all its arrays in one block. */
 static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
     const size_t rows = KR_LANES_MAX + 1, lanes = in_lanes ? round_to_lines(sizeof(kr_lanes)) : 0,
@@ -195,8 +198,7 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates the tops that move by themselves, and looks at what steers them, on a body that any
- * config suits. */
+/* Allocates the tops for scalar runs, and validates the config on a body that suits any config. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;

@@ -6,12 +6,12 @@
 #include "model/quantities.h"
 #include "event_polynomial.h"
 
-/* Zeros stand before and after what is multiplied. */
+/* Zeros stand before and behind the factors of a product. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* A step up to some order, in the letters of kr_step_polynomial; c stands for coefficients that are
- * added to. */
+/* A step up to some order, with the names of kr_step_polynomial. In the functions below, c holds
+ * the coefficients to which they add. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -21,8 +21,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* The unit of a component, a power of two. Its dimension is none, that of a rate or a momentum's,
- * which the first letter tells. */
+/* Returns the unit of a component, a power of two. The first letter of its dimension tells momenta
+ * and rates from plain numbers. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -33,15 +33,18 @@ static double dot4(kr_quat a, const double b[4])
 {
     return (a.w * b[0] + a.x * b[1]) + (a.y * b[2] + a.z * b[3]);
 }
+/* Returns coefficient n of the attitude. */
 static kr_quat attitude_coefficient(const step_view *v, int n)
 {
     return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
+/* Returns the factor of a term in the units of a step of this rate. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
 }
+/* Adds the product of two series to c. */
 static void multiply_series(const step_view *v, const double *a, const double *b, double *c)
 {
     if (v->order > 1)
@@ -50,30 +53,33 @@ static void multiply_series(const step_view *v, const double *a, const double *b
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* These three add what is linear in the attitude, the vertical and the velocity. */
+/* Adds a linear form of the attitude; `weight` holds its factors. */
 static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
 }
+/* Adds a linear form of the vertical seen from the body. */
 static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
 }
+/* Adds a linear form of the angular velocity in the body. */
 static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
 }
-/* An axis of the frame of description, in working axes. */
+/* Returns an axis of the frame of description, in working axes. */
 static kr_quat described_axis(const step_view *v, int axis)
 {
     return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));
 }
-/* Makes zeros of all that no coefficient will be written to. */
+/* Sets all elements of `s` to 0 except those of the coefficients. */
 static void clear_padding(const step_view *v, padded_series s)
 {
     memset(s, 0, PAD * sizeof *s);
     memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
 }
+/* Stores the components of q as coefficient n of four series. */
 static void set_coefficients(padded_series s[4], int n, kr_quat q)
 {
     s[0][PAD + n] = q.w;
@@ -81,14 +87,14 @@ static void set_coefficients(padded_series s[4], int n, kr_quat q)
     s[2][PAD + n] = q.y;
     s[3][PAD + n] = q.z;
 }
-/* e q, with e along an axis of space. */
+/* Returns e q, where e is an axis of space. */
 static kr_quat multiply_by_axis(int axis, kr_quat q)
 {
     const kr_quat products[3] = {
         {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
     return products[axis];
 }
-/* Adds the component along axis 0, 1 or 2 of space of a vector that is fixed in the body. */
+/* Adds the component along an axis of space (0, 1 or 2) of a vector that is fixed in the body. */
 static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
@@ -100,11 +106,11 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds factor times the angular momentum along an axis of space, of any change with time: the
- * series of <e q, q M>, with M in the body. */
+/* Adds factor times the angular momentum along an axis of space: the series of <e q, q M>, with M
+ * in the body. Holds for damped motions too. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
-    /* q M component by component: numbers in q and M, and whether they count negative. */
+    /* q M component by component: indices of q and M, and 1 for a negative sign. */
     static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
                                        {{0, 0, 0}, {2, 2, 0}, {3, 1, 1}},
                                        {{0, 1, 0}, {3, 0, 0}, {1, 2, 1}},
@@ -132,7 +138,7 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         multiply_series(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
-/* Adds factor times that along the vertical, <P, M>, without the attitude. */
+/* Adds factor times the vertical momentum <P, M>, which needs no attitude. */
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
 {
     padded_series P[4], M[4];
@@ -145,8 +151,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* One function for each quantity that has KR_QUANTITY_IN_EVENTS adds factor times the series of a
- * component. */
+/* Adds factor times the series of a component of q. Each quantity with KR_QUANTITY_IN_EVENTS has
+ * such a function. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -201,8 +207,8 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_of_velocity(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
 }
-/* Adds factor times a component's series. Each quantity with KR_QUANTITY_IN_EVENTS has its line
- * here. */
+/* Adds factor times the series of a component. Each quantity with KR_QUANTITY_IN_EVENTS has its
+ * line here. */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
@@ -221,8 +227,9 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Gives how much of its unit a component may be at most, by the energy: the unit is that of a turn
- * about the axis of the least moment, and thin bodies turn about the others far more slowly. */
+/* Returns a bound of a component relative to its unit, from the energy. The unit is that of a
+ * rotation about the axis of the smallest moment; thin bodies turn far more slowly about the
+ * others. */
 static double component_bound(const kr_top *top, int number)
 {
     const kr_vec3 A = top->main.inertia;
@@ -250,7 +257,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, terms[i].first) * component_bound(top, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` on, which share their first component and have others that vary. */
+/* Adds the terms from `t` to `end`, which share their first component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -260,7 +267,7 @@ static void add_term_products(const step_view *v, const kr_term *t, const kr_ter
     for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
     multiply_series(v, of + PAD, times + PAD, c);
 }
-/* Gives g as a series in tau. Terms that share their first component are multiplied at once. */
+/* Writes g as a series in tau. Terms with the same first component share one product. */
 static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
 {
     const kr_term *t = e->terms, *last = t + e->count, *end;
@@ -278,7 +285,7 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Gives the first coefficients at the end of this step, with which the next one begins. */
+/* Writes the first coefficients at the end of the step, where the next step begins. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
 {
@@ -301,7 +308,8 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                         double c[])
 {
-    /* Even and odd terms are summed apart: their chains of operations run side by side. */
+    /* Even and odd terms are summed separately, so that two chains of operations run in parallel.
+     * */
     const step_view v = {top, p->rate, p->order, p->x, p->w, p->product};
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
@@ -334,7 +342,8 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 }
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
 {
-    /* Unit vectors of the vertical, then of the velocity; and what is left without any. */
+    /* Unit vectors of the vertical, then of the velocity; the last row, of zeros, gives the
+     * constant. */
     static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
                         w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
     double value[7], c[ROOM];

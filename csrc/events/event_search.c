@@ -1,15 +1,16 @@
-/* The way from event to event. Each step is made as ever and then searched, so that the path does
- * not know of it; every event keeps the next place found in the last step, and is searched again
- * from there when that has passed. */
+/* Moves a top from event to event. Each step is made as without events and then searched, so that
+ * events never change the path. Every event stores the next sign change found in the last step. The
+ * search continues from there once the top has passed it. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
+/* Returns the time since the start in own units. */
 static double step_clock(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* The user's time at a clock in the last step, rounded so that it lies there too. */
+/* Returns the user's time at a clock in the last step, rounded into the step. */
 static double step_time(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -22,6 +23,7 @@ static double step_time(const kr_top *top, double clock)
                : t;
 }
 
+/* Returns 1 if the terms can be searched on this top. */
 static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -37,7 +39,7 @@ static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, s
     const double size = kr_terms_bound(top, piece, n, terms);
     return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
 }
-/* Says whether these events can be looked for on this top's way. */
+/* Returns 1 if `events` can be searched on this top. */
 static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
 {
     for (size_t i = 0; i < n; i++) {
@@ -64,7 +66,8 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next place in the last step, from the event's mark on; sign 0 if there is none. */
+/* Finds the next sign change of an event in the last step, from its mark on. Sets its sign to 0 if
+ * there is none. */
 static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
 {
     double coefficients[KR_TERMS_ROOM];
@@ -86,8 +89,9 @@ static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, 
     own->side = search.side;
     own->mark = search.mark;
 }
-/* Finds the first place in the last step, if that has not been searched yet. The sign at the end of
- * the step before holds on, but after a place found there, or a leap. */
+/* Finds the first sign change of an event in the last step, unless that step was searched already.
+ * The sign at the end of the step before stays valid, except after an event found there, or after a
+ * step that was not searched. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
 {
     kr_event_search *own = &event->own;
@@ -101,8 +105,7 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, 
     own->searched = top->steps;
     find_next_event(top, piece, event);
 }
-/* The first place of any event in the last step, not before where the top is; NULL if there is
- * none. */
+/* Returns the earliest event in the last step that is not before the top's time, or NULL. */
 static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece)
 {
     kr_event *first = NULL;
@@ -117,13 +120,14 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
     }
     return first;
 }
-/* Whether the event counts where the top is now. */
+/* Returns 1 if the event's condition holds at the top's state. */
 static int is_event_counted(const kr_top *top, const kr_event *event)
 {
     return !event->condition_count ||
            kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
 }
-/* Moves to the next event in the last step not after t, or nowhere. */
+/* Moves to the next event in the last step that is not after t. Sets hit->index to -1 if there is
+ * none. */
 static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);
@@ -148,7 +152,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     kr_event_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
-    /* A reset may have brought units in which an event is beyond all numbers. */
+    /* A reset may have changed the units so that an event exceeds the range of doubles. */
     if (top->event_count > 0 && top->events->own.searched < 0 &&
         !are_valid_events(top, top->event_count, top->events))
         return KR_ERR_ARGUMENT;

@@ -1,24 +1,28 @@
-/* Changes of sign of a polynomial, none missed: in Bernstein's basis its coefficients enclose it
- * and their differences enclose its slope, so that an interval in which all are of one sign holds
- * no root, or no turning point; any other is halved (de Casteljau; Lane and Riesenfeld 1981), until
- * its values cannot be told from zero. Signs count only where rounding cannot have made them: two
- * roots between which the polynomial stays below its noise are a touching and no change of sign,
- * and a zero at the border of two pieces is seen once, from the sign before to the sign after. */
+/* All changes of sign of a polynomial. In Bernstein's basis its coefficients enclose it, and their
+ * differences enclose its slope. An interval in which all coefficients have one sign holds no root;
+ * one in which all differences have one sign holds no turning point. Any other interval is halved
+ * (de Casteljau; Lane and Riesenfeld 1981) until its values cannot be distinguished from zero. Only
+ * signs above the rounding noise count. Two roots between which the polynomial stays below the
+ * noise are a contact, not a change of sign. A zero at the border of two steps is found once, from
+ * the sign before to the sign after. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
 enum { MAX_NEWTON_STEPS = 60 };
-static const double RESOLUTION = 0x1p-54; /* of a root */
-static const double NARROWEST = 0x1p-48;  /* interval that is halved */
-static const double NARROW = 0x1p-5;      /* the narrowest while the last terms are left out */
-static const double TAIL_SHARE = 0x1p-10; /* the part of all slopes that these terms may have */
+static const double RESOLUTION = 0x1p-54; /* absolute error of a root */
+static const double NARROWEST = 0x1p-48;  /* shortest interval that is halved */
+static const double NARROW = 0x1p-5;      /* shortest interval while the last terms are omitted */
+static const double TAIL_SHARE =
+    0x1p-10; /* largest share of all slopes that the omitted terms may have */
 
+/* Returns the polynomial at s. */
 static double evaluate(const double *c, int degree, double s)
 {
     double p = c[degree];
     for (int n = degree - 1; n >= 0; n--) p = p * s + c[n];
     return p;
 }
+/* Returns the polynomial at s and writes its slope. */
 static double evaluate_with_slope(const double *c, int degree, double s, double *slope)
 {
     double p = c[degree], d = 0.0;
@@ -29,8 +33,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     *slope = d;
     return p;
 }
-/* Finds a root by Newton's steps where they stay inside, else by halves. The sign at the lower end
- * is `side`. */
+/* Returns a root by Newton's method, or by bisection where a step leaves the interval. The sign at
+ * `low` is r->side. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -47,7 +51,7 @@ static double refine(const kr_sign_search *r, double low, double high)
     }
     return s;
 }
-/* Takes note of the value at a point; true if the sign is surely another there than at the mark. */
+/* Records the sign of the value p at s. Returns 1 if the sign has surely changed since the mark. */
 static int note_sign(kr_sign_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
@@ -57,8 +61,8 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Whether the polynomial on an interval is of one sign, as surely as at its end; or has no turning
- * point; or is zero as far as can be told. Each way its end tells all that there is to know. */
+/* Returns 1 if the value at the end decides the interval: the polynomial has one sign, no turning
+ * point, or is zero up to noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -76,7 +80,7 @@ static int is_decided(const kr_sign_search *r, const double *b, double width)
     }
     return rising | falling;
 }
-/* Searches [low, high], where b holds the coefficients in Bernstein's basis and is used up. */
+/* Searches [low, high]. `b` holds the coefficients in Bernstein's basis and is overwritten. */
 static search_outcome search_interval(kr_sign_search *r, double *b, double low, double high)
 {
     const int n = r->used;
@@ -95,6 +99,7 @@ static search_outcome search_interval(kr_sign_search *r, double *b, double low, 
     const search_outcome first = search_interval(r, left, low, middle);
     return first == NO_ROOT ? search_interval(r, b, middle, high) : first;
 }
+/* Searches [0, 1] with the terms in use. */
 static search_outcome search_polynomial(kr_sign_search *r)
 {
     const int n = r->used;
@@ -107,8 +112,8 @@ static search_outcome search_polynomial(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Leaves out the last terms, as many as do not matter at first. Their sum bounds the error. Where
- * that decides nothing the search is repeated with all terms: a wrong choice costs time alone. */
+/* Omits the last terms as far as they hardly matter. Their sum bounds the error; an undecided
+ * search is repeated with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

@@ -1,4 +1,4 @@
-/* Where a polynomial on [0, 1] changes its sign, from left to right. */
+/* Changes of sign of a polynomial on [0, 1], from left to right. */
 #ifndef KR_SIGN_CHANGES_H
 #define KR_SIGN_CHANGES_H
 #include "method.h"
@@ -6,16 +6,16 @@
 typedef struct kr_sign_search {
     const double *c;    /* sum c[n] s^n */
     int degree;         /* at most KR_POLYNOMIAL_ORDER_MAX */
-    double noise;       /* what is not above this cannot be told from zero */
-    double start_noise; /* its value until a first sign is known */
-    int sought;         /* the sign into which changes are sought; 0: either */
-    int side;           /* the last sign that was sure; 0: none so far */
-    double mark;        /* the search goes on from here */
-    double root;        /* the last change of sign found, into `side`, where that is sought */
-    int used;           /* the degree up to which terms are searched */
-    double tail;        /* what the terms after these can add to the value */
-    double tail_slope;  /* and to the slope */
+    double noise;       /* values up to this count as zero */
+    double start_noise; /* the same limit before the first sign is known */
+    int sought;         /* sign after the changes that are sought; 0: either */
+    int side;           /* last sign that was certain; 0: none so far */
+    double mark;        /* the search continues here */
+    double root;        /* last change of sign into `side`, if that was sought */
+    int used;           /* number of terms in use, less one */
+    double tail;        /* bound of the omitted terms */
+    double tail_slope;  /* bound of their slope */
 } kr_sign_search;
-/* Goes on to the next change of sign; false if there is none up to 1. */
+/* Finds the next change of sign. Returns 0 if there is none up to 1. */
 int kr_search_next_sign_change(kr_sign_search *search);
 #endif
