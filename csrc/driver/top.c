@@ -375,14 +375,14 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
  * lies inside it. */
 static kr_status step_adaptive(kr_top *top)
 {
-    const double end = top->forward * INFINITY, asked = top->requested;
+    const double end = top->forward * INFINITY, requested = top->requested;
     kr_status status = KR_OK;
-    if (!(top->forward * (time_reached(top) - asked) > 0.0))
+    if (!(top->forward * (time_reached(top) - requested) > 0.0))
         status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
     if (status == KR_OK && !(fabs(kr_top_time(top)) < top->horizon)) return KR_ERR_STEP;
     const kr_status up = kr_top_sync(top, end);
     if (status == KR_OK) status = up;
-    return status == KR_OK && top->requested == asked ? KR_ERR_STEP : status;
+    return status == KR_OK && top->requested == requested ? KR_ERR_STEP : status;
 }
 kr_status kr_top_step(kr_top *top)
 {

@@ -36,23 +36,24 @@ static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
     return plain;
 }
 /* Stores states of a top up to the first invalid one. Returns the number of stored states. */
-static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *kept, size_t n,
+static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators, size_t n,
                            kr_state states[])
 {
     const kr_state *start = &worker->tops->scenes[slot->top].start;
     size_t k = 0;
     for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++) {
         slot->steps += states[k].t != slot->last.t; /* counted as by the method */
-        kr_worker_store_state(worker, slot, kept, states[k].t == start->t ? start : &states[k]);
+        kr_worker_store_state(worker, slot, accumulators,
+                              states[k].t == start->t ? start : &states[k]);
     }
     return k;
 }
 /* Writes the outcome of a top. */
-static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *kept,
+static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *accumulators,
                        kr_status status)
 {
     const kr_stats stats = {.steps = slot->steps, .evaluations = slot->steps};
-    kr_worker_finish_top(worker, slot, kept, status, stats);
+    kr_worker_finish_top(worker, slot, accumulators, status, stats);
 }
 /* Calls the user's poll. Returns nonzero if the worker must stop. */
 static int poll(kr_worker *worker)
@@ -66,30 +67,30 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, i);
-    kr_accumulator *kept = kr_worker_scalar_accumulators(worker);
+    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = tops->scenes[i].start};
     kr_state piece[STATES_PER_CALL];
     while (slot.states < tops->times && !worker->interrupted) {
         const size_t left = tops->times - slot.states,
                      n = left < STATES_PER_CALL ? left : STATES_PER_CALL;
         kr_exact_states(plan, n, t + slot.states, piece);
-        if (store_states(worker, &slot, kept, n, piece) < n) {
+        if (store_states(worker, &slot, accumulators, n, piece) < n) {
             kr_worker_run_scalar(worker, worker->exact_top, i);
             return;
         }
         if (slot.states % STATES_PER_POLL < n) poll(worker);
     }
-    finish_top(worker, &slot, kept, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
+    finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
 /* Stores a top whose states were computed in place. */
 static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;
     kr_slot slot = {.top = i, .last = tops->scenes[i].start};
-    kr_accumulator *kept = kr_worker_scalar_accumulators(worker);
-    if (store_states(worker, &slot, kept, tops->times, tops->states + i * tops->times) ==
+    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
+    if (store_states(worker, &slot, accumulators, tops->times, tops->states + i * tops->times) ==
         tops->times)
-        finish_top(worker, &slot, kept, KR_OK);
+        finish_top(worker, &slot, accumulators, KR_OK);
     else
         kr_worker_run_scalar(worker, worker->exact_top, i);
 }
@@ -97,16 +98,16 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
 {
     const kr_tops *tops = worker->tops;
     const int at_once = tops->states && tops->times <= STATES_PER_POLL / KR_BATCH;
-    kr_exact_request asked = {.n = n, .scenes = tops->scenes + from, .status = status};
+    kr_exact_request request = {.n = n, .scenes = tops->scenes + from, .status = status};
     if (at_once) {
-        asked.times = tops->times;
-        asked.t = kr_worker_times_of(tops, from);
-        asked.own_times = tops->own_times;
-        asked.states = tops->states + from * tops->times;
+        request.times = tops->times;
+        request.t = kr_worker_times_of(tops, from);
+        request.own_times = tops->own_times;
+        request.states = tops->states + from * tops->times;
     } else {
-        asked.plans = worker->plans;
+        request.plans = worker->plans;
     }
-    kr_exact_run(&asked);
+    kr_exact_run(&request);
     for (size_t i = 0; i < n && !worker->interrupted; i++) {
         if (status[i] != KR_OK) continue;
         if (!is_ordered(&worker->config, tops, from + i))

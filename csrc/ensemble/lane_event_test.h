@@ -1,6 +1,6 @@
 /* Test for a possible sign change of the event function in a step of the lanes. The function is a
  * polynomial there, enclosed by its coefficients in Bernstein's basis. If all of them have its last
- * sign, it kept that sign. The test may report a change where there is none, never the reverse;
+ * sign, it accumulators that sign. The test may report a change where there is none, never the reverse;
  * section.c searches those lanes. This file is source that each instruction set compiles, as
  * lane_series.h. */
 #include "lane_series.h"

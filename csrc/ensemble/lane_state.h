@@ -1,15 +1,14 @@
-/* Heavy tops as Taylor series, as many at once as a vector has lanes: each lane is a top of its
- * own, with its own step. Private to ensemble/.
+/* Heavy tops as Taylor series in lanes: each lane of a vector holds one top with its own step.
+ * Private to ensemble/.
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
  *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
- * f is the heading: the attitude follows from it and from P, hence a term of the series takes 12
- * products of coefficients in place of the 21 that q itself would take: 3 for AW x W, 6 for P x W,
- * 1 for the quotient, and 2 for (W, P), because (AW, P) is constant. d is P where a
- * step begins, so that the quotient's pole is far; how far it is counts for the step.
- * The units are those of taylor.h: W stays below one. A series keeps nothing but what its
- * tolerance keeps. */
+ * f is the heading: it and P determine the attitude. A term of the series therefore takes 12
+ * products of coefficients instead of the 21 that q itself would take: 3 for AW x W, 6 for P x W,
+ * 1 for the quotient, and 2 for (W, P), because (AW, P) is constant. d is P at the begin of a step,
+ * far from the pole of the quotient; the distance of the pole limits the step. The units are those
+ * of taylor.h: W stays below one. A series conserves nothing beyond its tolerance. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"

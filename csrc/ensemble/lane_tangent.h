@@ -1,10 +1,10 @@
-/* Growth of one tangent for each lane; the path does not depend on it. Each instruction set compiles
- * this source. The equations are those of taylor/tangents.h without damping and parameters. Two
- * solutions are known and removed at the end of each step: the flow (W | P x c) and the rotation
- * about the vertical (P | P x AW). The rest is the growth. Conserved, as far as the tolerance
- * allows, are
+/* Growth of one tangent for each lane; the path does not depend on it. Each instruction set
+ * compiles this source. The equations are those of taylor/tangents.h without damping and
+ * parameters. Two solutions are known and removed at the end of each step: the flow (W | P x c) and
+ * the rotation about the vertical (P | P x AW). The rest is the growth. Conserved, as far as the
+ * tolerance allows, are
  *     dE = <N, W> + <theta, W x AW + c x P>       d<m, e3> = <N, P>
- * MEGNO is that of Cincotta and Simo (2000), of which the mean over the time T is, by parts,
+ * MEGNO is that of Cincotta and Simo (2000), whose mean over the time T is, by parts,
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "lane_series.h"
 
@@ -416,9 +416,9 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     weigh_forms(g, &here, d);
 }
-/* Sets the limit of a deviation's last term, and the number of terms that matter at the nodes inside
- * a step to 2^-24. The n-th term is about tol^(n/order) at the end, and smaller at a node by the
- * n-th power of the node. */
+/* Sets the limit of a deviation's last term, and the number of terms that matter to 2^-24 at the
+ * nodes inside a step. The n-th term is about tol^(n/order) at the end, and smaller at a node by
+ * the n-th power of the node. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));

@@ -9,9 +9,9 @@ typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;
 /* Adds the k-th state of a top to its accumulators. */
-void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator kept[],
+void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k);
 /* Writes the results over `states` states. */
-void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator kept[],
+void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator accumulators[],
                    size_t states, double out[]);
 #endif

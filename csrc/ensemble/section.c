@@ -109,7 +109,8 @@ void kr_section_search(kr_worker *worker, int lane)
     if (kr_scheduler_has_passed_goal(l, lane)) time_out(worker, lane);
 }
 
-kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_accumulator *kept)
+kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot,
+                            kr_accumulator *accumulators)
 {
     kr_event event = worker->event;
     kr_status status = kr_top_watch(top, 1, &event);
@@ -119,7 +120,7 @@ kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_ac
         status = kr_top_seek(top, slot->last.t + wait, &hit);
         const kr_state state = kr_top_state(top);
         if (status == KR_OK && hit.index < 0) status = KR_ERR_EVENT;
-        if (status == KR_OK) kr_worker_store_state(worker, slot, kept, &state);
+        if (status == KR_OK) kr_worker_store_state(worker, slot, accumulators, &state);
     }
     slot->last = kr_top_state(top);
     kr_top_watch(top, 0, NULL);

@@ -7,14 +7,14 @@
 
 enum { LINE_DOUBLES = 8 /* doubles in 64 bytes */ };
 
-void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *kept,
+void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state)
 {
     const kr_tops *tops = worker->tops;
     if (tops->states) tops->states[slot->top * tops->times + slot->states] = *state;
     if (tops->reduced)
-        kr_reduce_add(worker->reductions, worker->reduction, kept, &tops->scenes[slot->top], state,
-                      slot->states);
+        kr_reduce_add(worker->reductions, worker->reduction, accumulators, &tops->scenes[slot->top],
+                      state, slot->states);
     slot->last = *state;
     slot->states++;
 }
@@ -33,8 +33,8 @@ void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_numb
     double *to = growth_row(worker, slot->top, slot->states);
     for (int i = 0; to && i < KR_GROWTH_COUNT; i++) to[i] = row ? row[i][lane] : 0.0;
 }
-void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *kept,
-                          kr_status status, kr_stats stats)
+void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
+                          const kr_accumulator *accumulators, kr_status status, kr_stats stats)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, slot->top);
@@ -52,7 +52,7 @@ void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot, const kr_accum
         for (int i = 0; growth && i < KR_GROWTH_COUNT; i++) growth[i] = NAN;
     }
     if (row && status == KR_OK && slot->states > 0)
-        kr_reduce_end(worker->reductions, worker->reduction, kept, slot->states, row);
+        kr_reduce_end(worker->reductions, worker->reduction, accumulators, slot->states, row);
     else
         for (size_t r = 0; row && r < worker->reductions; r++) row[r] = NAN;
 }
@@ -69,7 +69,8 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
 }
 
 /* Records a started top, a few states at a time. */
-static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot, kr_accumulator *kept)
+static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
+                            kr_accumulator *accumulators)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, slot->top);
@@ -79,7 +80,8 @@ static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot, kr_ac
         const size_t left = tops->times - slot->states, n = left < 64 ? left : 64;
         size_t good = 0;
         status = kr_top_record(top, n, t + slot->states, piece, &good);
-        for (size_t k = 0; k < good; k++) kr_worker_store_state(worker, slot, kept, &piece[k]);
+        for (size_t k = 0; k < good; k++)
+            kr_worker_store_state(worker, slot, accumulators, &piece[k]);
     }
     slot->last = kr_top_state(top);
     return status;
@@ -88,21 +90,21 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
     kr_config config = kr_worker_config_of(worker, i);
-    kr_accumulator *kept = kr_worker_scalar_accumulators(worker);
+    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
     if (top == worker->exact_top) config.skip_heading = 0; /* closed forms save nothing by it */
     kr_status status = kr_top_init(top, scene, &config);
     if (status == KR_OK) {
-        status = worker->is_section ? kr_section_record(worker, top, &slot, kept)
-                                    : record_top(worker, top, &slot, kept);
+        status = worker->is_section ? kr_section_record(worker, top, &slot, accumulators)
+                                    : record_top(worker, top, &slot, accumulators);
         stats = kr_top_stats(top);
     }
     if (kr_worker_has_tangents(worker)) {
         slot.states = 0; /* a top outside the lanes has no tangent */
         if (status == KR_OK) status = KR_ERR_TANGENT;
     }
-    kr_worker_finish_top(worker, &slot, kept, status, stats);
+    kr_worker_finish_top(worker, &slot, accumulators, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
 }
 

@@ -39,15 +39,15 @@ struct kr_worker {
 };
 
 /* Writes a state of the top of `slot`, updates its accumulators, and counts it. */
-void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *kept,
+void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state);
 /* Returns 1 if the lanes carry tangents. */
 int kr_worker_has_tangents(const kr_worker *worker);
 /* Writes the growth of a lane's tangent at the next time; zeros if `row` is NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
 /* Writes the outcome of a top, its reductions, and NaN behind its last good state. */
-void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *kept,
-                          kr_status status, kr_stats stats);
+void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
+                          const kr_accumulator *accumulators, kr_status status, kr_stats stats);
 /* Returns the accumulators of scalar runs. */
 static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *worker)
 {
@@ -115,5 +115,6 @@ int kr_section_set_goal(kr_worker *worker, int lane);
 /* Accepts the events in a lane's last step, and frees the lane if its top is done. */
 void kr_section_search(kr_worker *worker, int lane);
 /* Moves a started top to its events. */
-kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_accumulator *kept);
+kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot,
+                            kr_accumulator *accumulators);
 #endif

@@ -1,13 +1,13 @@
-/* Many states of the closed form: blocks of times, as wide as the instruction set is. This
- * file is compiled with the vectorizer of loops, once per instruction set: -DKR_ISA=avx2 -mavx2
- * -mfma, and so on (CMakeLists.txt). */
+/* Many states of the closed form, in blocks of times with the width of the instruction set. Each
+ * instruction set compiles this file with loop vectorization: -DKR_ISA=avx2 -mavx2 -mfma, and so on
+ * (CMakeLists.txt). */
 #include "dispatch.h"
 #include "single.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
 
-/* A batch holds as many states as stay in the nearest cache, in one array for each number. */
+/* States of a block: as many as fit in the first-level cache, one array for each number. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -28,7 +28,7 @@ INLINE void frame(const kr_exact *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Writes eight arrays as states, which is a transposition. */
+/* Writes eight arrays as states, a transposition. */
 INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
@@ -37,8 +37,8 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` writes states past the cache. It serves where there will be more states than the cache
- * holds: each line would else be read before it is written. */
+/* `stream` bypasses the cache. It helps if the states exceed the cache, whose lines would be read
+ * before they are written. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
 static int is_stream(size_t n, const kr_state out[])
@@ -61,11 +61,11 @@ INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out
 INLINE void stream(const batch *b, int n, kr_state *out) { write(b, n, out); }
 INLINE void end_stream(void) {}
 #endif
-/* Computes a batch. Its length is rounded up to eights, so that compilers need no loop for a
- * rest. */
+/* Computes a block. Its length is rounded up to a multiple of eight, so that no remainder loop is
+ * needed. */
 static void states(const kr_exact *exact, batch *b, int count)
 {
-    /* No store into the batch can change a copy, so that the compiler keeps its numbers at hand. */
+    /* No store can change a local copy, so the compiler keeps its numbers in registers. */
     const kr_exact e = *exact;
     const int n = (count + 7) & ~7;
     switch (e.curve) {
@@ -84,8 +84,8 @@ static void states(const kr_exact *exact, batch *b, int count)
     }
     if (e.framed) frame(&e, b, n);
 }
-/* Replaces the states at times that are too late for the kernel. Most batches have none, which a
- * loop without a branch finds out. */
+/* Replaces states at times too late for the kernel. Most blocks have none, which a loop without
+ * branches finds out. */
 static void replace_beyond(const kr_exact *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,39 +1,39 @@
-/* The closed forms of many tops: of heavy tops as many at a time as there are lanes, each lane with
- * the bits of a top alone (lane_types.h). Tops that are not of that kind, that rest at a pole, or
- * that are refused go one by one. This file is compiled once per instruction set. */
+/* The closed forms of many tops. Heavy tops are computed in lanes, each with the bits of a single
+ * top (lane_types.h). Tops of other kinds, at rest at a pole, or with errors are computed one by
+ * one. Each instruction set compiles this file. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
 #include "lagrange.h"
 #include "math/exponent.h"
 
-/* At more times than these a top's states are read one top at a time. So many vectors of tops are
- * set up together. */
+/* With more times than FEW_TIMES, states are evaluated top by top. GROUPS vectors of tops are set
+ * up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* A closed form without its frame is so many doubles, and begins as kr_exact does. */
+/* Number of doubles of a closed form without its frame, which is the head of a kr_exact. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 typedef char form_is_laid_out[FORM * sizeof(double) == offsetof(kr_exact, frame) ? 1 : -1];
 
-/* What all tops of one body have in common, and those of one gravity. */
+/* Data that tops of one body share, and of one gravity. */
 typedef struct body_data {
     kr_body body;
-    int fits; /* it is one for lanes */
+    int fits; /* lanes can handle the body */
     kr_working working;
     kr_vec3 apex;       /* of the body, in the frame of description; up to its sign */
     double per_inertia; /* 1 / I1 */
     double mass, reach; /* fractions of mass and |com| */
     int power;          /* the sum of their exponents */
-    int turned;         /* whether axes of work and description differ: `axes` leads to these */
+    int turned; /* whether `axes`, working axes -> frame of description, is not the identity */
     kr_quat axes;
-    int framed[2]; /* whether the frames of tops seen from above, and from below, are known */
+    int framed[2]; /* whether the frames of tops seen from above, and from below, are computed */
     kr_quat frame[2][4];
     double gravity, gravity_fraction;
     int gravity_power; /* its exponent, less that of the unit of moment */
     kr_swing swing;
 } body_data;
 
-/* The numbers that a lane is given: moments, attitude, momentum, the axes of the body and of the
- * work, what the lever is a product of, units, and when the motion begins. */
+/* Indices of the inputs of a lane: moments, attitude, momentum, axes of the body, working axes,
+ * factors of the lever, units, and begin. */
 enum {
     INERTIA,
     ATTITUDE = 3,
@@ -48,16 +48,16 @@ enum {
     BEGIN,
     NUMBERS
 };
-/* Tops that wait until there are as many as are set up together. */
+/* Tops waiting until a full set can be computed. */
 typedef struct batch_queue {
-    int count, turned[2]; /* how many; whether any of these axes are not one */
+    int count, turned[2]; /* number of tops; whether any of the two axes is not the identity */
     size_t index[MANY];
     int framed[MANY];
     kr_quat frame[MANY][4];
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Finds out what tops of this body have in common. */
+/* Computes the data that tops of this body share. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -79,7 +79,7 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Gives the frame of such a top, and returns 0 if it has none. */
+/* Writes the frame of such a top. Returns 0 if it has none. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -96,7 +96,7 @@ static void put_numbers(double in[][MANY], int to, int from, const double number
 {
     for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
 }
-/* Writes the numbers of a scene into its lane. */
+/* Writes the inputs of a scene into its lane. */
 static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *known)
 {
     const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
@@ -108,7 +108,7 @@ static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *kn
     w->turned[0] |= !is_one(body);
     w->turned[1] |= !is_one(work);
 }
-/* Finds out what tops of this gravity have in common. */
+/* Computes the data that tops of this gravity share. */
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
@@ -131,7 +131,7 @@ static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double 
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Lets a top wait with those of its guess, and says whether it may. */
+/* Adds a top to the queue of its guess. Returns 0 if lanes cannot handle it. */
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {
@@ -142,7 +142,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* A number beyond these may have no power of two. */
+    /* A larger exponent may exceed the powers of two. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -159,13 +159,13 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
 /* The lanes of one group. */
 typedef struct group {
     const batch_queue *all;
-    int first; /* its first place among those who wait */
+    int first; /* index of its first top in the queue */
 } group;
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Turns the attitude first by the axes that begin here, where they are not one; read_top does so
- * for one top. */
+/* Rotates the attitudes by the axes that begin at index `axes`, where these are not the identity.
+ * */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
@@ -182,7 +182,7 @@ INLINE wide drop_tiny_momenta(wide m)
 {
     return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
 }
-/* Brings those who wait into working axes and own units. */
+/* Returns the tops of a group in working axes and own units. */
 INLINE exact_top read_lanes(group w)
 {
     const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
@@ -202,8 +202,8 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Says in which lanes the axis leans or moves by so much that it neither stands nor fails
- * kr_exact_resolves, and is pulled. */
+/* Returns the lanes with gravity whose axis is tilted or moving enough for lagrange_moving and
+ * kr_exact_resolves. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -213,12 +213,13 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* What became of a group, as bits of lanes. */
+/* Result of a group, as bits of lanes. */
 typedef struct group_result {
-    unsigned alone, refused; /* they have to be planned alone; a rate is beyond all numbers */
+    unsigned alone,
+        refused; /* must be planned one by one; has a rate beyond the range of doubles */
 } group_result;
 
-/* Takes a group in, for lagrange_moving. */
+/* Prepares a group for lagrange_moving. */
 static void begin_group(group w, setting *s)
 {
     s->top = read_lanes(w);
@@ -229,7 +230,7 @@ static void begin_group(group w, setting *s)
     }
     begin_setting(s);
 }
-/* Brings the closed forms of a group to the user's units, without their frames. */
+/* Converts the closed forms of a group to the user's units, without their frames. */
 static group_result end_group(group w, setting *s)
 {
     const wide time = in_lanes(w, TIME);
@@ -247,17 +248,17 @@ static group_result end_group(group w, setting *s)
     return r;
 }
 
-/* What is asked, and what plans a top alone. */
+/* A request, and the functions for single tops. */
 typedef struct batch_job {
     const kr_exact_scalar *one;
-    const kr_exact_request *asked;
+    const kr_exact_request *request;
 } batch_job;
 /* The closed forms of a group, as doubles. */
 typedef struct forms {
     double form[FORM][LANES];
 } forms;
 
-/* Gives the closed form of a lane, which has this place among those who wait. */
+/* Writes the closed form of a lane; `place` is its index in the queue. */
 static void put_form(const forms *f, const batch_queue *w, int place, kr_exact *out)
 {
     const int lane = place % LANES;
@@ -272,11 +273,11 @@ static void put_form(const forms *f, const batch_queue *w, int place, kr_exact *
     else
         memset(out->frame, 0, sizeof out->frame);
 }
-static const double *times_of(const kr_exact_request *asked, size_t index)
+static const double *times_of(const kr_exact_request *request, size_t index)
 {
-    return asked->own_times ? asked->t + index * asked->times : asked->t;
+    return request->own_times ? request->t + index * request->times : request->t;
 }
-/* Returns the states of all lanes at a time each, without the frames around them. */
+/* Returns the states of all lanes at one time each, without the frames. */
 static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
@@ -289,15 +290,15 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     }
     return r;
 }
-/* Reads the k-th state of a group's lanes that are good. */
+/* Evaluates the k-th state of a group's good lanes. */
 static void read_states(const batch_job *j, group g, const exact_lanes *exact, unsigned good,
                         size_t k)
 {
-    const kr_exact_request *asked = j->asked;
+    const kr_exact_request *request = j->request;
     const batch_queue *w = g.all;
     double t[LANES], s[8][LANES];
     for (int i = 0; i < LANES; i++)
-        t[i] = times_of(asked, w->index[g.first + i < w->count ? g.first + i : 0])[k];
+        t[i] = times_of(request, w->index[g.first + i < w->count ? g.first + i : 0])[k];
     const wide time = wide_load(t);
     const unsigned within = mask_bits(is_within(exact, two_sum(time, -exact->begin).hi));
     const state_lanes states = states_in_lanes(exact, time);
@@ -305,7 +306,7 @@ static void read_states(const batch_job *j, group g, const exact_lanes *exact, u
     for (int i = 0; i < LANES; i++) {
         const int place = g.first + i;
         if (!(good >> i & 1)) continue;
-        kr_state *out = &asked->states[w->index[place] * asked->times + k];
+        kr_state *out = &request->states[w->index[place] * request->times + k];
         if (within >> i & 1) {
             const kr_quat q = q4(s[1][i], v3(s[2][i], s[3][i], s[4][i]));
             out->t = s[0][i];
@@ -322,46 +323,46 @@ static void read_states(const batch_job *j, group g, const exact_lanes *exact, u
 }
 static void plan_scalar(const batch_job *j, size_t index)
 {
-    const kr_exact_request *asked = j->asked;
+    const kr_exact_request *request = j->request;
     kr_exact one;
-    asked->status[index] = j->one->plan(&asked->scenes[index], 0, &one);
-    if (asked->status[index] != KR_OK) return;
-    if (asked->plans) asked->plans[index] = one;
-    if (asked->times > 0)
-        KR_NAME(kr_exact_evaluate)(&one, asked->times, times_of(asked, index),
-                                   asked->states + index * asked->times);
+    request->status[index] = j->one->plan(&request->scenes[index], 0, &one);
+    if (request->status[index] != KR_OK) return;
+    if (request->plans) request->plans[index] = one;
+    if (request->times > 0)
+        KR_NAME(kr_exact_evaluate)(&one, request->times, times_of(request, index),
+                                   request->states + index * request->times);
 }
-/* Writes what was asked of a group's lanes that are good. */
+/* Writes the results of a group's good lanes. */
 static void write_group(const batch_job *j, group g, const exact_lanes *exact, unsigned good)
 {
-    const kr_exact_request *asked = j->asked;
-    const int many = asked->times > FEW_TIMES;
+    const kr_exact_request *request = j->request;
+    const int many = request->times > FEW_TIMES;
     forms f;
-    if (many || asked->plans) memcpy(&f, exact, sizeof f);
-    for (int i = 0; i < LANES && (many || asked->plans); i++) {
+    if (many || request->plans) memcpy(&f, exact, sizeof f);
+    for (int i = 0; i < LANES && (many || request->plans); i++) {
         if (!(good >> i & 1)) continue;
         const size_t index = g.all->index[g.first + i];
-        kr_exact one, *out = asked->plans ? &asked->plans[index] : &one;
+        kr_exact one, *out = request->plans ? &request->plans[index] : &one;
         put_form(&f, g.all, g.first + i, out);
         if (many)
-            KR_NAME(kr_exact_evaluate)(out, asked->times, times_of(asked, index),
-                                       asked->states + index * asked->times);
+            KR_NAME(kr_exact_evaluate)(out, request->times, times_of(request, index),
+                                       request->states + index * request->times);
     }
-    for (size_t k = 0; k < asked->times && !many; k++) read_states(j, g, exact, good, k);
+    for (size_t k = 0; k < request->times && !many; k++) read_states(j, g, exact, good, k);
 }
-/* Ends the motion of a group, and does what is asked for it. */
+/* Finishes a group and writes its results. */
 static void finish_group(const batch_job *j, group g, setting *s)
 {
     const group_result b = end_group(g, s);
     const int rest = g.all->count - g.first, count = rest < LANES ? rest : LANES;
     for (int i = 0; i < count; i++) {
         const size_t index = g.all->index[g.first + i];
-        j->asked->status[index] = b.refused >> i & 1 ? KR_ERR_ARGUMENT : KR_OK;
+        j->request->status[index] = b.refused >> i & 1 ? KR_ERR_ARGUMENT : KR_OK;
         if (b.alone >> i & 1) plan_scalar(j, index);
     }
     write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
-/* Does what is asked for those who wait. Lanes without a top do what the first one does. */
+/* Computes all queued tops. Lanes without a top repeat the first one. */
 APART void flush(const batch_job *j, batch_queue *w)
 {
     setting s[GROUPS];
@@ -374,14 +375,14 @@ APART void flush(const batch_job *j, batch_queue *w)
     w->count = w->turned[0] = w->turned[1] = 0;
     wide_leave();
 }
-void KR_NAME(kr_exact_batch)(const kr_exact_scalar *one, const kr_exact_request *asked)
+void KR_NAME(kr_exact_batch)(const kr_exact_scalar *one, const kr_exact_request *request)
 {
-    const batch_job j = {one, asked};
+    const batch_job j = {one, request};
     body_data known;
     batch_queue queues[2];
     for (int i = 0; i < 2; i++) queues[i].count = queues[i].turned[0] = queues[i].turned[1] = 0;
-    for (size_t i = 0; i < asked->n; i++) {
-        const kr_scene *scene = &asked->scenes[i];
+    for (size_t i = 0; i < request->n; i++) {
+        const kr_scene *scene = &request->scenes[i];
         if (i == 0 || memcmp(&known.body, &scene->body, sizeof known.body) != 0)
             analyse_body(&scene->body, &known);
         if (known.fits && known.gravity != scene->gravity) analyse_gravity(scene, &known);

@@ -1,6 +1,5 @@
-/* The closed form of a scene, one state of it at a time, and its turning points. This file is
- * compiled once per instruction set, because products in double-double are three times as fast
- * where a fused product gives what the rounded one leaves out. */
+/* The closed form of a scene, single states, and turning points. Each instruction set compiles this
+ * file, because double-double products are three times as fast with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"
@@ -29,8 +28,8 @@ static kr_exact lagrange_closed_form(const exact_top *top)
     }
     return s.exact;
 }
-/* Sets the closed form up for a user's scene. Where `own` is not 0, it stays in working axes and
- * own units and begins at time 0, as the method `exact` wants it. */
+/* Computes the closed form of a user's scene. If `own` is nonzero, it stays in working axes and own
+ * units and begins at time 0. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
 {
     described_top top;
@@ -45,12 +44,12 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     kr_exact made =
         top.own.lever.hi == 0.0 ? euler_closed_form(&top.own) : lagrange_closed_form(&top.own);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
-    /* A moment beyond all others may make a rate beyond all numbers. */
+    /* Extreme moments may lead to rates beyond the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
     *exact = made;
     return KR_OK;
 }
-/* Says whether the turning points are those of a symmetric body whose apex is its axis. */
+/* Returns 1 if the body is symmetric about its apex. */
 static int turns_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia;

@@ -1,5 +1,5 @@
-/* The public functions of the closed form: each goes to what was compiled for the widest
- * instruction set that this processor has. */
+/* The public functions of the closed form. Each calls the code of the widest instruction set that
+ * this processor has. */
 #include <math.h>
 #include "dispatch.h"
 
@@ -49,11 +49,11 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
 {
     widest_isa()->evaluate(exact, n, t, out);
 }
-/* The map's states are read one at a time, which wider vectors than AVX2's do not speed up. */
+/* Map states are evaluated one by one, where vectors wider than AVX2 bring nothing. */
 static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_X86
-    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: one processor answers in one way */
+    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: a processor always answers alike */
 #endif
     return &kr_exact_maps_base;
 }
@@ -65,7 +65,7 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
     return widest_maps()->state(map, k);
 }
-/* A table of its own, for who plans one top alone links nothing of it. */
+/* A table of its own, so that programs for single tops do not link the batches. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {
@@ -77,9 +77,9 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
 }
-void kr_exact_run(const kr_exact_request *asked)
+void kr_exact_run(const kr_exact_request *request)
 {
     int i = 0;
     while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
-    kr_exact_batch_isa_at(i)->batch(kr_exact_batch_isa_at(i)->scalar, asked);
+    kr_exact_batch_isa_at(i)->batch(kr_exact_batch_isa_at(i)->scalar, request);
 }

@@ -1,26 +1,25 @@
-/* From a user's scene to the closed form's working axes and own units. A state's error
- * must not grow with time, hence nothing that a rate depends on is rounded on this way: the
- * attitude and mass gravity com are products in double-double, the units are powers of two. This
- * header is source that is compiled once per instruction set, because its products want the fused
- * one. */
+/* Conversion of a user's scene to the closed form's working axes and own units. A state's error
+ * must not grow with time, so nothing that determines a rate is rounded: the attitude and mass
+ * gravity com are double-double products, the units powers of two. Each instruction set compiles
+ * this header, because of the products. */
 #ifndef KR_EXACT_SCALING_H
 #define KR_EXACT_SCALING_H
 #include "math/exponent.h"
 #include "single.h"
 
-/* A scene's top, and what leads back to the scene. */
+/* A top in own units, and the conversion back. */
 typedef struct described_top {
     exact_top own;
     kr_quat axes; /* working axes -> frame of description */
     kr_units units;
 } described_top;
 
-/* The working axes of a spherical body follow its centre of mass up to rounding. This gives the
- * turn for the rest of the way, and returns |com|. */
+/* Writes the rotation from the rounded working axes of a spherical body to its centre of mass, and
+ * returns |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
-    /* The components are divided by the largest, because their squares may overflow or vanish. */
+    /* Divided by the largest component, because squares may overflow or vanish. */
     const double size = v_largest(b->com);
     const double xyz[3] = {b->com.x, b->com.y, b->com.z};
     dd com[3], c[3];
@@ -32,7 +31,7 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
-/* Brings a checked scene into working axes and own units. */
+/* Converts a checked scene to working axes and own units. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_pull pull = kr_scene_pull(scene, scene->body.com);
@@ -67,8 +66,8 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
     return KR_OK;
 }
-/* Brings the closed form to the frame of description and the user's units; `unit` is its unit of
- * time in the user's. */
+/* Converts the closed form to the frame of description and the user's units; `unit` is its unit of
+ * time. */
 static void to_frame_and_units(kr_exact *exact, const described_top *top, double start, double unit)
 {
     if (!is_one(top->axes)) {

@@ -9,8 +9,8 @@
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
-/* What is equal to KR_INPUT_RTOL, of an angle in rad or of a precession or momentum in its terms,
- * is equal here. */
+/* Equalities hold up to KR_INPUT_RTOL: of an angle in rad, or of a precession or momentum relative
+ * to its terms. */
 enum motion_type {
     RESTING,    /* nothing pulls, and the apex rests */
     CIRCLE,     /* nothing pulls: a circle about the angular momentum */
@@ -28,8 +28,8 @@ static const char *const motion_type_names[] = {"resting", "circle",     "sleepi
                                                 "steady",  "separatrix", "pendulum", "rosette",
                                                 "loops",   "cusps",      "waves"};
 
-/* Returns the nutation at a turning height u, given 1 - u and 1 + u; what `sharpen` has kept above
- * zero is zero. */
+/* Returns the nutation at a turning height u, given 1 - u and 1 + u. The smallest values that
+ * `sharpen` returns count as zero. */
 static double turning_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
@@ -44,7 +44,7 @@ static int precession_sign(const initial *s, dd minus, dd plus, double tol)
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
-/* Says how the axis of a heavy top moves, seen with gravity downwards, between these nutations. */
+/* Returns the type of motion of a heavy top between two nutations, seen with gravity downwards. */
 static enum motion_type heavy_motion_type(const initial *s, const turning *r, double least,
                                           double greatest)
 {
@@ -65,7 +65,7 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Gives the first times from 0 on at which the axis is lowest and highest. */
+/* Writes the first times from 0 on at which the axis is lowest and highest. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -78,7 +78,8 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Sets what does not depend on where the axis is; as seen with gravity downwards, in own units. */
+/* Returns the numbers that do not depend on the position of the axis, in own units, seen with
+ * gravity downwards. */
 static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
 {
     kr_turning r = {0};
@@ -118,7 +119,7 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Looks at turning points from the other end of the vertical. */
+/* Exchanges the two ends of the vertical. */
 static void flip_turning(kr_turning *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;

@@ -1,6 +1,5 @@
-/* Fraction and exponent of a double, from its bits: libm's frexp and ldexp, which are called, give
- * the same and take five times as long. They are left what is zero, tiny, infinite or not a
- * number. */
+/* Fraction and exponent of a double from its bits. frexp and ldexp of libm give the same results in
+ * five times the time. They handle zero, subnormal, infinite and NaN arguments. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H
 #include <math.h>
@@ -15,7 +14,7 @@ static inline double power_of_2(int power)
     memcpy(&r, &bits, sizeof r);
     return r;
 }
-/* Returns the fraction of x, 1/2 <= |fraction| < 1, and gives its exponent; as frexp. */
+/* Returns the fraction of x, 1/2 <= |fraction| < 1, and writes its exponent, as frexp. */
 static inline double fraction_of(double x, int *exponent)
 {
     const uint64_t field = (uint64_t)0x7ff << 52, half = (uint64_t)0x3fe << 52;
@@ -28,12 +27,12 @@ static inline double fraction_of(double x, int *exponent)
     memcpy(&x, &bits, sizeof x);
     return x;
 }
-/* Returns x 2^power; as ldexp. */
+/* Returns x 2^power, as ldexp. */
 static inline double times_power_of_2(double x, int power)
 {
     return power < -1022 || power > 1023 ? ldexp(x, power) : x * power_of_2(power);
 }
-/* Returns the power of the two that is x or somewhat more, if that is a double; 0 for zero. */
+/* Returns the exponent of the smallest power of two above |x|, at most 1023; 0 for zero. */
 static inline int power_above(double x)
 {
     int exponent = 0;

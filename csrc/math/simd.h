@@ -1,9 +1,9 @@
-/* Vectors of doubles whose lanes know nothing of each other: each lane is a top of its own, and the
- * bits of a lane are the same at every width. `wide` has as many lanes as the instruction set's
- * vectors (x86-64-v4: 8, v3: 4, SSE2 and NEON: 2, plain C99: 1); one lane alone where KR_ONE_LANE
- * is defined. + - * / and unary - are those of the language, also between a wide and a double. A
- * `mask` holds a truth for each lane. A product and a sum are fused in wide_fma alone, where the
- * hardware can. This header is source that is compiled once per instruction set. */
+/* Vectors of doubles with independent lanes: each lane belongs to one top, and its bits are the
+ * same at every width. `wide` has as many lanes as the instruction set's vectors (x86-64-v4: 8, v3:
+ * 4, SSE2 and NEON: 2, plain C99: 1), or one with KR_ONE_LANE. The operators + - * / and unary -
+ * work on them, also between a wide and a double. A `mask` holds one truth value for each lane.
+ * Only wide_fma fuses a product and a sum, where the hardware can. Each instruction set compiles
+ * this header. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>
@@ -23,7 +23,7 @@ static inline mask wide_equal(wide a, wide b) { return a == b; }
 static inline mask mask_and(mask a, mask b) { return a & b; }
 static inline mask mask_or(mask a, mask b) { return a | b; }
 static inline mask mask_not(mask a) { return !a; }
-/* The lanes for which it holds, as bits. */
+/* Returns the lanes in which the mask holds, as bits. */
 static inline unsigned mask_bits(mask a) { return (unsigned)a; }
 static inline wide wide_choose(mask m, wide yes, wide no) { return m ? yes : no; }
 #  if defined KR_FUSED
@@ -102,7 +102,7 @@ INLINE wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
 #  endif
 #endif
 
-/* Reads and writes one double a lane, from any address. */
+/* Loads one double for each lane, from any address. */
 INLINE wide wide_load(const double *p)
 {
     wide a;
@@ -110,7 +110,7 @@ INLINE wide wide_load(const double *p)
     return a;
 }
 INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
-/* The bits of doubles, and doubles of bits. */
+/* Converts between doubles and their bits. */
 INLINE wide_integer wide_bits(wide a)
 {
     wide_integer r;
@@ -123,7 +123,7 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Ends the use of wide vectors: after it the narrow ones of other code are fast again. */
+/* Ends the use of wide vectors, so that narrower instructions of other code run at full speed. */
 INLINE void wide_leave(void)
 {
 #if defined __AVX__ && !defined KR_ONE_LANE && !defined KR_PLAIN
@@ -133,7 +133,7 @@ INLINE void wide_leave(void)
 INLINE int mask_any(mask a) { return mask_bits(a) != 0; }
 INLINE int mask_all(mask a) { return (mask_bits(a) & ((1u << LANES) - 1)) == (1u << LANES) - 1; }
 INLINE wide wide_abs(wide a) { return wide_of_bits(wide_bits(a) & (UINT64_MAX >> 1)); }
-/* The second where either is not a number, as fmin and fmax would not do. */
+/* Return the second argument if either is NaN, unlike fmin and fmax. */
 INLINE wide wide_min(wide a, wide b) { return wide_choose(wide_less(a, b), a, b); }
 INLINE wide wide_max(wide a, wide b) { return wide_choose(wide_less(b, a), a, b); }
 #endif

@@ -3,7 +3,7 @@
  * right for equal moments too. */
 #include "body.h"
 
-/* Up to `rounded`, or to the slack of an inequality between doubles. */
+/* Checks the triangle inequality up to `rounded`, or to the rounding of a sum. */
 static int moments_are_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
@@ -30,7 +30,7 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Gives the body out if it is one. */
+/* Copies a valid body to `out`. Returns the status of the check. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
@@ -42,13 +42,14 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* These turn T to N, to B and to T, the others in cyclic order. */
+/* Rotations of T to N, to B and to T; the other axes follow in cyclic order. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
+/* Returns component i of v. */
 static double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-/* Finds the axis of a body that turns alike about the other two; of a spherical one that on which
- * its centre of mass lies; -1 if there is none. */
+/* Returns the axis of a body with equal moments about the other two, or -1. Of a spherical body,
+ * returns the axis nearest the centre of mass. */
 static int odd_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
@@ -82,7 +83,7 @@ kr_kind kr_body_kind(const kr_body *b, double rtol)
     return KR_KIND_GENERAL;
 }
 
-/* Renames the components of `v` so that number `last` becomes the third, exactly. */
+/* Permutes the components of `v` cyclically so that component `last` becomes the third. */
 static kr_vec3 rename_axes(kr_vec3 v, int last)
 {
     return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
@@ -96,8 +97,8 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns axes of a spherical body with T along its centre of mass. Its moments become one number,
- * because the axes turn and the moments stay. */
+/* Returns axes of a spherical body with T along its centre of mass. The moments are replaced by
+ * their mean, because the axes rotate relative to them. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -126,7 +127,7 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Makes the element a[p][p + 1] zero by a turn about the third axis, and turns the axes along. */
+/* Makes the element a[p][p + 1] zero by a rotation about the third axis, and rotates the axes. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -143,9 +144,10 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     a[q][r] = a[r][q] = s * apr + c * aqr;
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
+/* Returns axis i of the frame q. */
 static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
 
-/* Gives that one of the 24 ways to name and direct three axes which is nearest the user's. */
+/* Returns the nearest of the 24 permutations and directions of three axes to the user's frame. */
 static kr_quat nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
@@ -170,6 +172,7 @@ static double tensor_element(const double j[9], kr_vec3 u, kr_vec3 v)
     return v_dot(u, v3(j[0] * v.x + j[1] * v.y + j[2] * v.z, j[3] * v.x + j[4] * v.y + j[5] * v.z,
                        j[6] * v.x + j[7] * v.y + j[8] * v.z));
 }
+/* Sets the axes of `b`, and its moments and centre of mass along them. */
 static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 {
     b->axes = axes;
@@ -178,8 +181,8 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, axis_column(axes, 1), axis_column(axes, 1)),
                     tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
 }
-/* A tensor's roundings turn its axes, the further the less its moments differ. This says whether
- * they explain how far beside the odd axis the centre of mass lies. */
+/* Rounding errors of a tensor rotate its axes, the more, the less its moments differ. Returns 1 if
+ * they explain the distance of the centre of mass from the odd axis. */
 static int is_axis_through_com(const kr_body *b, int odd)
 {
     const double lone = component_at(b->inertia, odd),
@@ -189,8 +192,8 @@ static int is_axis_through_com(const kr_body *b, int odd)
                                fabs(component_at(b->com, (odd + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
-/* Two equal moments leave two of the axes free: then this makes the turn from the user's axes as
- * small as it can be. The third leads through the centre of mass where it may. */
+/* Returns the axes of a body with two equal moments that need the smallest rotation from the user's
+ * frame. The odd axis leads through the centre of mass if rounding allows it. */
 static kr_quat minimize_turn(const kr_body *b, kr_vec3 com)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
@@ -205,8 +208,7 @@ static kr_quat minimize_turn(const kr_body *b, kr_vec3 com)
     return q_mul(q_mul(axis_cycles[odd], q_tilt(q_turn_back(axis_cycles[odd], a))),
                  q_conj(axis_cycles[odd]));
 }
-/* Makes one what only the tensor's roundings have parted: moments, and the odd axis with the centre
- * of mass. */
+/* Merges moments, and the odd axis and the centre of mass, that differ by rounding errors alone. */
 static void merge_equal_moments(kr_body *b)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
@@ -219,8 +221,8 @@ static void merge_equal_moments(kr_body *b)
         b->com = v3(odd == 0 ? a.x : 0.0, odd == 1 ? a.y : 0.0, odd == 2 ? a.z : 0.0);
 }
 
-/* Says whether the tensor's roundings, which are as its largest moment, leave but a few digits of
- * the least. */
+/* Returns 1 if rounding errors, relative to the largest moment, leave few digits of the smallest.
+ * */
 static int is_ill_conditioned(const kr_body *b)
 {
     return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <

@@ -1,4 +1,4 @@
-/* Statuses, kinds and flags by their names and texts, from the lists in kreisel.h. */
+/* Names and texts of statuses, kinds and flags, from the lists in kreisel.h. */
 #include <string.h>
 #include "kreisel.h"
 

@@ -1,9 +1,9 @@
-/* The table of quantities, made of quantities.def; and components, their single numbers. */
+/* The table of quantities, built from quantities.def, and their components. */
 #include <math.h>
 #include <string.h>
 #include "quantities.h"
 
-/* One row after the other: a quantity's values at n states. */
+/* Writes the values of each quantity at n states. */
 #define PUT_1(name) out[i] = kr_state_##name(scene, &s[i])
 #define PUT_3(name) ((kr_vec3 *)out)[i] = kr_state_##name(scene, &s[i])
 #define PUT_4(name) ((kr_quat *)out)[i] = kr_state_##name(scene, &s[i])
@@ -74,7 +74,7 @@ int kr_component_is_valid(int number)
     return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_QUANTITY_IN_EVENTS &&
            (size_t)c.axis < kr_quantities[c.quantity].doubles;
 }
-/* The third component of a vector in space lies along the vertical, and does not turn. */
+/* The third component of a vector in space is vertical and does not change with the heading. */
 int kr_component_is_turned(int number)
 {
     const kr_component c = kr_component_of(number);

@@ -1,6 +1,6 @@
-/* The words of deviation.h where the lanes are the eight deviations of a bundle: a triple is three
- * vectors, one for each axis, and to turn it costs nothing. The sums of even and odd terms follow
- * one another, because those of both do not fit the registers. */
+/* The types and operations of deviation.h for batches. The lanes hold eight deviations; a triple is
+ * three vectors, one for each axis, and its rotation costs nothing. Sums of even and odd terms run
+ * one after the other, because both do not fit the registers. */
 #include "tangents.h"
 
 enum {
@@ -8,7 +8,7 @@ enum {
     BLOCK = 2,
     BEFORE = 0,
     PARTS_AT_ONCE = 1,
-    STRUCTS = KR_BATCH_STRUCTS * WORDS /* from one bundle to the next */
+    STRUCTS = KR_DEVIATION_BATCH_STRUCTS * WORDS /* from one batch to the next */
 };
 typedef struct {
     duo x, y, z;
@@ -24,7 +24,7 @@ INLINE triple triple_all(duo x, duo y, duo z)
     const triple r = {x, y, z};
     return r;
 }
-/* What all deviations have alike. */
+/* Returns a vector shared by all deviations. */
 INLINE triple triple_of(const double four[4])
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));

@@ -1,13 +1,13 @@
-/* The words of deviation.h where the lanes are the numbers of one deviation, (0, theta | 0, N):
- * a triple is a `quad`, turned it is a `duo`, and so are its halves. Deviations are computed three
- * side by side, for each alone would wait for itself. */
+/* The types and operations of deviation.h for single deviations. The lanes hold one deviation, (0,
+ * theta | 0, N): a triple is a `quad`, and its two rotations a `duo`. Three deviations are computed
+ * in parallel, because one alone would wait for its own results. */
 #include "tangents.h"
 
 enum {
-    AT_ONCE = 3,       /* deviations side by side */
-    BLOCK = 4,         /* terms of a sum between two questions whether it ends */
+    AT_ONCE = 3,       /* deviations computed in parallel */
+    BLOCK = 4,         /* terms of a sum between two loop tests */
     BEFORE = BLOCK,    /* zeros before the path */
-    PARTS_AT_ONCE = 2, /* of a sum */
+    PARTS_AT_ONCE = 2, /* chains of a sum */
     STRUCTS = WORDS    /* from one deviation to the next */
 };
 typedef quad triple;

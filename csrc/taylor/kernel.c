@@ -1,10 +1,10 @@
-/* The Taylor series in doubles. This file is compiled once per instruction set: -DKR_ISA=avx2
- * -mavx2 -mfma, and so on (CMakeLists.txt); without any of that, for the one that runs everywhere.
- * gcc and clang give the same bits, and so does every instruction set with a fused product. */
+/* The Taylor series in doubles. Each instruction set compiles this file: -DKR_ISA=avx2 -mavx2
+ * -mfma, and so on (CMakeLists.txt); without these options, for the base instruction set. gcc and
+ * clang give the same bits, as do all instruction sets with fused multiply-add. */
 #include "quat_simd.h"
 #include "series.h"
 
-/* whole and headless expand the series with and without the heading. */
+/* Expand the series with and without the heading. */
 PER_ORDER void expand_whole(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, WHOLE);
@@ -13,12 +13,12 @@ PER_ORDER void expand_headless(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, HEADLESS);
 }
-/* Sums the series at any time inside the piece. */
+/* Sums the series at the time `at` inside the step. */
 PER_ORDER void evaluate_series(kr_series *s, int order)
 {
     evaluate_sums(s, 0, order, &s->at, s->at_x, s->at_w);
 }
-/* Chooses where the piece ends, and sums the series there. */
+/* Chooses the end of the step, and sums the series there. */
 PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, double direction)
 {
     s->end = s->t + direction * series_step_size(s, order, log2_tol);
@@ -48,8 +48,7 @@ ORDERS(KERNELS)
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {ORDERS(WHOLE_KERNEL)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
 
-/* TAIL writes the functions for the terms in doubles that follow a head of double-doubles
- * (kernel_dd.c). */
+/* TAIL defines the functions for the terms in doubles behind a double-double head (kernel_dd.c). */
 #define TAIL(digits)                                                                               \
     static void expand_##digits(kr_series *s)                                                      \
     {                                                                                              \
@@ -63,7 +62,7 @@ TAIL(20)
 TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
-/* Adds the product of two series to c, even and odd terms of a in two chains of fma side by side.
+/* Adds the product of two series to c; even and odd terms of a run in two parallel chains of fma.
  * It is the `product` of a kr_step_polynomial. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {

@@ -1,6 +1,6 @@
-/* The Taylor series in double-doubles as far as its terms need them (the head), and on in doubles
- * (the tail, kernel.c): for 20 digits the first few terms, for 30 half of them. This file is
- * compiled once per instruction set. */
+/* The Taylor series with a head in double-double and a tail in doubles (kernel.c). The head has the
+ * first few terms for 20 digits, and half of them for 30. Each instruction set compiles this file.
+ * */
 #include "quat_simd_dd.h"
 #include "series.h"
 
@@ -16,7 +16,7 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
 }
-/* Computes the next piece. */
+/* Makes the next step. */
 INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, const kr_tail *tail,
                           double log2_tol, double direction)
 {
@@ -29,8 +29,7 @@ INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, co
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
-/* DIGITS writes the kernel's two functions for 20 or 30 digits, in which head and last term are
- * constants. */
+/* DIGITS defines the kernel's two functions for 20 or 30 digits, with constant numbers of terms. */
 #define DIGITS(n)                                                                                  \
     static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
     {                                                                                              \

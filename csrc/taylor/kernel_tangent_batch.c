@@ -1,4 +1,4 @@
-/* Tangents in bundles in doubles. This file is compiled once per instruction set. */
+/* Batches of tangents in doubles. Each instruction set compiles this file. */
 #include "quat_simd.h"
 enum { WORDS = 1 };
 #include "deviation_batch.h"

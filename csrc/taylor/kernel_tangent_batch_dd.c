@@ -1,5 +1,5 @@
-/* Tangents in bundles in double-doubles, for 20 and 30 digits. This file is compiled once per
- * instruction set. */
+/* Batches of tangents in double-double, for 20 and 30 digits. Each instruction set compiles this
+ * file. */
 #include "quat_simd_dd.h"
 enum { WORDS = 2 };
 #include "deviation_batch.h"

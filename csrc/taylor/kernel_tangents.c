@@ -1,4 +1,4 @@
-/* Tangents in doubles. This file is compiled once per instruction set. */
+/* Tangents in doubles. Each instruction set compiles this file. */
 #include "quat_simd.h"
 enum { WORDS = 1 };
 #include "deviation_single.h"

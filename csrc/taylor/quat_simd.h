@@ -1,9 +1,8 @@
-/* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two side by side.
- * Each is a hardware vector where the instruction set has one so wide (x86-64-v4: 8 lanes, v3: 4,
- * baseline and arm64: 2), and else a pair of the next narrower width, down to plain C99 doubles.
- * fma is fused where the hardware can, and elsewhere a product and a sum: there are two sets of
- * bits, not four. This header is source that is compiled once per instruction set, because it is
- * what they differ in. */
+/* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two. Each is a hardware
+ * vector if the instruction set has one of this width (x86-64-v4: 8 lanes, v3: 4, baseline and
+ * arm64: 2). Otherwise it is a pair of the next narrower width, down to plain C99 doubles. fma is
+ * fused if the hardware can, else a product and a sum; results therefore have one of two sets of
+ * bits. Each instruction set compiles this header. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -18,9 +17,9 @@
 #else
 #  define ALIGNED
 #endif
-/* UNROLL stands before a loop over orders that is to be laid out: 28 of them fit the instruction
- * cache only where one instruction does eight lanes. Elsewhere a loop need not know its end, and
- * PER_ORDER makes one copy of a function for all orders. KR_ROLLED asks for that everywhere. */
+/* UNROLL marks a loop over orders to be unrolled: 28 copies fit the instruction cache only with
+ * eight lanes for each instruction. Elsewhere PER_ORDER makes one copy of a function for all
+ * orders. KR_ROLLED requests this everywhere. */
 #if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
@@ -33,9 +32,9 @@
 #  define PER_ORDER INLINE
 #endif
 
-/* NATIVE and PAIRED write the type T of so many lanes and what every width can do: load, store,
- * splat, add, sub, mul, fma. NATIVE makes a hardware vector, where `fused` says how the hardware
- * writes a*b + c; PAIRED makes two of type `half`. */
+/* NATIVE and PAIRED define the type T with its lanes, and the operations of every width: load,
+ * store, splat, add, sub, mul, fma. NATIVE makes a hardware vector, with `fused` for a*b + c;
+ * PAIRED makes two of type `half`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
@@ -129,8 +128,8 @@ INLINE quad quad_prev(quad a)
 }
 #endif
 
-/* `duo` is two quaternions. duo_i, duo_j and duo_k work on both; duo_lo and duo_hi are the first
- * and the second of them; duo_next_prev and duo_prev_next hold one that is turned both ways. */
+/* `duo` is two quaternions. duo_i, duo_j and duo_k work on both; duo_lo and duo_hi are its halves;
+ * duo_next_prev and duo_prev_next hold one vector rotated both ways. */
 #if defined __AVX512F__ && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -152,8 +151,8 @@ INLINE quad duo_lo(duo a) { return a.lo; }
 INLINE quad duo_hi(duo a) { return a.hi; }
 #endif
 
-/* Newer instruction sets have the registers for two sums side by side, and one alone would wait for
- * itself there. lone_fma is the fma of a single double. */
+/* Newer instruction sets have the registers for two parallel chains, and a single chain would wait
+ * for itself. lone_fma is the fma of a single double. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
@@ -162,7 +161,7 @@ enum { SIDE_BY_SIDE = 0 };
 INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
-/* What series.h says in these words, quat_simd_dd.h says for double-doubles. duo_lane spreads one
+/* Operations of series.h that quat_simd_dd.h defines for double-double. duo_lane broadcasts one
  * number of w; duo_scale multiplies by eight exact ones; duo_span is the difference of two times,
  * duo_inverse is 1 / n. */
 INLINE duo duo_lane(const double w[4], int lane) { return duo_splat(w[lane]); }

@@ -1,22 +1,22 @@
-/* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of some 31 digits (Dekker
- * 1971). In memory the low words lie one kr_series behind the high words. From the end of this file
- * on the words of quat_simd.h mean these vectors. This header is source that is compiled once per
- * instruction set, because quat_simd.h is. */
+/* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of about 31 digits (Dekker
+ * 1971). In memory the low words lie one kr_series behind the high words. At the end of this file
+ * the names of quat_simd.h are redefined for these vectors. Each instruction set compiles this
+ * header. */
 #ifndef KR_QUAT_SIMD_DD_H
 #define KR_QUAT_SIMD_DD_H
 #include "math/dd.h"
 #include "quat_simd.h"
 #include "taylor.h"
 
-/* low and low_of find the low words that belong to high words, to be read and to be written. */
+/* Return the address of the low words of high words, for reading and for writing. */
 INLINE const double *low(const double *p)
 {
     return (const double *)((const char *)p + sizeof(kr_series));
 }
 INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
 
-/* PRODUCT_ERROR writes what a product ab = a b of vectors has rounded off: by fma where the
- * hardware has one, and else by Dekker's product of halves of 26 bits. */
+/* PRODUCT_ERROR computes the rounding error of a product ab = a b of vectors: by fma if the
+ * hardware has it, else by Dekker's product of halves of 26 bits. */
 #if defined __FMA__ || defined __aarch64__
 #  define PRODUCT_ERROR(T)                                                                         \
       INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }
@@ -35,9 +35,9 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
       }
 #endif
 
-/* DOUBLED writes the type D, a high and a low word of type T, and its arithmetic. fma leaves its
- * result unnormalised (|lo| of a few units in the last place of hi), which is sooner; mul and store
- * normalise. */
+/* DOUBLED defines the type D, a high and a low word of type T, and its arithmetic. fma leaves its
+ * result unnormalized (|lo| of a few units in the last place of hi), which is faster; mul and store
+ * normalize. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \
@@ -94,7 +94,7 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
 DOUBLED(duo2, duo)
 DOUBLED(quad2, quad)
 
-/* What only moves lanes moves those of the high and of the low words alike. */
+/* Operations that only move lanes apply to high and low words alike. */
 #define BOTH_WORDS(D, T, name)                                                                     \
     INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
 BOTH_WORDS(duo2, duo, i)
@@ -115,11 +115,10 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
     return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo));
 }
 
-/* series.h is written once, in the words of quat_simd.h: duo, quad, and their functions. From here
- * on the preprocessor replaces each of these words by the one for double-doubles, so that series.h,
- * included after this file, is the same recurrence in double-doubles. No list of words could write
- * these lines, because no macro can define another. The loops are not laid out: their terms are too
- * long for it. */
+/* series.h is written with the names of quat_simd.h: duo, quad, and their functions. From here on
+ * the preprocessor replaces these names by those for double-double, so that series.h, included
+ * after this file, is the same recurrence in double-double. A list macro cannot write these lines,
+ * because no macro can define another. Loops are not unrolled: their terms are too long. */
 #undef UNROLL
 #define UNROLL
 #define duo duo2

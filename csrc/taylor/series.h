@@ -1,28 +1,26 @@
-/* The recurrence of taylor.h: coefficients, step size, sum. It is source, compiled once per
- * instruction set and twice in each: the header of lanes that is included before says whether its
- * numbers are doubles (quat_simd.h) or double-doubles (quat_simd_dd.h), and how many go at once. It
- * is fast, because every sum runs from the middle outwards, so that the two newest coefficients,
- * for which everything waits, come last; because terms j, m and m, j go side by side; and because
- * the compiler knows the order, so that it can lay out the loops. */
+/* The recurrence of taylor.h: coefficients, step size, sums. Each instruction set compiles this
+ * source twice, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. It is
+ * fast for three reasons. Every sum runs from the middle outwards, so that the two newest
+ * coefficients come last. The terms j, m and m, j run in parallel. The compiler knows the order and
+ * can unroll the loops. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* These are the signs of (q W / 2 | P x W) for W = i, j, k, in the lanes as duo_i, duo_j and duo_k
- * leave them. */
+/* The signs of (q W / 2 | P x W) for W = i, j, k, in the lane order of duo_i, duo_j and duo_k. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless form goes without the attitude, whose lanes are zero. What is damped has its own
- * expansion, so that damping costs nothing where there is none. */
+/* The headless form omits the attitude, whose lanes are zero. Damped motions have their own
+ * expansion, so that others pay nothing for damping. */
 typedef enum { WHOLE, HEADLESS } form;
 /* A coefficient of a vector, turned both ways: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* W is turned in every form, P in the headless one only. Those of one order lie side by side, from
- * where one instruction loads two vectors. */
+/* W is rotated in every form, P in the headless one only. The vectors of one order lie side by
+ * side, where one instruction loads both. */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
@@ -91,8 +89,8 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     return a;
 }
 
-/* Each of these three returns a right side of the equations, times the share 1 / (n + 1): the next
- * coefficient of (q | P), of P alone, and of W. */
+/* Returns the next coefficient of (q | P): the right side of its equation times the share 1 / (n +
+ * 1). The next two functions do so for P alone and for W. */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
@@ -129,9 +127,9 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
-/* rough_log2 and rough_exp2 are right to two digits, by way of the bits: that is enough for a step
- * size, and much sooner than libm's. The logarithm is divided by the order later, so the mantissa
- * itself will do for its logarithm. */
+/* approx_log2 and approx_exp2 are right to two digits, from the bits, which suffices for a step
+ * size and is much faster than libm. The logarithm is later divided by the order, so the mantissa
+ * itself serves as its logarithm. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -149,7 +147,7 @@ INLINE double approx_exp2(double x)
     return power * lone_fma(f, lone_fma(f, 0.2384, 0.7035), 1.0004);
 }
 
-/* Returns log2 of the radius of convergence, as the n-th term has it. */
+/* Returns log2 of the radius of convergence, estimated from the n-th term. */
 INLINE double series_log2_radius(const kr_series *s, int n)
 {
     const double *x = s->x[n], *w = s->w[n];
@@ -240,7 +238,7 @@ INLINE void evaluate_sums(const kr_series *s, int from, int order, const double 
     quad_store(sum_w, w);
 }
 
-/* Begins the next piece where this one ends. */
+/* Starts the next step at the end of the last one. */
 INLINE void begin_at_end(kr_series *s)
 {
     s->t = s->end;

@@ -1,20 +1,20 @@
-/* Tangents beside taylor's path: what they begin with, how they follow its steps, and what they are
- * between two of them. Where their last terms are too large at the end of a step, they take it in
- * parts, about which the path is expanded anew in a series of their own: the path itself does not
- * know of them. */
+/* Tangents along the path of the method taylor: their start, their propagation over its steps, and
+ * their values between two steps. If their last terms are too large at the end of a step, they are
+ * propagated in parts. Each part has its own expansion of the path, so the path itself never
+ * changes. */
 #include "tangents.h"
 
-/* The limit of the parts of a step, and of how often a part is shortened. */
+/* Limits of the parts of a step, and of the attempts to shorten a part. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
-/* How far above the path's tolerance their last terms may lie, over the size of a deviation. Those
- * of most paths do by less. */
+/* Limit of the last terms, relative to the size of a deviation and to the path's tolerance. Most
+ * paths stay below it. */
 static const double rest_over_tolerance = 0x1p9;
 
-/* The memory: the path about a part of a step, in so many words, and behind it the tangents. */
+/* Head of the memory: the path about a part of a step, in one or two words. The tangents follow. */
 typedef struct {
     kr_series path[2];
-    double parts;    /* of the last step */
-    double from, to; /* the times of its ends */
+    double parts;    /* number of parts of the last step */
+    double from, to; /* begin and end of the last step */
     double unused[5];
 } tangent_work;
 static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }
@@ -28,40 +28,43 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* The bundles come first, then the deviations that stand alone. */
+/* Returns the number of batches; they come before the single deviations. */
 static size_t count_batches(size_t n)
 {
-    return n / KR_BATCH_SIZE + (n % KR_BATCH_SIZE >= KR_BATCH_MIN);
+    return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
 }
+/* Returns the number of single deviations. */
 static size_t count_single(size_t n)
 {
-    return n % KR_BATCH_SIZE >= KR_BATCH_MIN ? 0 : n % KR_BATCH_SIZE;
+    return n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN ? 0 : n % KR_DEVIATION_BATCH;
 }
+/* Returns the number of structs of n deviations. */
 static size_t count_structs(size_t n)
 {
-    return KR_BATCH_STRUCTS * count_batches(n) + count_single(n);
+    return KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + count_single(n);
 }
 
-/* Where the numbers of a deviation are: `from` the struct, in its lane of a bundle, so many
- * doubles one after the other; or alone, where that is 0. */
+/* Address of the numbers of a deviation: the struct, and for a batch the lane and the distance of
+ * two components. The distance is 0 for a single deviation. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;
 } deviation_address;
+/* Returns the address of deviation i. */
 static deviation_address address_of(const kr_motion *motion, double *memory, size_t n, size_t i)
 {
-    const size_t bundled = KR_BATCH_SIZE * count_batches(n);
+    const size_t bundled = KR_DEVIATION_BATCH * count_batches(n);
     if (i >= bundled) {
-        const size_t behind = KR_BATCH_STRUCTS * count_batches(n) + (i - bundled);
+        const size_t behind = KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + (i - bundled);
         const deviation_address by_itself = {tangent(motion, memory, behind), 0, 0};
         return by_itself;
     }
     const deviation_address in_bundle = {
-        tangent(motion, memory, i / KR_BATCH_SIZE * KR_BATCH_STRUCTS), i % KR_BATCH_SIZE,
-        words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
+        tangent(motion, memory, i / KR_DEVIATION_BATCH * KR_DEVIATION_BATCH_STRUCTS),
+        i % KR_DEVIATION_BATCH, words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
     return in_bundle;
 }
-/* The component k of a deviation, behind the first of the eight numbers that begin there. */
+/* Returns the address of component k of a deviation, given its array of eight numbers. */
 static double *component_address(const deviation_address *at, double *numbers, size_t k)
 {
     return numbers + (at->apart > 0 ? at->lane + k * at->apart : 1 + k + k / 3);
@@ -80,27 +83,28 @@ static size_t count_doubles(int digits, size_t n)
            sizeof(double);
 }
 
-/* Writes a number, and its low word where it has one. */
+/* Writes a number, and its low word if there is one. */
 static void put_number(const kr_motion *motion, double *high, dd a)
 {
     *high = a.hi;
     if (motion->digits > 16) high[sizeof(kr_tangent) / sizeof(double)] = a.lo;
 }
-/* Zeros are read without a sign, for theirs depends on who shares a bundle. */
+/* Returns a number. Zeros get a positive sign, because their sign depends on the other deviations
+ * of a batch. */
 static dd get_number(const kr_motion *motion, const double *high)
 {
     const dd a = {*high + 0.0,
                   motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
     return a;
 }
-/* Writes a vector into the lanes 1 to 3 of four. */
+/* Writes a vector into the last three of four lanes. */
 static void put_four(const kr_motion *motion, double *high, vec_dd v)
 {
     put_number(motion, high + 1, v.x);
     put_number(motion, high + 2, v.y);
     put_number(motion, high + 3, v.z);
 }
-/* Writes a vector as components of a deviation, from number k on. */
+/* Writes a vector as components k to k + 2 of a deviation. */
 static void put_components(const kr_motion *motion, const deviation_address *at, double *numbers,
                            size_t k, vec_dd v)
 {
@@ -126,6 +130,7 @@ static vec_dd scale_exactly(double power, vec_dd a)
     const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
     return v;
 }
+/* Sets the constants of a struct from the motion. */
 static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
     const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
@@ -142,7 +147,7 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     put_four(motion, g->down, down);
     g->damped = v_largest(motion->damping);
 }
-/* Sets what a parameter changes. */
+/* Sets the changes of lever and moments by the deviation's parameter. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = series_work(motion)->rate, *B = seed->moments;
@@ -156,7 +161,7 @@ static void set_changes(const deviation_address *at, const kr_motion *motion, co
     v_put(g->moments[2] + 1, v3(B[4], B[5], B[3]));
     g->changes = fmax(g->changes, fmax(most, v_largest(vdd_high(seed->lever))));
 }
-/* The attitude where the path stands. */
+/* Returns the attitude at the end of the path's last step. */
 static quat_dd path_attitude(const kr_motion *motion)
 {
     const kr_series *s = series_work(motion)->series;
@@ -164,6 +169,7 @@ static quat_dd path_attitude(const kr_motion *motion)
     return qdd_unit(
         q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
 }
+/* Starts n deviations at the end of the path's last step. */
 static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
@@ -190,6 +196,7 @@ static void tangents_begin(const kr_motion *motion, double *memory, size_t n, co
     }
 }
 
+/* Returns the squared size of a deviation. */
 static double square_of(const deviation_address *at, double *numbers)
 {
     double sum = 0.0;
@@ -199,8 +206,8 @@ static double square_of(const deviation_address *at, double *numbers)
     }
     return sum;
 }
-/* Sums all series at the time `at` of the path about the part. Returns the largest last term there,
- * over the size of its deviation; infinity where one is not finite. */
+/* Sums all series at the time `at` of the path about the part. Returns the largest last term
+ * relative to its deviation; INFINITY if one is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);
@@ -226,12 +233,13 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
     const kr_tangents_kernel *kernel = tangent_kernel(motion);
     const kr_series *path = tangent_work_of(memory)->path;
     kr_tangent *first = tangent(motion, memory, 0),
-               *rest_of_them = tangent(motion, memory, KR_BATCH_STRUCTS * count_batches(n));
+               *rest_of_them =
+                   tangent(motion, memory, KR_DEVIATION_BATCH_STRUCTS * count_batches(n));
     if (count_batches(n) > 0)
         kernel->expand_batches(path, first, count_batches(n), order_of(motion));
     if (count_single(n) > 0) kernel->expand(path, rest_of_them, count_single(n), order_of(motion));
 }
-/* Expands the path anew about the time `at`, and lets the tangents begin there. */
+/* Expands the path about the time `at`, and starts the tangents there. */
 static void restart_series(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_kernel *kernel = motion->aux;
@@ -250,8 +258,8 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(g->x[0], g->end, sizeof g->end);
     }
 }
-/* Shorten a part, whose largest last term at `to` is `worst`, until that is at most `most`. Returns
- * the largest last term at its end. */
+/* Shortens a part until the largest last term at its end is at most `most`. `worst` is that at
+ * `to`. Returns the largest last term at the new end. */
 static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
                       double most)
 {
@@ -268,9 +276,9 @@ static double shorten(const kr_motion *motion, double *memory, size_t n, double 
     }
     return worst;
 }
-/* Carry all tangents from the begin of the path's last step to a time inside it, which is given in
- * two words. Returns the largest last term of all parts; infinity where the tangents outgrow
- * doubles or a part cannot be made short enough. */
+/* Propagates all tangents from the begin of the path's last step to a time inside it, given in two
+ * words. Returns the largest last term of all parts. Returns INFINITY if the tangents exceed the
+ * range of doubles, or if no part is short enough. */
 static double carry_tangents(const kr_motion *motion, double *memory, size_t n, double to,
                              double to_low)
 {
@@ -298,7 +306,7 @@ static double carry_tangents(const kr_motion *motion, double *memory, size_t n, 
     }
     return INFINITY;
 }
-/* Carry as above, and where that fails make the tangents there no numbers. */
+/* Propagates as carry_tangents; on failure sets the tangents to NaN. */
 static double carry_or_mark(const kr_motion *motion, double *memory, size_t n, double to,
                             double to_low)
 {
@@ -308,6 +316,7 @@ static double carry_or_mark(const kr_motion *motion, double *memory, size_t n, d
         for (int k = 0; k < 8; k++) tangent(motion, memory, 0)[i].end[k] = NAN;
     return rest;
 }
+/* Propagates n deviations over the path's last step. */
 static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
@@ -323,7 +332,7 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Sums all tangents at the time `at` of the path, inside its last step, into `at`. */
+/* Writes all tangents at the time `at` of the path, inside its last step, to their `at`. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
@@ -350,6 +359,7 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
         }
     c->parts = parts;
 }
+/* Writes n deviations at `clock` inside the last step. */
 static void tangents_at(kr_motion *motion, double clock, double *memory, size_t n,
                         kr_deviation out[])
 {

@@ -1,10 +1,10 @@
-/* What is to be seen of a top: see mesh.h. */
+/* Points for the page's picture of a top: see mesh.h. */
 #include <math.h>
 #include "mesh.h"
 #include "math/su2.h"
 
-/* Finds the cuboid of this mass that has the body's inertia and mass times lever. Returns its
- * volume, 0 if there is none. */
+/* Writes the cuboid of this mass that has the body's inertia and mass times lever. Returns its
+ * volume, or 0 if there is none. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -17,7 +17,7 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     if (kr_body_from_tensor(mass, about_com, v3(0.0, 0.0, 0.0), &b) != KR_OK) return 0.0;
     const kr_vec3 j = b.inertia, twice = v3(j.y + j.z - j.x, j.z + j.x - j.y, j.x + j.y - j.z);
     const kr_vec3 squares = v_scale(1.5 / mass, twice);
-    /* a plate has an edge of no length */
+    /* a plate has an edge of length 0 */
     const double thin = 1e-8 * v_largest(squares);
     if (!(fmin(squares.x, fmin(squares.y, squares.z)) > -thin && thin > 1e-16 * square)) return 0.0;
     box->half =
@@ -28,9 +28,9 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Finds the largest cuboid of any mass, by thirds, for the logarithm of the volume is concave in
- * 1 / mass; with more mass a cuboid is denser, and if one of density 1 is on the way that one is
- * taken. The thesis' cuboid is both the largest and of density 1, hence a little margin. */
+/* Writes the largest cuboid of any mass, by ternary search: the logarithm of the volume is concave
+ * in 1 / mass. A cuboid with more mass is denser; one of density 1 is preferred. The margin serves
+ * the cuboid of the thesis, which is both the largest and of density 1. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -71,12 +71,14 @@ void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
     if (!(*momentum > 0.0)) *momentum = *velocity = 1.0;
 }
 
-/* The unit vector from the fixed point to the centre of mass, as the body was described. */
+/* Returns the unit vector from the fixed point to the centre of mass, in the frame of description.
+ * */
 static kr_vec3 apex_in_body(const kr_body *body)
 {
     const kr_scene scene = {.body = *body, .start = {.q = {1.0, 0.0, 0.0, 0.0}}};
     return kr_state_apex(&scene, &scene.start);
 }
+/* Stores a vector as floats. */
 static void put_point(float point[3], kr_vec3 v)
 {
     point[0] = (float)v.x;
@@ -97,9 +99,9 @@ int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, flo
     return n;
 }
 
-/* The half axes of the rod's section in the body lie across the principal axis nearest the apex.
- * A rod is as stiff towards a side as that side is thick, squared, so with a power of a half it is
- * as stiff against bending towards one side as the body is against turning about the other. */
+/* Writes the half axes of the rod's cross section, across the principal axis nearest the apex. The
+ * bending stiffness towards a side grows with the square of its thickness. With the power 0.5 it is
+ * proportional to the body's moment about the other axis. */
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {
