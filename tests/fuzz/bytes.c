@@ -1,5 +1,4 @@
-/* The same rounds, of choices that libFuzzer makes: it looks for bytes that lead where no others
- * did. */
+/* The rounds of fuzz.c with choices by libFuzzer, which searches for bytes that reach new code. */
 #include <stdio.h>
 #include <stdlib.h>
 #include "random_values.h"

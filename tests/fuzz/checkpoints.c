@@ -1,12 +1,12 @@
-/* Checkpoints: what is loaded goes on as what was saved, and nothing else is taken. */
+/* Checkpoints: a loaded top continues like the saved one, and damaged bytes are refused. */
 #include <stdlib.h>
 #include <string.h>
 #include "random_values.h"
 #include "claims.h"
 #include "tops.h"
-#include "step_counts.h"
+#include "call_counts.h"
 
-/* The bytes saved last, and what they are of. */
+/* The last saved bytes, and their top. */
 static struct {
     unsigned char *bytes;
     size_t size;
@@ -17,7 +17,7 @@ static struct {
     search search;
 } saved;
 
-void forget_saved(void)
+void discard_checkpoint(void)
 {
     free(saved.bytes);
     saved.bytes = NULL;
@@ -25,11 +25,11 @@ void forget_saved(void)
 void call_save(place *p)
 {
     const size_t size = kr_top_save_size(p->top);
-    forget_saved();
+    discard_checkpoint();
     saved.bytes = malloc(size);
     begin_call(p);
-    call("save");
-    leave_mark(saved.bytes, size);
+    print_call("save");
+    fill_with_mark(saved.bytes, size);
     CLAIM(kr_top_save(p->top, size - 1, saved.bytes) == KR_ERR_ARGUMENT);
     CLAIM(kr_top_save(p->top, size, NULL) == KR_ERR_ARGUMENT);
     CLAIM(is_marked(saved.bytes, size));
@@ -75,8 +75,8 @@ void call_load(place *p)
     static unsigned char image[MOST_IMAGE], again[MOST_IMAGE];
     if (!saved.bytes) return;
     begin_call(p);
-    image_of(p->top, image);
-    call("load");
+    save_image(p->top, image);
+    print_call("load");
     const kr_status status = kr_top_load(p->top, saved.size, saved.bytes);
     CLAIM(status == (is_alike(p) ? KR_OK : KR_ERR_CHECKPOINT));
     if (status == KR_OK) {
@@ -85,7 +85,7 @@ void call_load(place *p)
         p->was = kr_top_state(p->top);
         p->was_stats = kr_top_stats(p->top);
     } else
-        CLAIM(same_bits(image, again, image_of(p->top, again)));
+        CLAIM(same_bits(image, again, save_image(p->top, again)));
     end_call(p, status);
 }
 void call_damage(place *p)
@@ -95,7 +95,7 @@ void call_damage(place *p)
     unsigned char *bytes = malloc(size);
     begin_call(p);
     p->imaged = 1;
-    image_of(p->top, p->was_image);
+    save_image(p->top, p->was_image);
     memcpy(bytes, p->was_image, size);
     const size_t at = (size_t)choose(size);
     if (odds(80))
@@ -104,8 +104,9 @@ void call_damage(place *p)
         shown = at;
     else
         for (size_t i = at & ~(size_t)7; i < size; i++) bytes[i] = (unsigned char)choose(256);
-    call("load what is damaged, %zu of %zu bytes, at %zu", shown, size, at);
-    unsigned char *exactly = malloc(shown + 1); /* so that a byte too much is seen to be read */
+    print_call("load what is damaged, %zu of %zu bytes, at %zu", shown, size, at);
+    unsigned char *exactly =
+        malloc(shown + 1); /* one byte more, so that a sanitizer sees reads beyond */
     memcpy(exactly + 1, bytes, shown);
     const kr_status status = kr_top_load(p->top, shown, exactly + 1);
     CLAIM(status == KR_ERR_CHECKPOINT || same_bits(bytes, p->was_image, size));
@@ -113,7 +114,7 @@ void call_damage(place *p)
     free(bytes);
     end_call(p, status);
 }
-/* Makes the sum of a checkpoint right, as checkpoint.c has it. */
+/* Corrects the checksum of a checkpoint, as checkpoint.c computes it. */
 static void put_sum(unsigned char *bytes, size_t size)
 {
     enum { SUM = 96, SUMMED = 104 };
@@ -125,7 +126,7 @@ static void put_sum(unsigned char *bytes, size_t size)
     }
     memcpy(bytes + SUM, &sum, sizeof sum);
 }
-/* Some words behind the header become other numbers. */
+/* Changes some words behind the header. */
 static void forge(unsigned char *bytes, size_t size)
 {
     enum { SUMMED = 104 };
@@ -140,8 +141,8 @@ static void forge(unsigned char *bytes, size_t size)
     }
     put_sum(bytes, size);
 }
-/* What is forged is refused, or is a top like any other: it may be anywhere, but its calls end, and
- * it reads no memory that is not its own. */
+/* A forged checkpoint is refused, or becomes a valid top: it may be anywhere, but its calls end and
+ * read no foreign memory. */
 void call_forge(place *p)
 {
     static unsigned char bytes[MOST_IMAGE];
@@ -149,11 +150,11 @@ void call_forge(place *p)
     kr_state out[2];
     kr_event_hit hit;
     begin_call(p);
-    const size_t size = image_of(p->top, bytes);
+    const size_t size = save_image(p->top, bytes);
     forge(bytes, size);
-    call("load what is forged");
+    print_call("load what is forged");
     p->imaged = 1;
-    image_of(p->top, p->was_image);
+    save_image(p->top, p->was_image);
     const kr_status status = kr_top_load(p->top, size, bytes);
     CLAIM(status == KR_OK || status == KR_ERR_CHECKPOINT);
     if (status != KR_OK) {
@@ -161,15 +162,15 @@ void call_forge(place *p)
         return;
     }
     p->forged = 1;
-    went_wrong(kr_top_advance(p->top, t[0]));
-    went_wrong(kr_top_step(p->top));
-    went_wrong(kr_top_seek(p->top, t[1], &hit));
-    went_wrong(kr_top_record(p->top, 2, t, out, NULL));
+    error_category(kr_top_advance(p->top, t[0]));
+    error_category(kr_top_step(p->top));
+    error_category(kr_top_seek(p->top, t[1], &hit));
+    error_category(kr_top_record(p->top, 2, t, out, NULL));
     CLAIM(p->polls <= p->patience + 4);
     kr_top_free(p->top);
     p->top = NULL;
 }
-/* Goes to t, gives the state there, and what came of it. */
+/* Advances to t. Writes the state there and returns the status. */
 static kr_status go(kr_top *top, double t, kr_state *state)
 {
     const kr_status status = kr_top_advance(top, t);
@@ -182,12 +183,12 @@ void call_repeat(place *p)
     kr_state first, second, third;
     const double t = any_time(p);
     begin_call(p);
-    p->imaged = 0; /* To load is to change when it asks whether to go on. */
-    const size_t size = image_of(p->top, image);
-    call("advance to %a, and again from a checkpoint", t);
+    p->imaged = 0; /* Loading changes the times of polls. */
+    const size_t size = save_image(p->top, image);
+    print_call("advance to %a, and again from a checkpoint", t);
     const kr_status status = go(p->top, t, &first);
     const int stopped = status == KR_ERR_INTERRUPTED || status == KR_ERR_LIMIT;
-    /* After a reset an event may be beyond all numbers, and what is alike cannot watch for it. */
+    /* After a reset an event may exceed the range of doubles, and a new top cannot watch for it. */
     kr_top *other = make_alike(p, p->config.tangents);
     search watched = p->search[p->watched];
     if (!stopped && kr_top_watch(other, watched.count, watched.event) == KR_OK) {

@@ -1,4 +1,4 @@
-/* Calls of workers: what becomes of a top does not depend on those beside it. */
+/* Calls of workers: the result of a top does not depend on the others. */
 #include <math.h>
 #include <string.h>
 #include "calls.h"
@@ -6,7 +6,7 @@
 #include "claims.h"
 #include "scenes.h"
 #include "tops.h"
-#include "step_counts.h"
+#include "call_counts.h"
 
 enum { MOST = 19, TIMES = 4, REDUCTIONS = 3 };
 static struct {
@@ -17,8 +17,8 @@ static struct {
     const kr_method *method;
     size_t n, times, reductions;
     int own_times, directed;
-    double direction[6]; /* of the tangents, where they have one of their own */
-    search watched;      /* where it is a section: of the first event of these, if there is one */
+    double direction[6]; /* direction of the tangents, if given */
+    search watched;      /* of a section: its first event, if there is one */
     int watches;
 } asked;
 typedef struct answer {
@@ -30,21 +30,21 @@ typedef struct answer {
 
 static void choose_times(size_t i)
 {
-    const double pace = pace_of(&asked.scenes[i]), start = asked.scenes[i].start.t;
+    const double pace = time_scale(&asked.scenes[i]), start = asked.scenes[i].start.t;
     double t = start;
     const double way = either_sign(pace);
     for (size_t k = 0; k < TIMES; k++) {
         t += odds(15) ? 0.0 : way * spread(1e-3, 30.0);
-        asked.t[i * asked.times + k] = spoiled(t, 3);
+        asked.t[i * asked.times + k] = maybe_arbitrary(t, 3);
         if (k + 1 == asked.times) break;
     }
 }
-/* Tangents ride along with taylor; elsewhere they are refused. */
+/* Chooses tangents, which taylor alone has; other methods refuse them. */
 static void choose_tangents(void)
 {
     asked.config.tangents = odds(20) ? KR_TANGENT_GROWTH : odds(2) ? choose(64) : 0;
     asked.directed = odds(30);
-    for (int i = 0; i < 6; i++) asked.direction[i] = spoiled(between(-1.0, 1.0), 3);
+    for (int i = 0; i < 6; i++) asked.direction[i] = maybe_arbitrary(between(-1.0, 1.0), 3);
 }
 static void choose_all(void)
 {
@@ -64,8 +64,8 @@ static void choose_all(void)
                    : which < 20 ? kr_method_find("taylor")
                                 : kr_method_at(which - 20);
     const kr_config config = {.step =
-                                  odds(50) ? 0.0 : pace_of(&asked.scenes[0]) * spread(1e-2, 1.0),
-                              .tol = odds(50) ? 0.0 : spoiled(spread(1e-16, 1e-2), 3),
+                                  odds(50) ? 0.0 : time_scale(&asked.scenes[0]) * spread(1e-2, 1.0),
+                              .tol = odds(50) ? 0.0 : maybe_arbitrary(spread(1e-16, 1e-2), 3),
                               .max_steps = 10 + longest() / 20,
                               .digits = odds(85) ? 0 : (int)choose(32),
                               .skip_heading = odds(10)};
@@ -83,7 +83,7 @@ static const double *times_of(size_t i)
 {
     return asked.t + (asked.own_times ? i * (asked.watches ? 1 : asked.times) : 0);
 }
-/* Moves n of the tops from the i-th on, and says whether they could be. */
+/* Moves n tops from the i-th on. Returns 1 if the worker accepted them. */
 static int move(kr_worker *worker, size_t i, size_t n, answer *a)
 {
     const kr_tops tops = {.n = n,
@@ -96,7 +96,7 @@ static int move(kr_worker *worker, size_t i, size_t n, answer *a)
                           .growth = a->growth,
                           .direction = asked.directed ? asked.direction : NULL,
                           .outcomes = a->outcomes};
-    leave_mark(a, sizeof *a);
+    fill_with_mark(a, sizeof *a);
     if (!asked.watches) {
         CLAIM(kr_worker_run(worker, &tops) == KR_OK);
         return 1;
@@ -113,7 +113,7 @@ static void claim_top(size_t i, const answer *a)
 {
     const kr_outcome *o = &a->outcomes[i];
     const double *t = times_of(i);
-    const enum what_went_wrong wrong = went_wrong(o->status);
+    const enum error_kind wrong = error_category(o->status);
     CLAIM((o->status == KR_OK) == (o->done == asked.times) && wrong != INTERRUPT);
     CLAIM(is_good(o->last) || wrong == INPUT);
     for (size_t k = 0; k < asked.times; k++) {
@@ -128,7 +128,7 @@ static void claim_top(size_t i, const answer *a)
     for (size_t j = 0; asked.config.tangents && j < asked.times * KR_GROWTH_COUNT; j++)
         CLAIM(isnan(growth[j]) == (j >= o->done * KR_GROWTH_COUNT));
 }
-/* Whether numbers are the same, one that is none like any other. */
+/* Returns 1 if the numbers are equal; NaNs count as equal. */
 static int alike(const double *one, const double *other, size_t n)
 {
     size_t i = 0;
@@ -148,17 +148,17 @@ static void claim_same(size_t i, const answer *a, const answer *one)
         alike((const double *)&o->last, (const double *)&p->last, sizeof o->last / sizeof(double)));
     CLAIM(same_bits(&o->stats, &p->stats, sizeof o->stats));
 }
-void call_many(void)
+void call_ensembles(void)
 {
     static answer all, one;
     kr_worker *worker = NULL;
     choose_all();
-    call("%zu tops at once by %s, step %a, tol %a, digits %d, tangents %d", asked.n,
-         asked.method ? kr_method_name(asked.method) : "auto", asked.config.step, asked.config.tol,
-         asked.config.digits, (int)asked.config.tangents);
+    print_call("%zu tops at once by %s, step %a, tol %a, digits %d, tangents %d", asked.n,
+               asked.method ? kr_method_name(asked.method) : "auto", asked.config.step,
+               asked.config.tol, asked.config.digits, (int)asked.config.tangents);
     const kr_status status =
         kr_worker_create(asked.method, asked.config, asked.reductions, asked.reduction, &worker);
-    CLAIM((status == KR_OK) == (worker != NULL) && (!status || went_wrong(status) == INPUT));
+    CLAIM((status == KR_OK) == (worker != NULL) && (!status || error_category(status) == INPUT));
     if (status != KR_OK) return;
     int order = -1;
     CLAIM(kr_worker_kernel(worker, &order) != NULL && order >= 0);
@@ -166,8 +166,8 @@ void call_many(void)
     for (size_t i = 0; i < asked.n && moved; i++) claim_top(i, &all);
     for (size_t i = 0; i < asked.n && moved; i++) {
         tell_scene(&asked.scenes[i]);
-        tell("%s, %zu states of %zu", kr_status_text(all.outcomes[i].status), all.outcomes[i].done,
-             asked.times);
+        print_detail("%s, %zu states of %zu", kr_status_text(all.outcomes[i].status),
+                     all.outcomes[i].done, asked.times);
         move(worker, i, 1, &one);
         claim_same(i, &all, &one);
     }

@@ -1,13 +1,13 @@
-/* Events: watching for them, and going from one to the next. */
+/* Events: watching, and moving from one to the next. */
 #include <math.h>
 #include <stdio.h>
 #include "random_values.h"
 #include "claims.h"
 #include "tops.h"
 #include "scenes.h"
-#include "step_counts.h"
+#include "call_counts.h"
 
-/* Most of them are components, and most of these do not turn with the heading. */
+/* Returns a component, mostly a valid one that does not change with the heading. */
 static int any_component(void)
 {
     static const char *const level[] = {"apex_z", "spin", "body_vertical_x", "body_momentum_y",
@@ -26,10 +26,10 @@ static size_t any_terms(kr_term terms[TERMS])
 {
     const size_t n = odds(50) ? 1 : 1 + (size_t)choose(TERMS);
     for (size_t i = 0; i < n; i++) {
-        terms[i].factor = spoiled(between(-1.0, 1.0), 1);
+        terms[i].factor = maybe_arbitrary(between(-1.0, 1.0), 1);
         terms[i].first = any_component();
         terms[i].second = any_component();
-        tell("term %a * %d * %d", terms[i].factor, terms[i].first, terms[i].second);
+        print_detail("term %a * %d * %d", terms[i].factor, terms[i].first, terms[i].second);
     }
     return n;
 }
@@ -51,9 +51,9 @@ void call_watch(place *p)
     search *next = &p->search[1 - p->watched];
     any_search(next);
     begin_call(p);
-    call("watch for %zu", next->count);
+    print_call("watch for %zu", next->count);
     const kr_status status = kr_top_watch(p->top, next->count, next->event);
-    const enum what_went_wrong wrong = went_wrong(status);
+    const enum error_kind wrong = error_category(status);
     CLAIM(wrong == NONE || wrong == INPUT);
     const kr_state state = kr_top_state(p->top);
     CLAIM(same_bits(&state, &p->was, sizeof state));
@@ -76,21 +76,21 @@ static void claim_hit(const place *p, double t, kr_event_hit hit)
     if (event->condition_count)
         CLAIM(kr_terms_value(&p->scene, &state, event->condition_count, event->condition) > 0.0);
 }
-/* Seeks once; says whether there may be more to find. */
+/* Seeks once. Returns 1 if there may be more events. */
 static int seek(place *p, double t)
 {
     kr_event_hit hit;
-    leave_mark(&hit, sizeof hit);
+    fill_with_mark(&hit, sizeof hit);
     begin_call(p);
-    call("seek to %a", t);
+    print_call("seek to %a", t);
     const kr_status status = kr_top_seek(p->top, t, &hit);
-    tell("hit %td, %d", hit.index, hit.direction);
+    print_detail("hit %td, %d", hit.index, hit.direction);
     if (status == KR_OK) {
         claim_hit(p, t, hit);
         p->landed = 1;
     } else
         CLAIM(is_marked(&hit, sizeof hit));
-    /* Where doubles tell the times in a step apart, a search ends where no run goes on. */
+    /* A search fails only where a run fails, if doubles resolve the times inside a step. */
     const int apart = fabs(p->was.t) < 0x1p-8 * kr_scene_horizon(&p->scene);
     if (status == KR_ERR_STEP && p->search[p->watched].count > 0 && !p->forged && apart)
         CLAIM(kr_top_advance(make_alike(p, p->config.tangents), t) != KR_OK);
@@ -102,6 +102,7 @@ void call_seek(place *p)
     enum { MOST = 8 };
     const int far = p->search[p->watched].count > 0 && odds(50);
     const double now = kr_top_state(p->top).t,
-                 t = far ? now + forward(p) * pace_of(&p->scene) * between(1.0, 20.0) : any_time(p);
+                 t = far ? now + forward(p) * time_scale(&p->scene) * between(1.0, 20.0)
+                         : any_time(p);
     for (int i = 0; seek(p, t) && i < MOST;) i++;
 }

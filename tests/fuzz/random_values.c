@@ -1,4 +1,4 @@
-/* Choices: see random_values.h. */
+/* Random choices: see random_values.h. */
 #include <math.h>
 #include <string.h>
 #include "../c/random.h"
@@ -14,7 +14,7 @@ void choose_by_seed(uint64_t seed)
     given.left = 0;
     random_seed = seed;
 }
-/* A choice takes so many bytes at most. */
+/* Returns the next choice, from at most `bytes` bytes. */
 static uint64_t bits(int bytes)
 {
     uint64_t word = 0;
@@ -67,7 +67,7 @@ double any_double(void)
     memcpy(&x, &word, sizeof x);
     return x;
 }
-double spoiled(double x, int percent) { return odds(percent) ? any_double() : x; }
+double maybe_arbitrary(double x, int percent) { return odds(percent) ? any_double() : x; }
 kr_vec3 vector_between(double low, double high)
 {
     const double x = between(low, high), y = between(low, high), z = between(low, high);

@@ -1,16 +1,16 @@
-/* The calls that move a top, and the claim that its states do not depend on how it got there. */
+/* The calls that move a top. Its states do not depend on how it got there. */
 #include <math.h>
 #include <stdlib.h>
 #include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
 #include "tops.h"
-#include "step_counts.h"
+#include "call_counts.h"
 
 void call_step(place *p)
 {
     begin_call(p);
-    call("step");
+    print_call("step");
     const kr_status status = kr_top_step(p->top);
     const kr_state state = kr_top_state(p->top);
     if (status == KR_OK) {
@@ -26,7 +26,7 @@ void call_advance(place *p)
 {
     const double t = any_time(p);
     begin_call(p);
-    call("advance to %a", t);
+    print_call("advance to %a", t);
     const kr_status status = kr_top_advance(p->top, t);
     const kr_state state = kr_top_state(p->top);
     if (status == KR_OK) {
@@ -50,11 +50,11 @@ static void claim_recorded(place *p, kr_status status, size_t n, size_t done, co
     if (done > 0 && status == KR_OK) CLAIM(same_bits(&state, &out[n - 1], sizeof state));
     if (done == 0 || status == KR_OK) return;
     if (status == KR_ERR_STEP_SIZE) CLAIM(same_bits(&state, &out[done - 1], sizeof state));
-    if (went_wrong(status) == INPUT || state.t == out[done - 1].t)
+    if (error_category(status) == INPUT || state.t == out[done - 1].t)
         CLAIM(same_bits(&state, &out[done - 1], sizeof state));
     else
         CLAIM(forward(p) * (state.t - out[done - 1].t) > 0.0);
-    p->was = out[done - 1]; /* From there on the last time was refused, or failed. */
+    p->was = out[done - 1]; /* the last time was refused, or failed from there on */
     p->imaged = 0;
 }
 void call_record(place *p)
@@ -68,20 +68,20 @@ void call_record(place *p)
         const double on = forward(p) * fabs(any_time(p) - before.t) * 0.1;
         t[i] = sorted && isfinite(on) ? (i ? t[i - 1] : before.t) + on : any_time(p);
     }
-    leave_mark(out, sizeof out);
-    leave_mark(low, sizeof low);
+    fill_with_mark(out, sizeof out);
+    fill_with_mark(low, sizeof low);
     begin_call(p);
-    call("record%s %zu times", with_low ? " low" : "", n);
-    for (size_t i = 0; i < n; i++) tell("time %a", t[i]);
+    print_call("record%s %zu times", with_low ? " low" : "", n);
+    for (size_t i = 0; i < n; i++) print_detail("time %a", t[i]);
     const kr_status status = with_low ? kr_top_record_low(p->top, n, t, out, low, &done)
                                       : kr_top_record(p->top, n, t, out, &done);
-    tell("%zu done", done);
+    print_detail("%zu done", done);
     claim_recorded(p, status, n, done, t, out, with_low ? low : NULL);
     if (done > 0) p->landed = 1;
     end_call(p, status);
 }
 
-/* Whether there are fewer doubles than points of the grid. */
+/* Returns 1 if the grid has more points than there are doubles. */
 static int is_coarse(const place *p, double t)
 {
     const double next = nextafter(fabs(t), INFINITY) - fabs(t);
@@ -91,7 +91,7 @@ void call_compare(place *p)
 {
     const kr_state state = kr_top_state(p->top), low = kr_top_low(p->top);
     if (!p->landed || kr_top_stats(p->top).steps > longest()) return;
-    call("compare with a top that goes there at once");
+    print_call("compare with a top that goes there at once");
     const int damped = v_largest(p->scene.damping) > 0.0; /* tangents may shorten its steps */
     const uint64_t tangents = odds(50) && !damped ? 0 : p->config.tangents;
     kr_top *other = make_alike(p, tangents);
@@ -99,15 +99,15 @@ void call_compare(place *p)
     CLAIM(status == KR_OK || (tangents && status == KR_ERR_TANGENT));
     if (status != KR_OK) return;
     const kr_state its = kr_top_state(other), its_low = kr_top_low(other);
-    tell("it: t %a, q %a %a %a %a, m %a %a %a", its.t, its.q.w, its.q.x, its.q.y, its.q.z, its.m.x,
-         its.m.y, its.m.z);
+    print_detail("it: t %a, q %a %a %a %a, m %a %a %a", its.t, its.q.w, its.q.x, its.q.y, its.q.z,
+                 its.m.x, its.m.y, its.m.z);
     if (is_coarse(p, state.t)) CLAIM(same_bits(&state, &its, sizeof state));
     CLAIM(same_bits(&state, &its, sizeof state));
     CLAIM(same_bits(&low, &its_low, sizeof low));
 }
 
 enum { NUMBERS = 6 * KR_TANGENT_COLUMNS_MAX };
-/* At the start the derivative by it is the unit matrix. */
+/* Claims that the derivative by the start is the unit matrix at the start. */
 static void claim_units(const double out[], size_t columns)
 {
     for (size_t i = 0; i < 6; i++)
@@ -119,10 +119,10 @@ void call_tangents(place *p)
     double out[NUMBERS], low[NUMBERS], again[NUMBERS];
     const size_t columns = kr_tangent_columns(p->config.tangents), n = 6 * columns;
     const int into_nothing = odds(3), with_low = (int)choose(2);
-    leave_mark(out, sizeof out);
-    leave_mark(low, sizeof low);
+    fill_with_mark(out, sizeof out);
+    fill_with_mark(low, sizeof low);
     begin_call(p);
-    call("tangents%s", into_nothing ? " into nothing" : with_low ? " low" : "");
+    print_call("tangents%s", into_nothing ? " into nothing" : with_low ? " low" : "");
     const kr_status status =
         kr_top_tangents(p->top, into_nothing ? NULL : out, with_low ? low : NULL);
     const kr_state state = kr_top_state(p->top);

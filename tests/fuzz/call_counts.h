@@ -1,7 +1,7 @@
-/* The functions of the library that compute count their calls here: those that a round is made of,
- * and those that its checks make. What reads a table is not counted. */
-#ifndef KR_COUNTED_H
-#define KR_COUNTED_H
+/* Counts the calls of the computing functions of the library, those of a round and those of its
+ * checks. Functions that read tables are not counted. */
+#ifndef KR_CALL_COUNTS_H
+#define KR_CALL_COUNTS_H
 #include "kreisel.h"
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
