@@ -324,8 +324,8 @@ typedef struct kr_config {
     int (*poll)(void *context);
     void *context;
     /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 (rounded up); 0: use tol.
-     * With 30, a tol of at most 2^-100 shortens the steps; the different rounding errors tell how
-     * many digits are right. */
+     * With 30, a tol of at most 2^-100 shortens the steps; comparing two such results
+     * shows how many digits are right. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: nonzero computes states up to a
      * rotation about the vertical, at lower cost. */

@@ -1,6 +1,6 @@
-// The binding is thin: it has no numerics, no defaults, no messages. What the core has as a table
-// Python gets as one. States are an (n, 8) array, shared and not copied; bodies and scenes are
-// blocks of bytes.
+// The module of the binding, without numerics, defaults or messages. Tables of the core become
+// Python tables. States are an (n, 8) array, shared and not copied; bodies and scenes are blocks of
+// bytes.
 #include <string>
 #include <vector>
 #include "arrays.hpp"
@@ -16,7 +16,7 @@ static const kr_state *states_of(const doubles &a)
     return reinterpret_cast<const kr_state *>(a.data());
 }
 
-// What a function writes for n states of a scene, `shape` for each.
+// Returns an array with the results of a function at n states of a scene, `shape` for each.
 template <class Function>
 static doubles each(const doubles &states, std::vector<py::ssize_t> shape, Function function)
 {
@@ -67,7 +67,7 @@ static doubles attitude_error(const doubles &a, const doubles &b)
     return out;
 }
 
-// The name of the status, the body, and whether there can be such a one.
+// Returns the name of the status, the body, and whether it is physical.
 static py::tuple body_from_tensor(double mass, const doubles &inertia, const doubles &com,
                                   double rounded)
 {

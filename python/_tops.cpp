@@ -1,4 +1,4 @@
-// Many tops and many bodies: what of them is looked at all at once.
+// Checks and quantities of many tops and bodies in one call.
 #include <cmath>
 #include <pybind11/stl.h>
 #include "tops.hpp"
@@ -15,7 +15,7 @@ static py::bytes block(const tops &all, size_t index)
     all.fill(index, index + 1, &scene);
     return block_of(scene);
 }
-// A quantity of each top as it starts, as rows of its doubles.
+// Returns a quantity of each top at its start, as rows of doubles.
 static doubles start_values(const tops &all, const std::string &name)
 {
     const kr_quantity *quantity = kr_quantity_find(name.c_str());
@@ -33,8 +33,8 @@ static doubles start_values(const tops &all, const std::string &name)
     return out;
 }
 
-// Bodies by mass, inertia (moments, or the rows of a matrix), com and rounded: the status and index
-// of the first that is none, whether there can be such bodies, and of matrices the blocks.
+// Checks bodies by mass, inertia (moments, or rows of a matrix), com and rounded. Returns status
+// and index of the first invalid one, whether each is physical, and for matrices the blocks.
 static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given, bool are_matrices)
 {
     const columns<4> all(shape, given, {1, are_matrices ? size_t(9) : size_t(3), 3, 1});
@@ -60,7 +60,7 @@ static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given,
     return py::make_tuple(name_of(found.second), found.first, can_be, blocks);
 }
 
-// The C library's own functions: those of numpy differ in their last bits from machine to machine,
+// Functions of the C library, because those of numpy differ in their last bits between machines,
 // and from Python's.
 static double cosine(double x) { return std::cos(x); }
 static double sine(double x) { return std::sin(x); }

@@ -1,8 +1,7 @@
 /* Test for a possible sign change of the event function in a step of the lanes. The function is a
  * polynomial there, enclosed by its coefficients in Bernstein's basis. If all of them have its last
- * sign, it accumulators that sign. The test may report a change where there is none, never the reverse;
- * section.c searches those lanes. This file is source that each instruction set compiles, as
- * lane_series.h. */
+ * sign, no change occurred. The test may report a change where there is none, never the reverse;
+ * section.c searches those lanes. Each instruction set compiles this source, as lane_series.h. */
 #include "lane_series.h"
 
 /* Returns g at P and W without its constant. */

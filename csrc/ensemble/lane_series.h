@@ -232,7 +232,7 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
     return sum_lane_terms(l, l->order, at, headless);
 }
 
-/* Gives sine and cosine of x. The quarter turn next to x is an integer in the low bits of u; the
+/* Writes sine and cosine of x. The quarter turn next to x is an integer in the low bits of u; the
  * polynomials, which are those of math/trig.h, then see at most an eighth of a turn. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {

@@ -52,7 +52,7 @@ INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Gives sine and cosine of x turns. The quarter next to x is an integer in the low bits of u; the
+/* Writes sine and cosine of x turns. The quarter next to x is an integer in the low bits of u; the
  * polynomials then see y, which is at most an eighth. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
@@ -103,7 +103,7 @@ INLINE exponential exponential_of(dd a)
     e.minus = of_bits((bits_of(shift - k) << 52) + one);
     return e;
 }
-/* Gives sinh and cosh of a. */
+/* Writes sinh and cosh of a. */
 INLINE void sinhcosh(dd a, wide *s, wide *c)
 {
     const exponential e = exponential_of(a);
@@ -200,7 +200,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
 
 /* A longer time overflows where a product is made without a fused one. */
 static const double longest = 0x1p990;
-/* Says whether the kernel serves so long after the beginning: so many turns have a fraction. */
+/* Returns 1 if the kernel serves so long after the beginning: so many turns have a fraction. */
 INLINE mask is_within(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);

@@ -100,7 +100,7 @@ typedef struct exact_top {
     vec3_lanes m;
 } exact_top;
 
-/* Whether a > b, which no NaN is. */
+/* Returns a > b; false for NaN. */
 INLINE mask wide_more(wide a, wide b) { return wide_less(b, a); }
 INLINE mask is_negative(wide a) { return wide_less(a, wide_splat(0.0)); }
 INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }

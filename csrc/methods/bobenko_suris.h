@@ -58,7 +58,7 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
     bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
                                    arc_tangent(0.5 * h * c / motion->inertia.x));
 }
-/* Says whether the orbit, with which the work begins, has made a number of steps that is one. */
+/* Returns 1 if the orbit, with which the work begins, has made a number of steps that is one. */
 static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;

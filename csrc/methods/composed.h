@@ -34,7 +34,7 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     motion->stats.evaluations += p->c.stages;
     return KR_OK;
 }
-/* Says whether there are as many stages as the arrays of a composition may have. */
+/* Returns 1 if there are as many stages as the arrays of a composition may have. */
 static inline int composed_is_valid(const void *work)
 {
     composed p;

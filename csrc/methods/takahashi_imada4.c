@@ -56,7 +56,7 @@ static void takahashi_read(const kr_motion *motion, kr_state *out)
     out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
-/* Says whether there are as many stages as the arrays of a composition may have. */
+/* Returns 1 if there are as many stages as the arrays of a composition may have. */
 static int takahashi_is_valid(const void *work)
 {
     takahashi_state p;

@@ -68,7 +68,7 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
     return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
 }
 
-/* Gives half the sum and half the difference of the angles about e3 and about the apex. At a pole
+/* Writes half the sum and half the difference of the angles about e3 and about the apex. At a pole
  * one of the two is not determined: then it is 0, whatever the signs of the zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
@@ -125,7 +125,7 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Gives M/I1 and mass gravity |com| / I1 times the vertical, both along -com, odd axis x -com, and
+/* Writes M/I1 and mass gravity |com| / I1 times the vertical, both along -com, odd axis x -com, and
  * the odd axis. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {

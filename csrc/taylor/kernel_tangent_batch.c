@@ -4,7 +4,7 @@ enum { WORDS = 1 };
 #include "deviation_batch.h"
 #include "deviation.h"
 
-void KR_NAME(kr_expand_bundles)(const kr_series *s, kr_tangent *tangents, size_t n, int order)
+void KR_NAME(kr_expand_batches)(const kr_series *s, kr_tangent *tangents, size_t n, int order)
 {
     expand_deviations(s, tangents, n, order);
 }

@@ -5,7 +5,7 @@ enum { WORDS = 2 };
 #include "deviation_batch.h"
 #include "deviation.h"
 
-void KR_NAME(kr_expand_bundles_dd)(const kr_series *s, kr_tangent *tangents, size_t n, int order)
+void KR_NAME(kr_expand_batches_dd)(const kr_series *s, kr_tangent *tangents, size_t n, int order)
 {
     expand_deviations(s, tangents, n, order);
 }

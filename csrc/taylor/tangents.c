@@ -53,16 +53,16 @@ typedef struct {
 /* Returns the address of deviation i. */
 static deviation_address address_of(const kr_motion *motion, double *memory, size_t n, size_t i)
 {
-    const size_t bundled = KR_DEVIATION_BATCH * count_batches(n);
-    if (i >= bundled) {
-        const size_t behind = KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + (i - bundled);
+    const size_t batched = KR_DEVIATION_BATCH * count_batches(n);
+    if (i >= batched) {
+        const size_t behind = KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + (i - batched);
         const deviation_address by_itself = {tangent(motion, memory, behind), 0, 0};
         return by_itself;
     }
-    const deviation_address in_bundle = {
+    const deviation_address in_batch = {
         tangent(motion, memory, i / KR_DEVIATION_BATCH * KR_DEVIATION_BATCH_STRUCTS),
         i % KR_DEVIATION_BATCH, words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
-    return in_bundle;
+    return in_batch;
 }
 /* Returns the address of component k of a deviation, given its array of eight numbers. */
 static double *component_address(const deviation_address *at, double *numbers, size_t k)

@@ -91,7 +91,7 @@ enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
     extern const kr_tail kr_tail_##isa[KR_DEPTHS];                                                 \
     extern const kr_tangents_kernel kr_tangents_##isa, kr_tangents_dd_##isa;                       \
-    kr_tangents_expand kr_expand_bundles_##isa, kr_expand_bundles_dd_##isa;                        \
+    kr_tangents_expand kr_expand_batches_##isa, kr_expand_batches_dd_##isa;                        \
     void kr_product_##isa(const double *a, const double *b, int order, double *c);
 KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)
