@@ -27,7 +27,7 @@ static kr_scene scene_of(const char *block)
     return scene;
 }
 static void print_call(const kr_scene *scene, const kr_method *method, kr_config config, size_t n,
-                 const double t[], kr_state out[])
+                       const double t[], kr_state out[])
 {
     kr_top *top = NULL;
     if (kr_top_create(scene, method, config, &top) != KR_OK) exit(1);
