@@ -20,7 +20,7 @@ static void test_flags(void)
         all |= flag;
     }
     IS(kr_flag_find("adaptive") == KR_METHOD_ADAPTIVE &&
-       kr_flag_find("headless") == KR_METHOD_SKIPS_HEADING);
+       kr_flag_find("skips_heading") == KR_METHOD_SKIPS_HEADING);
     IS(kr_flag_find("slow") == 0 && kr_flag_find(NULL) == 0);
     IS(!kr_flag_name(0) && !kr_flag_name(KR_METHOD_ADAPTIVE | KR_METHOD_DENSE) &&
        !kr_flag_text(~all));
