@@ -62,9 +62,9 @@ extern "C" {
                                   "for an unknown name")                                          \
     X(ERR_NO_STEP,     INPUT,     "there is no step: a method of fixed steps needs one")
 typedef enum kr_status {
-#define X(name, what, text) KR_##name,
-    KR_STATUS_LIST(X)
-#undef X
+#define KR_X_(name, what, text) KR_##name,
+    KR_STATUS_LIST(KR_X_)
+#undef KR_X_
     KR_STATUS_COUNT
 } kr_status;
 /* clang-format on */
@@ -119,9 +119,9 @@ KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
 /* Smallest ratio of the least to the largest moment of a tensor that is not diagonal. Below it
  * rounding errors leave too few digits of the least moment. */
-#define KR_TENSOR_LEAST 2e-10
+#define KR_TENSOR_MIN_RATIO 2e-10
 /* Makes a body from its tensor of inertia at the fixed point, row by row [M L^2]. KR_ERR_BODY also
- * for a tensor beyond KR_TENSOR_LEAST. */
+ * for a tensor beyond KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
 /* Makes a body from its tensor of inertia about the centre of mass; `pivot` is the fixed point. */
@@ -136,7 +136,7 @@ KR_API kr_status kr_body_check(const kr_body *body);
 /* Returns 1 if some distribution of mass has this inertia about the fixed point, else 0. The
  * tolerance is 1e-6 relative plus kr_body.rounded. The library moves other bodies too: many tops of
  * the literature have made-up mass and lever. */
-KR_API int kr_body_can_be(const kr_body *body);
+KR_API int kr_body_is_physical(const kr_body *body);
 
 /* Kinds of tops: X(kind, its name). */
 /* clang-format off */
@@ -147,9 +147,9 @@ KR_API int kr_body_can_be(const kr_body *body);
     X(KOWALEWSKI,          "kowalewski")           /* moments 2 : 2 : 1, com across the axis */   \
     X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin")  /* moments 4 : 4 : 1, com across the axis */
 typedef enum kr_kind {
-#define X(kind, name) KR_##kind,
-    KR_KIND_LIST(X)
-#undef X
+#define KR_X_(kind, name) KR_KIND_##kind,
+    KR_KIND_LIST(KR_X_)
+#undef KR_X_
     KR_KIND_COUNT
 } kr_kind;
 /* clang-format on */
@@ -175,9 +175,9 @@ KR_API kr_status kr_scene_check(const kr_scene *scene);
  * the third axis of the description, half a turn about its first axis comes first. If the apex is
  * at a pole, the two angles about the common axis are equal up to sign. */
 enum {
-    KR_TURNS = 1, /* changes when the top is turned about the vertical */
-    KR_KEPT = 2,  /* an integral of the motion, of every top or of one kind */
-    KR_SERIES = 4 /* its components can be used in events */
+    KR_QUANTITY_TURNS = 1,     /* changes when the top is turned about the vertical */
+    KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, of every top or of one kind */
+    KR_QUANTITY_IN_EVENTS = 4  /* its components can be used in events */
 };
 typedef struct kr_quantity kr_quantity;
 /* Returns the number of quantities. */
@@ -194,16 +194,17 @@ KR_API const char *kr_quantity_text(const kr_quantity *quantity);
 KR_API const char *kr_quantity_dimension(const kr_quantity *quantity);
 /* Returns the number of doubles of a quantity: 1, 3, 4 or 9. */
 KR_API size_t kr_quantity_doubles(const kr_quantity *quantity);
-/* Returns the flags of a quantity: a sum of KR_TURNS, KR_KEPT and KR_SERIES. */
+/* Returns the flags of a quantity: a sum of KR_QUANTITY_TURNS, KR_QUANTITY_CONSERVED and
+ * KR_QUANTITY_IN_EVENTS. */
 KR_API unsigned kr_quantity_flags(const kr_quantity *quantity);
 /* Writes the values of a quantity at n states, n * kr_quantity_doubles numbers. */
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
 /* Returns the suffix that names component i of a quantity, as "" or "_x"; NULL beyond the last. */
 KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
-enum { KR_ONE = 0 }; /* the component "1", the constant */
-/* Returns the index of a component of a quantity with KR_SERIES, as "apex_z", "q_w" or "spin"; -1
- * if there is none. */
+enum { KR_COMPONENT_ONE = 0 }; /* the component "1", the constant */
+/* Returns the index of a component of a quantity with KR_QUANTITY_IN_EVENTS, as "apex_z", "q_w" or
+ * "spin"; -1 if there is none. */
 KR_API int kr_component_find(const char *name);
 
 /* Returns the angular velocity [T^-1]. */
@@ -256,15 +257,15 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
     X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
     X(DIGITS,         2048, "digits",         "can compute more digits than a double has")        \
-    X(HEADLESS,       4096, "headless",       "can skip the rotation about the vertical")         \
+    X(SKIPS_HEADING,  4096, "skips_heading",  "can skip the rotation about the vertical")         \
     X(SPLITTING,      8192, "splitting",      "alternates kicks and drifts")                      \
     X(DAMPED,        16384, "damped",         "moves damped tops, too")                           \
     X(TANGENTS,      32768, "tangents",       "computes derivatives of the state")
 /* clang-format on */
 enum {
-#define X(flag, bit, name, text) KR_##flag = bit,
-    KR_FLAG_LIST(X)
-#undef X
+#define KR_X_(flag, bit, name, text) KR_METHOD_##flag = bit,
+    KR_FLAG_LIST(KR_X_)
+#undef KR_X_
 };
 /* Returns the flag with this name; 0 if unknown. */
 KR_API unsigned kr_flag_find(const char *name);
@@ -322,14 +323,15 @@ typedef struct kr_config {
      * without dense output. A nonzero result stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    /* For methods with KR_DIGITS, instead of tol: 16, 20 or 30 (rounded up); 0: use tol. With 30, a
-     * tol of at most 2^-100 shortens the steps; the different rounding errors tell how many digits
-     * are right. */
+    /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 (rounded up); 0: use tol.
+     * With 30, a tol of at most 2^-100 shortens the steps; comparing two such results
+     * shows how many digits are right. */
     int digits;
-    /* For methods with KR_HEADLESS and up to 16 digits: nonzero computes states up to a rotation
-     * about the vertical, at lower cost. */
-    int leave_heading;
-    /* For methods with KR_TANGENTS, with the heading: the sum of KR_TANGENT_... to derive by. */
+    /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: nonzero computes states up to a
+     * rotation about the vertical, at lower cost. */
+    int skip_heading;
+    /* For methods with KR_METHOD_TANGENTS, with the heading: the sum of KR_TANGENT_... to derive
+     * by. */
     uint64_t tangents;
 } kr_config;
 typedef struct kr_stats {
@@ -384,10 +386,10 @@ KR_API const char *kr_top_kernel(const kr_top *top, int *order);
     X(GRAVITY,  8, 1, "gravity")                                                                  \
     X(MASS,    16, 1, "mass")
 enum {
-#define X(by, bit, columns, name) KR_TANGENT_##by = bit,
-    KR_TANGENT_LIST(X)
-#undef X
-    KR_TANGENT_MOST = 14,   /* columns */
+#define KR_X_(by, bit, columns, name) KR_TANGENT_##by = bit,
+    KR_TANGENT_LIST(KR_X_)
+#undef KR_X_
+    KR_TANGENT_COLUMNS_MAX = 14,   /* columns */
     KR_TANGENT_GROWTH = 32 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
@@ -399,7 +401,7 @@ KR_API size_t kr_tangent_columns(uint64_t tangents);
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Returns an estimate of the truncation error of the tangents: the largest last term so far over
  * the size of its tangent. The steps are chosen for the path alone. */
-KR_API double kr_top_tangent_rest(const kr_top *top);
+KR_API double kr_top_tangent_truncation(const kr_top *top);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same body, gravity, damping, method,
  * config (max_steps and poll may differ) and watched events. The top then continues with the same
@@ -418,7 +420,7 @@ KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
  * factor * of * times, with components by their index from kr_component_find. */
 typedef struct kr_term {
     double factor;
-    int of, times;
+    int first, second;
 } kr_term;
 /* Returns the value of the function with n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
@@ -432,24 +434,24 @@ typedef struct kr_event_search {
 /* An event is a change of sign. Values below 2^-50 of the size of the terms, at the start 2^-40,
  * count as zero. */
 typedef struct kr_event {
-    const kr_term *terms; /* g, `count` terms */
-    const kr_term *where; /* a function that must be positive; where_count 0: no condition */
-    size_t count, where_count;
+    const kr_term *terms;     /* g, `count` terms */
+    const kr_term *condition; /* a function that must be positive; where_count 0: no condition */
+    size_t count, condition_count;
     int extremum;        /* nonzero: extrema of g, zeros of dg/dt, instead of zeros of g */
     int direction;       /* 1: g rises with time, or is smallest; -1: the opposite; 0: both */
     kr_event_search own; /* private */
 } kr_event;
-typedef struct kr_hit {
-    ptrdiff_t which; /* index of the event; -1: none */
+typedef struct kr_event_hit {
+    ptrdiff_t index; /* index of the event; -1: none */
     int direction;   /* 1 or -1 */
-} kr_hit;
+} kr_event_hit;
 /* Sets the events that kr_top_seek stops at. `events` must live as long as the top or until the
  * next call. The path keeps its bits. KR_ERR_METHOD for methods other than taylor, and without the
  * heading for functions that change when the top is turned about the vertical. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 /* Advances to the next event, or to t if that comes first. KR_ERR_STEP if an event lies in a step
  * so short that doubles cannot resolve times in it. */
-KR_API kr_status kr_top_seek(kr_top *top, double t, kr_hit *hit);
+KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Many tops. A worker moves any number of tops by one method, one after the other or one in each
  * lane of a vector, and owns the memory for it. Each thread needs its own worker. The method NULL
@@ -472,9 +474,9 @@ typedef struct kr_worker kr_worker;
     X(WHERE_MIN, "where_min")                                                                     \
     X(WHERE_MAX, "where_max")
 typedef enum kr_reduce {
-#define X(kind, name) KR_REDUCE_##kind,
-    KR_REDUCE_LIST(X)
-#undef X
+#define KR_X_(kind, name) KR_REDUCE_##kind,
+    KR_REDUCE_LIST(KR_X_)
+#undef KR_X_
     KR_REDUCE_COUNT
 } kr_reduce;
 /* clang-format on */
@@ -496,10 +498,10 @@ typedef struct kr_reduction {
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
-    KR_GROWTH_MOST,
+    KR_GROWTH_MAX,
     KR_GROWTH_ENERGY,
     KR_GROWTH_MOMENTUM,
-    KR_GROWTH_REST,
+    KR_GROWTH_TRUNCATION,
     KR_GROWTH_COUNT
 };
 typedef struct kr_outcome {
@@ -589,9 +591,9 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
     X(TERMS,       "its theta functions have too many terms")                                     \
     X(CERTIFICATE, "its theta functions miss the motion by more than is allowed")
 typedef enum kr_kowalewski_refusal {
-#define X(name, text) KR_KOWALEWSKI_##name,
-    KR_KOWALEWSKI_REFUSAL_LIST(X)
-#undef X
+#define KR_X_(name, text) KR_KOWALEWSKI_##name,
+    KR_KOWALEWSKI_REFUSAL_LIST(KR_X_)
+#undef KR_X_
     KR_KOWALEWSKI_REFUSAL_COUNT
 } kr_kowalewski_refusal;
 /* clang-format on */
@@ -627,7 +629,7 @@ typedef struct kr_turning {
     double t_least, t_greatest; /* first times of these, or INFINITY [T] */
     double
         critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3: an upright top sleeps above [T^-1] */
-    const char *course;
+    const char *motion_type;
     double sum, difference, inertia, axial_energy, lever; /* private */
 } kr_turning;
 /* Computes the turning points of a scene. KR_ERR_METHOD for other tops. */

@@ -1,5 +1,5 @@
-// Many tops one after the other, each as if it were alone: with events on its way, and with what
-// doubles leave out, which no worker of the core gives.
+// Ensembles of which each top is run by itself, for events on the way and for digits beyond
+// doubles, which no worker of the core offers.
 #include "results.hpp"
 
 class single_file
@@ -12,7 +12,7 @@ class single_file
     std::vector<kr_state> states, rest, last, last_low;
     std::vector<int64_t> met_by, last_of;
 
-    // The states at these times, with the events on the way; `done` counts them.
+    // Returns the states at the given times, with the events on the way; `done` counts the states.
     kr_status record(kr_top *top, size_t n, const double *t, size_t *done)
     {
         if (wanted.events.empty())
@@ -75,9 +75,9 @@ class single_file
     single_file(const single_file &) = delete;
     single_file &operator=(const single_file &) = delete;
 
-    // Moves the tops begin to end to their times: a row for all, or one for each. Returns the last
-    // states of those that did not come to their last time, what doubles leave out of these, and
-    // which they are; and the events: (which top, states, low, which, direction).
+    // Moves the tops begin to end to their times, one row for all or one for each. Returns the last
+    // states of tops that stopped early, their low words and indices, and the events: (top, states,
+    // low, which, direction).
     py::tuple run(const tops &all, size_t begin, size_t end, const doubles &t, const results &to)
     {
         const size_t times = size_t(t.shape(t.ndim() - 1));

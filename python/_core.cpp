@@ -1,6 +1,6 @@
-// The binding is thin: it has no numerics, no defaults, no messages. What the core has as a table
-// Python gets as one. States are an (n, 8) array, shared and not copied; bodies and scenes are
-// blocks of bytes.
+// The module of the binding, without numerics, defaults or messages. Tables of the core become
+// Python tables. States are an (n, 8) array, shared and not copied; bodies and scenes are blocks of
+// bytes.
 #include <string>
 #include <vector>
 #include "arrays.hpp"
@@ -16,7 +16,7 @@ static const kr_state *states_of(const doubles &a)
     return reinterpret_cast<const kr_state *>(a.data());
 }
 
-// What a function writes for n states of a scene, `shape` for each.
+// Returns an array with the results of a function at n states of a scene, `shape` for each.
 template <class Function>
 static doubles each(const doubles &states, std::vector<py::ssize_t> shape, Function function)
 {
@@ -67,7 +67,7 @@ static doubles attitude_error(const doubles &a, const doubles &b)
     return out;
 }
 
-// The name of the status, the body, and whether there can be such a one.
+// Returns the name of the status, the body, and whether it is physical.
 static py::tuple body_from_tensor(double mass, const doubles &inertia, const doubles &com,
                                   double inertia_rtol)
 {
@@ -75,7 +75,7 @@ static py::tuple body_from_tensor(double mass, const doubles &inertia, const dou
     if (inertia.size() != 9) throw py::value_error("an array has the wrong shape");
     const kr_status status = kr_body_from_rounded_tensor(
         mass, inertia.data(), value_of<kr_vec3>(com), inertia_rtol, &body);
-    return py::make_tuple(name_of(status), block_of(body), kr_body_can_be(&body) != 0);
+    return py::make_tuple(name_of(status), block_of(body), kr_body_is_physical(&body) != 0);
 }
 static const char *body_kind(const kr_body &body, double rtol)
 {
@@ -131,11 +131,12 @@ static py::list quantity_table()
         py::list components;
         for (size_t k = 0; kr_quantity_axis(q, k); k++)
             components.append(std::string(kr_quantity_name(q)) + kr_quantity_axis(q, k));
-        table.append(py::dict(
-            "name"_a = kr_quantity_name(q), "doubles"_a = kr_quantity_doubles(q),
-            "turns"_a = (flags & KR_TURNS) != 0, "kept"_a = (flags & KR_KEPT) != 0,
-            "in_events"_a = (flags & KR_SERIES) != 0, "dimension"_a = kr_quantity_dimension(q),
-            "text"_a = kr_quantity_text(q), "components"_a = components));
+        table.append(py::dict("name"_a = kr_quantity_name(q), "doubles"_a = kr_quantity_doubles(q),
+                              "turns"_a = (flags & KR_QUANTITY_TURNS) != 0,
+                              "kept"_a = (flags & KR_QUANTITY_CONSERVED) != 0,
+                              "in_events"_a = (flags & KR_QUANTITY_IN_EVENTS) != 0,
+                              "dimension"_a = kr_quantity_dimension(q),
+                              "text"_a = kr_quantity_text(q), "components"_a = components));
     }
     return table;
 }
@@ -174,7 +175,7 @@ PYBIND11_MODULE(_core, m, py::mod_gil_not_used())
     m.attr("flags") = flag_table();
     m.attr("tangents") = tangent_table();
     m.attr("KIND_RTOL") = KR_KIND_RTOL;
-    m.attr("TENSOR_LEAST") = KR_TENSOR_LEAST;
+    m.attr("TENSOR_LEAST") = KR_TENSOR_MIN_RATIO;
     m.attr("INPUT_RTOL") = KR_INPUT_RTOL;
     m.def("method_applies", method_applies, "method"_a, "body"_a);
     m.def("method_suits", method_suits, "method"_a, "scene"_a);

@@ -1,4 +1,4 @@
-// Events: the numbers of components, and the values of functions.
+// Events: the table of components, and values of event functions.
 #include "events.hpp"
 
 static doubles terms_value(const kr_scene &scene, const doubles &states, const py::list &list)
@@ -17,10 +17,11 @@ static doubles terms_value(const kr_scene &scene, const doubles &states, const p
 
 static py::dict components()
 {
-    py::dict table("1"_a = int(KR_ONE));
+    py::dict table("1"_a = int(KR_COMPONENT_ONE));
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
-        for (size_t k = 0; kr_quantity_flags(quantity) & KR_SERIES && kr_quantity_axis(quantity, k);
+        for (size_t k = 0;
+             kr_quantity_flags(quantity) & KR_QUANTITY_IN_EVENTS && kr_quantity_axis(quantity, k);
              k++) {
             const std::string name =
                 std::string(kr_quantity_name(quantity)) + kr_quantity_axis(quantity, k);

@@ -1,4 +1,4 @@
-// The closed form. A plan goes to Python as the doubles that it is made of.
+// Closed forms. Python holds a plan as its doubles.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -18,7 +18,7 @@ static py::tuple exact_plan(const kr_scene &scene)
     const kr_status status = kr_exact_plan(&scene, &plan);
     return planned(status, plan, plan);
 }
-// None where a time is not below `most`, or the times are not plainly numbers: Python has to look.
+// Returns None if a time is not below `most`, or if the times need validation by Python.
 static py::object exact_states(const doubles &plan, const py::object &t, double most)
 {
     const auto p = value_of<kr_exact>(plan);
@@ -35,12 +35,12 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// A Kowalewski top's plan, in memory that Python cannot write.
+// The plan of a Kowalewski top, in memory that Python cannot write.
 struct kowalewski_memory {
     std::vector<double> doubles;
     const kr_kowalewski *top = nullptr;
 };
-// The plan, and what its head tells.
+// Returns the plan, and the numbers at its head.
 static py::tuple kowalewski_plan(const kr_scene &scene, double bound)
 {
     auto memory = std::make_unique<kowalewski_memory>();
@@ -53,7 +53,7 @@ static py::tuple kowalewski_plan(const kr_scene &scene, double bound)
                           py::make_tuple(head.first, head.second, 2.0 * head.heading),
                           head.certificate, head.mismatch, std::move(memory));
 }
-// As exact_states.
+// As exact_states, for Kowalewski tops.
 static py::object kowalewski_states(const kowalewski_memory &plan, const py::object &t, double most)
 {
     if (!plan.top) throw py::value_error("there is no plan");
@@ -67,8 +67,8 @@ static py::object kowalewski_states(const kowalewski_memory &plan, const py::obj
     });
     return std::move(out);
 }
-// Calls use(i, scene) for the tops begin to end, until one is refused: that one, or the end, and
-// its status.
+// Calls use(i, scene) for the tops begin to end until one is refused. Returns its index, or `end`,
+// and its status.
 template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
 {
     kr_status status = KR_OK;
@@ -83,7 +83,7 @@ template <class Use> static py::tuple each_of(const tops &all, size_t begin, siz
     }
     return py::make_tuple(name_of(status), i);
 }
-// Period, precession and spin, a row a top.
+// Writes period, precession and spin, one row for each top.
 static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py::object &out)
 {
     double *to = in_place<double>(out, 3 * (end - begin));
@@ -95,7 +95,7 @@ static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py
         return status;
     });
 }
-// (tops, times, 8) at times of all, or of each.
+// Returns states (tops, times, 8) at times shared by all tops, or of each.
 static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
                                       const py::object &out, const doubles &t)
 {
@@ -118,7 +118,7 @@ static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
 static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
                                       "steady",  "separatrix", "pendulum", "rosette",
                                       "loops",   "cusps",      "waves"};
-// What a kr_turning holds beside its course, as a row; and the number of the course.
+// Writes the numbers of a kr_turning as a row, and the index of its type of motion.
 static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course)
 {
     kr_turning r;
@@ -127,9 +127,10 @@ static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course
     const double numbers[] = {r.least, r.greatest,   r.t_least, r.t_greatest,   r.critical_spin,
                               r.sum,   r.difference, r.inertia, r.axial_energy, r.lever};
     std::copy(std::begin(numbers), std::end(numbers), row);
-    *course = int8_t(std::find_if(std::begin(courses), std::end(courses),
-                                  [&](const char *name) { return !std::strcmp(name, r.course); }) -
-                     std::begin(courses));
+    *course =
+        int8_t(std::find_if(std::begin(courses), std::end(courses),
+                            [&](const char *name) { return !std::strcmp(name, r.motion_type); }) -
+               std::begin(courses));
     return KR_OK;
 }
 static py::tuple exact_turning(const kr_scene &scene)
@@ -141,8 +142,8 @@ static py::tuple exact_turning(const kr_scene &scene)
     if (status == KR_OK) std::copy(std::begin(row), std::end(row), out.mutable_data());
     return py::make_tuple(name_of(status), out, courses[course]);
 }
-// Those of the tops begin to end; and the first without turning points, or the end, with its
-// status.
+// Writes the rows of the tops begin to end. Returns the index of the first without turning points,
+// or `end`, with its status.
 static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const py::object &rows,
                                 const py::object &numbers)
 {
@@ -152,7 +153,7 @@ static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const
         return read_turning(scene, row + 10 * i, course + i);
     });
 }
-// The potential at each nutation, by a row of exact_turnings.
+// Returns the potential at each nutation, given a row of exact_turnings.
 static doubles turning_potential(const doubles &row, const doubles &nutation)
 {
     const double *r = row.data();

@@ -1,4 +1,5 @@
-// Tops in motion: with the GIL released, Ctrl-C and progress looked after, and as checkpoints.
+// Runs: single tops in motion, with the GIL released, signals and progress handled, and
+// checkpoints.
 #include <atomic>
 #include <pybind11/stl.h>
 #include <limits>
@@ -6,7 +7,7 @@
 #include "times.hpp"
 #include "watch.hpp"
 
-// How the states of a run are steered, as Python's request holds it.
+// Options of a run, as Python passes them.
 struct steering {
     std::string method;
     double step, tol;
@@ -15,8 +16,8 @@ struct steering {
     bool leave_heading;
     uint64_t tangents;
 };
-// The states written, and the last good one where that is later: the first rows of an array, which
-// is not copied.
+// Returns the states written, and the last good one if it is later, as the first rows of an array
+// that is not copied.
 static doubles reached(const doubles &out, size_t rows)
 {
     return py::object(out[py::slice(0, py::ssize_t(rows), 1)]);
@@ -31,7 +32,7 @@ class run
     std::atomic<double> reached_time{0.0}; // by the last call that has ended
     py::ssize_t columns = 0;               // of its tangents
 
-    // One thread at a time; and not from within its own progress.
+    // One thread at a time, and not from within its own progress.
     struct turn {
         std::atomic<bool> &busy;
         explicit turn(std::atomic<bool> &flag) : busy(flag)
@@ -89,8 +90,8 @@ class run
         }
         return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
     }
-    // The same, and the tangents at each of these states, with what their doubles leave out, and
-    // the largest last term of their series: (states, tangents, low, rest).
+    // Records states with their tangents, the low words, and the largest last term of the series:
+    // (states, tangents, low, rest).
     py::tuple record_tangents(const doubles &t, bool low_too, const py::object &progress)
     {
         const turn mine(busy);
@@ -119,9 +120,9 @@ class run
                                          low_too ? py::object(reached(low, done)) : py::none(),
                                          counts(kr_top_stats(top.get())), end);
         return py::make_tuple(rows, reached(carried, done), reached(rest, done),
-                              kr_top_tangent_rest(top.get()));
+                              kr_top_tangent_truncation(top.get()));
     }
-    // The same, and the events that were met on the way: (states, low, which, direction).
+    // Records states with the events on the way: (states, low, which, direction).
     py::tuple record_events(const doubles &t, const py::object &progress)
     {
         const turn mine(busy);
@@ -182,7 +183,7 @@ class run
         reached_time = kr_top_state(top.get()).t;
         has_ended = wanted.ended();
         watching.progress = py::none();
-        // What was raised holds frames, and these may hold this run: it is not kept.
+        // An exception holds frames, which may hold this run; it is therefore not stored.
         const auto raised = std::move(watching.raised);
         if (raised && !raised->matches(PyExc_KeyboardInterrupt)) throw *raised;
         return status;
@@ -206,9 +207,9 @@ static py::tuple start(const kr_scene &scene, const std::string &method, double 
     return py::make_tuple(name_of(status),
                           status == KR_OK ? py::cast(std::move(made)) : py::none());
 }
-// All states at once; a number of times stands for the start and itself. None where Python has to
-// look at the times: where they are not plainly numbers, not all below `most`, do not lead away
-// from 0, or are more than `limit`.
+// Returns all states in one call; a number of times stands for the start and itself. Returns None
+// if Python must validate the times: if they are not plain numbers, not all below `most`, not
+// leading away from 0, or more than `limit`.
 static py::object record(const kr_scene &scene, const std::string &method, double step, double tol,
                          int digits, int64_t max_steps, bool leave_heading, const py::object &t,
                          double most, py::ssize_t limit, const py::object &progress)

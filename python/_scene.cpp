@@ -1,7 +1,8 @@
-// Scenes: the words of a scene are checked and laid out in one crossing.
+// Scenes: arguments are checked and stored in one call.
 #include "times.hpp"
 
-// Doubles from a tuple or list of numbers, or from an array of doubles; false for anything else.
+// Reads doubles from a tuple or list of numbers, or from an array of doubles. Returns false for
+// anything else.
 template <size_t n> static bool numbers_of(const py::handle &given, double (&to)[n])
 {
     given_times row;
@@ -9,8 +10,9 @@ template <size_t n> static bool numbers_of(const py::handle &given, double (&to)
     std::memcpy(to, row.data(), sizeof to);
     return true;
 }
-// The block of a scene, with momentum, attitude, gravity and damping as Python keeps them; None
-// where one of them is not plainly numbers, and the name of the status where they are no scene.
+// Returns the block of a scene and its momentum, attitude, gravity and damping as Python stores
+// them. Returns None if an argument is not plain numbers, and the name of the status if the scene
+// is invalid.
 static py::object scene(const kr_body &body, const py::object &momentum, const py::object &attitude,
                         const py::object &gravity, const py::object &damping)
 {

@@ -1,4 +1,4 @@
-// Many tops and many bodies: what of them is looked at all at once.
+// Checks and quantities of many tops and bodies in one call.
 #include <cmath>
 #include <pybind11/stl.h>
 #include "tops.hpp"
@@ -15,7 +15,7 @@ static py::bytes block(const tops &all, size_t index)
     all.fill(index, index + 1, &scene);
     return block_of(scene);
 }
-// A quantity of each top as it starts, as rows of its doubles.
+// Returns a quantity of each top at its start, as rows of doubles.
 static doubles start_values(const tops &all, const std::string &name)
 {
     const kr_quantity *quantity = kr_quantity_find(name.c_str());
@@ -54,14 +54,14 @@ static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given,
             const kr_status status = kr_body_from_rounded_tensor(
                 numbers[0], are_matrices ? j : diagonal, {com[0], com[1], com[2]}, com[3], &body);
             if (status != KR_OK) found = {i, status};
-            can[i] = kr_body_can_be(&body) != 0;
+            can[i] = kr_body_is_physical(&body) != 0;
             if (are_matrices) to[i] = body;
         });
     });
     return py::make_tuple(name_of(found.second), found.first, can_be, blocks);
 }
 
-// The C library's own functions: those of numpy differ in their last bits from machine to machine,
+// Functions of the C library, because those of numpy differ in their last bits between machines,
 // and from Python's.
 static double cosine(double x) { return std::cos(x); }
 static double sine(double x) { return std::sin(x); }

@@ -1,14 +1,14 @@
-// Many tops in motion: a range of them a call, a few hundred at a time, with the GIL released. The
-// call has threads of its own where the work that it shares says so: they start in less time than
-// Python's, whose every step asks for the GIL. Whoever waits for several such calls stops them, and
-// asks how far they have come, by that work.
+// Ensembles in workers of the core: a range of tops in a call, a few hundred at a time, with the
+// GIL released. If the shared work allows, a call starts its own threads, which start faster than
+// Python's. The thread that waits for several such calls stops them, and reads their progress,
+// through that work.
 #include <future>
 #include <optional>
 #include <system_error>
 #include "results.hpp"
 
-// n tops from `begin` on, to be moved as `these`, to their times or to an event; and where their
-// results go.
+// A task: n tops from `begin` on, to be moved as `these` to their times or to an event, and the
+// arrays of their results.
 struct task {
     const tops &all;
     size_t begin, n;
@@ -17,7 +17,7 @@ struct task {
     const kr_event *event;
 };
 
-// What moves tops on one thread, and what became of them.
+// The worker of one thread, and the failures of its tops.
 class mover
 {
     using owned = std::unique_ptr<kr_worker, void (*)(kr_worker *)>;
@@ -27,7 +27,7 @@ class mover
     std::vector<kr_outcome> outcomes;
     std::vector<kr_state> scratch;
 
-    // Moves n tops of a task, whose results begin with row `at`.
+    // Moves n tops of a task; their results begin at row `at`.
     void move(const task &asked, size_t at, size_t n)
     {
         const results &to = asked.to;
@@ -81,7 +81,7 @@ class mover
     mover &operator=(const mover &) = delete;
     const kr_worker *of_core() const { return core.get(); }
 
-    // Does a task, or that part of it which it gets.
+    // Runs a task, or the ranges of it that this thread takes.
     void go(const task &asked)
     {
         const size_t n = asked.n, times = asked.these.times, most = 512, memory = 1 << 18;
@@ -109,8 +109,8 @@ class worker
     std::shared_ptr<work> shared;
     std::vector<std::unique_ptr<mover>> movers; // the first is the calling thread's
 
-    // Lets all movers go, each but the first on a thread of its own, as far as there are threads.
-    // Who is done first waits for the others, and goes on to listen.
+    // Starts all movers, each but the first on a thread of its own, as far as threads are
+    // available. The first thread to finish waits for the others and handles signals meanwhile.
     void go(const task &asked)
     {
         std::vector<std::future<void>> others;
@@ -120,7 +120,7 @@ class worker
                 others.push_back(
                     std::async(std::launch::async, &mover::go, movers[i].get(), std::cref(asked)));
         } catch (const std::system_error &) {
-            // There are no more threads: those that there are do all the tops.
+            // No more threads are available; the running ones move all tops.
         }
         try {
             movers[0]->go(asked);
@@ -151,7 +151,7 @@ class worker
         movers.push_back(std::make_unique<mover>(method, config, kept, shared));
     }
     size_t width() const { return kept.size(); }
-    // The instruction set of its lanes, "" without any, and their order.
+    // Returns the instruction set of the lanes, "" without lanes, and their order.
     py::tuple kernel() const
     {
         int order = 0;
@@ -159,7 +159,7 @@ class worker
         return py::make_tuple(name, order);
     }
 
-    // Does a task. Returns which rows failed, and their last good states.
+    // Runs a task. Returns the failed rows and their last good states.
     py::tuple run(const task &asked)
     {
         patience &waiting = movers[0]->waiting;
@@ -199,7 +199,7 @@ static py::tuple run(worker &mover, const tops &all, size_t begin, size_t end, c
     these.own_times = t.ndim() == 2;
     return mover.run({all, begin, n, these, to, nullptr});
 }
-// The same for n states in which each meets an event, within the time that it may take to come.
+// Computes sections: n states in which each top meets an event, each within the given time.
 static py::tuple section(worker &mover, const tops &all, size_t begin, size_t end,
                          const py::list &event, size_t n, const doubles &wait,
                          const py::object &status, const py::object &done, const py::object &counts,
@@ -219,8 +219,8 @@ static py::tuple section(worker &mover, const tops &all, size_t begin, size_t en
     return mover.run({all, begin, end - begin, these, to, sought.events.data()});
 }
 
-// How a tangent of each of the tops begin to end grows up to its times (a row for all): a row of
-// KR_GROWTH_COUNT numbers each, NaN where it failed. The direction has six numbers, or none.
+// Computes the growth of one tangent of each of the tops begin to end, at times shared by all: rows
+// of KR_GROWTH_COUNT numbers, NaN after a failure. The direction has six numbers, or none.
 static void growth(const tops &all, size_t begin, size_t end, const doubles &t, double tol,
                    int64_t max_steps, const std::vector<double> &direction,
                    const py::object &status, const py::object &out, std::shared_ptr<work> with)
@@ -261,7 +261,8 @@ static void growth(const tops &all, size_t begin, size_t end, const doubles &t, 
     waiting.end();
 }
 
-// A quantity at the states of all tops, (tops, times, 8) in C order, of which so many are good.
+// Returns a quantity at the states of all tops, (tops, times, 8) in C order, with the given numbers
+// of good states.
 static void values_of_tops(const std::string &name, const tops &all, const doubles &states,
                            const py::array_t<int64_t, py::array::c_style> &done,
                            const py::object &out)
@@ -285,8 +286,9 @@ static void values_of_tops(const std::string &name, const tops &all, const doubl
         }
     });
 }
-// The first top that the method does not suit, and how many there are. It suits a top that is as
-// one before, but for its start: exact, which minds that too, says so when it runs.
+// Returns the index of the first top that the method does not suit, and the number of such tops. A
+// top that differs from the one before only in its start is not checked again; the method exact,
+// which depends on the start, reports it when it runs.
 static py::tuple unsuited(const tops &all, const std::string &name)
 {
     const bool chosen = name == "auto";
@@ -307,7 +309,7 @@ static py::tuple unsuited(const tops &all, const std::string &name)
             all.fill(i, i + 1, &scene);
             if (is_like(scene)) continue;
             const bool left = chosen && scene.gravity != 0.0 &&
-                              kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KOWALEWSKI;
+                              kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI;
             if (kr_method_suits(method, &scene) && !left) {
                 suited = scene;
                 found = true;
@@ -318,7 +320,7 @@ static py::tuple unsuited(const tops &all, const std::string &name)
     return py::make_tuple(first, count);
 }
 
-// The horizon of each top.
+// Returns the horizon of each top.
 static void horizons(const tops &all, const py::object &out)
 {
     double *to = in_place<double>(out, all.size());

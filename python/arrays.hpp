@@ -1,5 +1,5 @@
-// Values of kreisel.h on their way to and from Python: states and plans as arrays of the doubles
-// that they are made of, bodies and scenes as blocks of bytes, statuses as names.
+// Conversion of the types of kreisel.h to and from Python: states and plans as arrays of doubles,
+// bodies and scenes as blocks of bytes, statuses as names.
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -27,7 +27,7 @@ inline const kr_method *method_of(const std::string &name)
     return method;
 }
 
-// Work that takes microseconds at most for each of n, with the GIL released; signals are looked for
+// Runs work of at most microseconds for each of n items, with the GIL released. Signals are checked
 // every few milliseconds.
 template <class Work> inline void in_pieces(py::ssize_t n, Work work)
 {
@@ -57,7 +57,7 @@ template <class T> inline doubles array_of(const T &value)
     return a;
 }
 
-// The numbers of an array that is written where it stands.
+// Returns the numbers of an array that is written in place.
 template <class T> inline T *in_place(const py::handle &given, size_t count)
 {
     if (!py::isinstance<py::array_t<T, py::array::c_style>>(given))
@@ -67,7 +67,7 @@ template <class T> inline T *in_place(const py::handle &given, size_t count)
     return array.mutable_data();
 }
 
-// Blocks out; in they come as arguments of type kr_body and kr_scene.
+// Blocks out; arguments of type kr_body and kr_scene take them in.
 template <class T> inline py::bytes block_of(const T &value)
 {
     return py::bytes(reinterpret_cast<const char *>(&value), sizeof value);

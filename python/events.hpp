@@ -1,6 +1,5 @@
-// What is looked for on the way of a run, and what was met. An event comes from Python as (terms,
-// where, extremum, direction, most, terminal), a term as (factor, of, times) with numbers from
-// `components`.
+// Events of a run, requested and found. Python passes an event as (terms, where, extremum,
+// direction, most, terminal), and a term as (factor, of, times) with numbers from `components`.
 #pragma once
 #include <vector>
 #include "arrays.hpp"
@@ -45,17 +44,17 @@ class looked_for
         for (size_t i = 0; i < events.size(); i++) {
             const terms &g = functions[2 * i], &where = functions[2 * i + 1];
             events[i].terms = g.data(), events[i].count = g.size();
-            events[i].where = where.data(), events[i].where_count = where.size();
+            events[i].condition = where.data(), events[i].condition_count = where.size();
         }
     }
-    // Whether it is one of those asked for.
+    // Counts event i. Returns false if it was found often enough.
     bool counts(size_t i)
     {
         if (most[i] && found[i] >= most[i]) return false;
         ++found[i];
         return true;
     }
-    // Whether a terminal event was met for the last time that was asked for.
+    // Returns true once a terminal event was found for the last time requested.
     bool ended() const
     {
         for (size_t i = 0; i < events.size(); i++)
@@ -89,8 +88,8 @@ inline py::tuple numbers_of(const journal &events)
         py::array_t<int>(py::ssize_t(events.direction.size()), events.direction.data()));
 }
 
-// Goes to each of these times and writes down the state there, and the events on the way; ends at
-// the last of a terminal event.
+// Advances to each of the times and records the state and the events on the way. Ends at the last
+// of a terminal event.
 template <class Stopped>
 inline kr_status follow(kr_top *top, const double *t, size_t n, looked_for &wanted, journal &path,
                         journal &events, Stopped stopped)
@@ -99,13 +98,13 @@ inline kr_status follow(kr_top *top, const double *t, size_t n, looked_for &want
     kr_status status = KR_OK;
     bool last = wanted.ended();
     for (size_t i = 0; i < n && status == KR_OK && !last; i++) {
-        kr_hit hit = {-1, 0};
+        kr_event_hit hit = {-1, 0};
         if (i % often == often - 1 && stopped()) status = KR_ERR_INTERRUPTED;
         while (status == KR_OK && (status = kr_top_seek(top, t[i], &hit)) == KR_OK &&
-               hit.which >= 0 && !last) {
-            if (!wanted.counts(size_t(hit.which))) continue;
+               hit.index >= 0 && !last) {
+            if (!wanted.counts(size_t(hit.index))) continue;
             events.add(top);
-            events.which.push_back(int(hit.which));
+            events.which.push_back(int(hit.index));
             events.direction.push_back(hit.direction);
             last = wanted.ended();
             if (last) break;

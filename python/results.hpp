@@ -1,4 +1,4 @@
-// What becomes of many tops: rows that are written where they stand, and who may stop the work.
+// Results of many tops: rows written in place, and the interruption of the work.
 #pragma once
 #include <pybind11/stl.h>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include "tops.hpp"
 #include "watch.hpp"
 
-// Whether to go on: as the work that is shared says, or signals where there is none.
+// A poll of the core, stopped by the shared work, or by signals without it.
 struct patience {
     std::shared_ptr<work> shared;
     watch watching;
@@ -45,7 +45,7 @@ inline const kr_quantity *quantity_of(const std::string &name)
     if (!quantity) throw py::key_error(name);
     return quantity;
 }
-// The values at the first `done` of n states; none at the others.
+// Writes the values at the first `done` of n states, and NaN at the others.
 inline void take_values(const kr_quantity *quantity, const kr_scene &scene, size_t n, size_t done,
                         const kr_state *states, double *out)
 {
@@ -54,7 +54,7 @@ inline void take_values(const kr_quantity *quantity, const kr_scene &scene, size
     std::fill(out + good * width, out + n * width, NAN);
 }
 
-// Where results go, a row a top; what is not asked for is NULL.
+// Arrays of the results, one row for each top; NULL if not requested.
 struct results {
     struct column {
         const kr_quantity *quantity; // its values, or what the doubles of q or m leave out
@@ -76,8 +76,8 @@ struct results {
         reached[row] = outcome.last.t;
         std::copy(std::begin(counted), std::end(counted), counts + 4 * row);
     }
-    // What is wanted in place of n states, of which so many are good; `rest` is what their doubles
-    // leave out, or NULL for nothing.
+    // Writes the requested results of n states, of which `done` are good; `rest` holds their low
+    // words, or is NULL.
     void take_columns(size_t row, const kr_scene &scene, size_t n, size_t good,
                       const kr_state *these, const kr_state *rest) const
     {
@@ -94,7 +94,7 @@ struct results {
     }
 };
 
-// Tops that there are, and times: a row for all of them, or one for each.
+// Existing tops, and times: one row for all of them, or one for each.
 inline void check_range(const tops &all, size_t begin, size_t end, const doubles &t)
 {
     if (t.ndim() == 0 || t.ndim() > 2 || begin > end || end > all.size() ||

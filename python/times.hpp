@@ -1,17 +1,17 @@
-// Times as a user gave them, taken where they need no second look: what else they may be, and what
-// is wrong with them, is for Python to see and to say.
+// Times that need no further validation. Python validates all others and words the errors.
 #pragma once
 #include <cmath>
 #include <cstring>
 #include <vector>
 #include "arrays.hpp"
 
-// A double of numpy's, as loops over its arrays give them; its base is float, and it has no unit.
+// A numpy double, as loops over its arrays yield it: its base is float, and it has no unit.
 inline bool is_numpy_double(PyObject *given)
 {
     return PyFloat_Check(given) && std::strcmp(Py_TYPE(given)->tp_name, "numpy.float64") == 0;
 }
-// A float or an int, and no subclass of them but numpy's, as a double; false for anything else.
+// Reads a float or int, but no subclass except numpy's, as a double. Returns false for anything
+// else.
 inline bool plain_number(PyObject *given, double &number)
 {
     if (PyFloat_CheckExact(given) || is_numpy_double(given)) {
@@ -40,7 +40,8 @@ class given_times
   public:
     bool is_number = false;
 
-    // A number, a list or tuple of numbers, or an array of doubles, which must outlive this.
+    // Reads a number, a list or tuple of numbers, or an array of doubles, which must outlive this
+    // object.
     bool take(const py::handle &t)
     {
         const auto *array_type = py::detail::npy_api::get().PyArray_Type_;
@@ -78,7 +79,7 @@ class given_times
             if (!(std::fabs(first[i]) < most)) return false;
         return true;
     }
-    // From 0 in one direction.
+    // Returns true if the times lead away from 0 in one direction.
     bool lead_away() const
     {
         const double sign = end() < 0.0 ? -1.0 : 1.0;

@@ -1,13 +1,13 @@
-// Many tops as columns: arrays that broadcast to one shape, so that what many tops share is held
-// once. Scenes are laid out where they are needed, a few at a time.
+// Many tops as columns: arrays that broadcast to one shape, so that shared numbers are stored once.
+// Scenes are assembled a few at a time, when they are needed.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <vector>
 #include "arrays.hpp"
 
-// N arrays of doubles over one shape, each with some numbers a member, walked together in C order.
-// They are what numpy's broadcast_to makes: where a column does not vary its stride is zero.
+// N arrays of doubles over one shape, each with some numbers for each member, traversed together in
+// C order. As in numpy's broadcast_to, a column that does not vary has stride zero.
 template <size_t N> class columns
 {
     struct column {
@@ -56,15 +56,15 @@ template <size_t N> class columns
         for (const size_t n : shape) count *= n;
     }
     size_t size() const { return count; }
-    // Whether all members have the same numbers in a column.
+    // Returns true if all members have the same numbers in a column.
     bool is_shared(size_t k) const
     {
         const auto &strides = all[k].strides;
         return std::all_of(strides.begin(), strides.end(), [](py::ssize_t s) { return s == 0; });
     }
 
-    // Lays the numbers of the members begin to end one after the other, as structs hold them, and
-    // calls use(index, numbers) for each.
+    // Assembles the numbers of the members begin to end in the order of the struct, and calls
+    // use(index, numbers) for each.
     template <class Use> void walk(size_t begin, size_t end, Use use) const
     {
         const size_t last = shape.empty() ? 1 : shape.back();
@@ -84,7 +84,7 @@ template <size_t N> class columns
     }
 };
 
-// Scenes, by the fields of a kr_scene in its own order.
+// Scenes, with the fields of a kr_scene in its order.
 class tops
 {
     columns<10> fields;
@@ -96,7 +96,7 @@ class tops
     {
     }
     size_t size() const { return fields.size(); }
-    // Whether body, gravity and damping are the same for all.
+    // Returns true if all members share body, gravity and damping.
     bool differ_in_starts_alone() const
     {
         bool shared = fields.is_shared(9);
@@ -104,14 +104,14 @@ class tops
         return shared;
     }
 
-    // The scenes begin to end, in C order of the shape; on any thread, without the GIL.
+    // Assembles the scenes begin to end in C order of the shape, on any thread, without the GIL.
     void fill(size_t begin, size_t end, kr_scene *out) const
     {
         fields.walk(begin, end, [&](size_t, const double *numbers) {
             std::memcpy(out++, numbers, sizeof *out);
         });
     }
-    // The first that is no scene and its status, which is KR_OK where all are.
+    // Returns the index of the first invalid scene and its status; KR_OK if all are valid.
     std::pair<size_t, kr_status> first_bad() const
     {
         std::pair<size_t, kr_status> found{size(), KR_OK};

@@ -1,5 +1,4 @@
-// What a run asks for on its way: whether Ctrl-C was pressed, and who wants to hear how far it has
-// come.
+// Interruption and progress of runs: Ctrl-C, and reports of the time reached.
 #pragma once
 #include <algorithm>
 #include <atomic>
@@ -15,8 +14,8 @@ inline bool in_main_thread()
 }
 
 // State shared by the calls that run the tops of an ensemble. Another thread may stop them. If
-// `listens`, the calls run in the thread that would wait for them: it looks for signals and calls
-// `progress`, and an exception of either stops all calls.
+// `listens` is set, the calls run in the thread that would wait for them. It checks signals and
+// calls `progress`; an exception of either stops all calls.
 struct work {
     using clock = std::chrono::steady_clock;
     std::atomic<bool> stopped{false};
@@ -25,8 +24,8 @@ struct work {
     py::object progress = py::none();
     clock::time_point looked = clock::now(), told = looked; // last look for signals, last progress
     std::unique_ptr<py::error_already_set> raised;
-    // Threads take what is left of the tops, ever fewer at a time, so that all end at about the
-    // same time. With 0 threads each call has a range of its own.
+    // Threads take parts of the remaining tops, ever fewer at a time, so that all end at about the
+    // same time. With 0 threads each call has its own range.
     size_t threads = 0, tops = 0;
     std::atomic<size_t> next{0};
 
@@ -49,8 +48,8 @@ struct work {
     }
 };
 
-// The core asks this from time to time. Taking the GIL is not free, hence the clock; only the main
-// thread may run Python's signal handlers, and which one runs is not asked before the first look.
+// The core polls this. Acquiring the GIL costs time, hence the clock. Only the main thread may run
+// Python's signal handlers; which thread runs is determined at the first check.
 struct watch {
     using clock = std::chrono::steady_clock;
     static constexpr std::chrono::milliseconds longest{100}; // between calls of progress
@@ -59,7 +58,7 @@ struct watch {
     std::shared_ptr<work> shared;                     // in place of progress
     work *counted = nullptr;                          // progress is called with its share
     enum { unknown, ours, theirs } signals = unknown; // those of Python, for the main thread alone
-    // by the whole run, however short its pieces are
+    // times of the last check and the last call of progress, for the whole run
     clock::time_point looked = clock::now(), told = looked;
     std::unique_ptr<py::error_already_set> raised;
 
@@ -104,7 +103,8 @@ struct watch {
     }
 };
 
-// A step of 0 is a method's own, and means forward; back in time such a method begins with 0.1.
+// Returns the step for a direction of time. The step 0 is a method's own choice and leads forward;
+// backward such a method begins with 0.1.
 inline double led(double step, bool back) { return !back ? step : step > 0.0 ? -step : -0.1; }
 inline py::tuple counts(const kr_stats &s)
 {

@@ -1,18 +1,19 @@
-/* Checkpoints: a top as bytes, and back. Both its motions go along with all their work, clocks,
- * counts and own units, but no pointer does: the top that is loaded has its own. So a fixed-step
- * motion goes on on its grid, an adaptive one with the step and order that it was about to take, a
- * dense one inside its piece. The bytes are a header, what KR_SAVED_TOP in top.h tells, the work,
- * and of each event that is watched where its search stands: so none is met twice, or lost. */
+/* Checkpoints: save a top as bytes and load it again. A checkpoint holds the inspected motions with
+ * their work, clocks, counts and own units, but no pointers: the loaded top keeps its own. A
+ * fixed-step motion continues on its grid, an adaptive one with the step and order that it had
+ * chosen, a dense one inside its last step. The bytes are a header, the fields of KR_SAVED_TOP
+ * (top.h), the work, the tangents, and the state of each event search. No event is therefore found
+ * twice or lost. */
 #include "top.h"
 
-typedef struct header {
+typedef struct checkpoint_header {
     char what[16], version[16], method[32];
-    /* A number that other machines write otherwise; the bytes of the top, and of the work of one
-     * motion; how many motions' work there is. */
+    /* A number whose bytes show the byte order; the bytes of the top; the bytes of the work of one
+     * motion; the number of motions saved. */
     uint64_t layout[4];
-    uint64_t sum; /* of all that follows */
-} header;
-typedef char header_is_as_it_was[sizeof(header) == 104 ? 1 : -1];
+    uint64_t sum; /* checksum of all bytes behind the header */
+} checkpoint_header;
+typedef char header_is_as_it_was[sizeof(checkpoint_header) == 104 ? 1 : -1];
 #if UINTPTR_MAX == UINT64_MAX
 #  define LIES(type, field, at)                                                                    \
       typedef char type##_##field##_lies_at_##at[offsetof(type, field) == (at) ? 1 : -1];
@@ -27,38 +28,42 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* The bytes of a top that are saved; what may follow there is the user's memory. */
-enum { SAVED = offsetof(kr_top, low) + sizeof(kr_state) };
+/* Number of bytes of a kr_top that are saved. */
+enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
-/* An event of a checkpoint: the search, and a sum of what is looked for. */
-typedef struct saved_event {
+/* A saved event: the state of its search, and a checksum of its terms. */
+typedef struct event_record {
     kr_event_search own;
     uint64_t what;
-} saved_event;
-typedef char saved_event_has_no_gaps[sizeof(saved_event) == 40 ? 1 : -1];
+} event_record;
+typedef char saved_event_has_no_gaps[sizeof(event_record) == 40 ? 1 : -1];
 typedef char term_has_no_gaps[sizeof(kr_term) == 16 ? 1 : -1];
 
-static int motions(const kr_top *top) { return top->method->at ? 1 : 2; }
+static int motion_count(const kr_top *top) { return top->method->at ? 1 : 2; }
 static size_t work_size(const kr_top *top) { return top->method->work * sizeof(double); }
 static size_t tangents_size(const kr_top *top)
 {
     return kr_tangents_size(top->method, &top->config) * sizeof(double);
 }
 
+/* Copies `name`, cut to `size` - 1 characters. */
 static void put_name(char *to, size_t size, const char *name)
 {
     for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
 }
-static header header_of(const kr_top *top)
+/* Returns the header of a checkpoint of `top`, without its checksum. */
+static checkpoint_header make_header(const kr_top *top)
 {
-    header made = {.layout = {0x0102030405060708, SAVED, work_size(top), (uint64_t)motions(top)}};
+    checkpoint_header made = {
+        .layout = {0x0102030405060708, SAVED_BYTES, work_size(top), (uint64_t)motion_count(top)}};
     put_name(made.what, sizeof made.what, "kreisel top");
     put_name(made.version, sizeof made.version, kr_version());
     put_name(made.method, sizeof made.method, top->method->name);
     return made;
 }
-/* Each word is mixed in by a map that loses nothing: no change of a single one goes unseen. */
-static uint64_t sum_of(const unsigned char *bytes, size_t size)
+/* Returns a checksum of `bytes`. Each word enters by an invertible map, so every change of a single
+ * word changes the sum. */
+static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
     for (size_t i = 0; i + sizeof word <= size; i += sizeof word) {
@@ -69,32 +74,37 @@ static uint64_t sum_of(const unsigned char *bytes, size_t size)
     return sum;
 }
 
-static uint64_t sum_of_event(const kr_event *event)
+/* Returns a checksum of the definition of `event`. */
+static uint64_t checksum_event(const kr_event *event)
 {
     const size_t term = sizeof(kr_term);
     const uint64_t parts[] = {
-        sum_of((const unsigned char *)event->terms, event->count * term),
-        sum_of((const unsigned char *)event->where, event->where_count * term), event->where_count,
-        event->extremum != 0, (uint64_t)(event->direction + 1)};
-    return sum_of((const unsigned char *)parts, sizeof parts);
+        checksum((const unsigned char *)event->terms, event->count * term),
+        checksum((const unsigned char *)event->condition, event->condition_count * term),
+        event->condition_count, event->extremum != 0, (uint64_t)(event->direction + 1)};
+    return checksum((const unsigned char *)parts, sizeof parts);
 }
 
-static size_t bare_size(const kr_top *top)
+/* Returns the bytes of a checkpoint of `top` before its events. */
+static size_t size_without_events(const kr_top *top)
 {
-    return sizeof(header) + SAVED + (size_t)motions(top) * work_size(top) + tangents_size(top);
+    return sizeof(checkpoint_header) + SAVED_BYTES + (size_t)motion_count(top) * work_size(top) +
+           tangents_size(top);
 }
 size_t kr_top_save_size(const kr_top *top)
 {
-    return top ? bare_size(top) + top->watched * sizeof(saved_event) : 0;
+    return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
 }
+/* Writes a record of each event of `top`. */
 static void save_events(const kr_top *top, unsigned char *to)
 {
-    for (size_t i = 0; i < top->watched; i++, to += sizeof(saved_event)) {
-        const saved_event saved = {top->events[i].own, sum_of_event(&top->events[i])};
+    for (size_t i = 0; i < top->event_count; i++, to += sizeof(event_record)) {
+        const event_record saved = {top->events[i].own, checksum_event(&top->events[i])};
         memcpy(to, &saved, sizeof saved);
     }
 }
-static void take_pointers(kr_motion *motion, const kr_motion *from)
+/* Copies the pointers of `from` into `motion`; NULL sets them to NULL. */
+static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
     motion->scene = from ? from->scene : NULL;
     motion->aux = from ? from->aux : NULL;
@@ -105,79 +115,86 @@ kr_status kr_top_save(const kr_top *top, size_t size, void *memory)
     unsigned char *to = memory;
     kr_top image;
     if (!top || !memory || size != kr_top_save_size(top)) return KR_ERR_ARGUMENT;
-    header head = header_of(top);
-    unsigned char *work = to + sizeof head + SAVED;
-    memcpy(&image, top, SAVED);
+    checkpoint_header head = make_header(top);
+    unsigned char *work = to + sizeof head + SAVED_BYTES;
+    memcpy(&image, top, SAVED_BYTES);
     image.method = NULL;
     image.config.poll = NULL;
     image.config.context = NULL;
-    take_pointers(&image.main, NULL);
-    take_pointers(&image.kept, NULL);
-    take_pointers(&image.side, NULL);
-    memcpy(to + sizeof head, &image, SAVED);
+    set_pointers(&image.main, NULL);
+    set_pointers(&image.saved, NULL);
+    set_pointers(&image.side, NULL);
+    memcpy(to + sizeof head, &image, SAVED_BYTES);
     memcpy(work, top->main.work, work_size(top));
-    if (motions(top) > 1) memcpy(work + work_size(top), top->kept.work, work_size(top));
+    if (motion_count(top) > 1) memcpy(work + work_size(top), top->saved.work, work_size(top));
     if (top->tangents)
-        memcpy(to + bare_size(top) - tangents_size(top), top->tangents, tangents_size(top));
-    save_events(top, to + bare_size(top));
-    head.sum = sum_of(to + sizeof head, size - sizeof head);
+        memcpy(to + size_without_events(top) - tangents_size(top), top->tangents,
+               tangents_size(top));
+    save_events(top, to + size_without_events(top));
+    head.sum = checksum(to + sizeof head, size - sizeof head);
     memcpy(to, &head, sizeof head);
     return KR_OK;
 }
 
-/* Whether two tops were made of one body, gravity, damping and config. */
-static int alike(const kr_top *one, const kr_top *other)
+/* Returns 1 if `one` and `other` have the same body, gravity, damping and config, else 0. */
+static int has_same_setup(const kr_top *one, const kr_top *other)
 {
     const kr_config *config = &one->config, *its = &other->config;
     const kr_scene *scene = &one->scene, *another = &other->scene;
     return memcmp(scene, another, offsetof(kr_scene, start)) == 0 &&
            memcmp(&scene->damping, &another->damping, sizeof scene->damping) == 0 &&
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
-           config->leave_heading == its->leave_heading && config->tangents == its->tangents;
+           config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Whether a motion of a checkpoint is one of this top's: by what it is told to do, and by the
- * numbers in its work that index or loop. Right sums can be made for any bytes. */
-static int is_motion_of(const kr_top *top, const kr_motion *motion, const void *work)
+/* Returns 1 if `motion` and `work` of a checkpoint can belong to `top`. Checks the configuration
+ * and every number that counts, indexes or bounds a loop, because a checksum can be forged. */
+static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
     const kr_stats *stats = &motion->stats;
     const int64_t most = (int64_t)1 << 62;
-    if (motion->digits != own->digits || motion->leave_heading != own->leave_heading) return 0;
+    if (motion->digits != own->digits || motion->skip_heading != own->skip_heading) return 0;
     if (!(motion->step * top->forward >= 0.0)) return 0;
     if (stats->rejected < 0 || stats->evaluations < 0 || stats->iterations < 0) return 0;
     if (stats->rejected > most || stats->evaluations > most || stats->iterations > most) return 0;
-    return !top->method->is_sound || top->method->is_sound(work);
+    return !top->method->is_valid || top->method->is_valid(work);
 }
-static int is_sound(const kr_top *top, const kr_top *image, const unsigned char *work)
+/* Returns 1 if the numbers of a loaded `image` are consistent with `top`. */
+static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned char *work)
 {
     const int64_t most = (int64_t)1 << 53;
     if (image->forward != top->forward || kr_scene_check(&image->scene) != KR_OK) return 0;
-    if (!(fabs(image->scene.start.t) < kr_top_horizon(top, &image->scene))) return 0;
-    if (image->kept_steps < 0 || image->steps < image->kept_steps || image->steps > most) return 0;
-    if (image->steps > image->kept_steps + KR_CHECK) return 0; /* which recovery makes once more */
-    if (!is_motion_of(top, &image->main, work)) return 0;
-    return motions(top) < 2 || is_motion_of(top, &image->kept, work + work_size(top));
+    if (!(fabs(image->scene.start.t) < kr_top_horizon_of(top, &image->scene))) return 0;
+    if (image->saved_steps < 0 || image->steps < image->saved_steps || image->steps > most)
+        return 0;
+    if (image->steps > image->saved_steps + KR_CHECK)
+        return 0; /* recovery repeats at most KR_CHECK steps */
+    if (!is_valid_motion(top, &image->main, work)) return 0;
+    return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
-static int is_search(const kr_event_search *own, int64_t steps)
+/* Returns 1 if `own` can be the state of a search after `steps` steps. */
+static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
     return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Whether the events of a checkpoint are those that this top watches; if `take`, they are set. */
+/* Returns 1 if the saved events are those that `top` watches. If `take` is nonzero, sets their
+ * searches. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
-    for (size_t i = 0; i < top->watched; i++, from += sizeof(saved_event)) {
-        saved_event saved;
+    for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
+        event_record saved;
         memcpy(&saved, from, sizeof saved);
-        if (saved.what != sum_of_event(&top->events[i]) || !is_search(&saved.own, steps)) return 0;
+        if (saved.what != checksum_event(&top->events[i]) || !is_valid_search(&saved.own, steps))
+            return 0;
         if (take) top->events[i].own = saved.own;
     }
     return 1;
 }
-/* Makes the work anew of a method whose memory is not all in a checkpoint. Returns 0 if the method
- * refuses this start: then the work stays as it was. */
-static int is_begun(kr_top *top, const kr_scene *scene)
+/* Rebuilds the work of a method whose memory is not saved. Returns 0 if the method refuses the
+ * start, and leaves the work unchanged. */
+static int rebuild_work(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;
     motion.scene = scene;
@@ -186,31 +203,34 @@ static int is_begun(kr_top *top, const kr_scene *scene)
 kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
 {
     const unsigned char *from = memory;
-    header head, own;
+    checkpoint_header head, own;
     kr_top image;
     if (!top || !memory) return KR_ERR_ARGUMENT;
     if (size != kr_top_save_size(top)) return KR_ERR_CHECKPOINT;
-    const unsigned char *work = from + sizeof head + SAVED;
+    const unsigned char *work = from + sizeof head + SAVED_BYTES;
     memcpy(&head, from, sizeof head);
-    memcpy(&image, from + sizeof head, SAVED);
-    own = header_of(top);
-    own.sum = sum_of(from + sizeof head, size - sizeof head);
-    if (memcmp(&head, &own, sizeof head) != 0 || !alike(&image, top)) return KR_ERR_CHECKPOINT;
-    if (!is_sound(top, &image, work)) return KR_ERR_CHECKPOINT;
-    if (!load_events(top, image.steps, from + bare_size(top), 0)) return KR_ERR_CHECKPOINT;
-    if (top->method->more && !is_begun(top, &image.scene)) return KR_ERR_CHECKPOINT;
+    memcpy(&image, from + sizeof head, SAVED_BYTES);
+    own = make_header(top);
+    own.sum = checksum(from + sizeof head, size - sizeof head);
+    if (memcmp(&head, &own, sizeof head) != 0 || !has_same_setup(&image, top))
+        return KR_ERR_CHECKPOINT;
+    if (!is_valid_image(top, &image, work)) return KR_ERR_CHECKPOINT;
+    if (!load_events(top, image.steps, from + size_without_events(top), 0))
+        return KR_ERR_CHECKPOINT;
+    if (top->method->extra_doubles && !rebuild_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
-    image.inspect_at = image.steps; /* max_steps may be another */
-    take_pointers(&image.main, &top->main);
-    take_pointers(&image.kept, &top->kept);
-    take_pointers(&image.side, &top->side);
-    memcpy(top, &image, SAVED);
-    top->horizon = kr_top_horizon(top, &top->scene);
-    load_events(top, image.steps, from + bare_size(top), 1);
-    if (!top->method->more) memcpy(top->main.work, work, work_size(top));
-    if (motions(top) > 1) memcpy(top->kept.work, work + work_size(top), work_size(top));
+    image.inspect_at = image.steps; /* max_steps may have changed */
+    set_pointers(&image.main, &top->main);
+    set_pointers(&image.saved, &top->saved);
+    set_pointers(&image.side, &top->side);
+    memcpy(top, &image, SAVED_BYTES);
+    top->horizon = kr_top_horizon_of(top, &top->scene);
+    load_events(top, image.steps, from + size_without_events(top), 1);
+    if (!top->method->extra_doubles) memcpy(top->main.work, work, work_size(top));
+    if (motion_count(top) > 1) memcpy(top->saved.work, work + work_size(top), work_size(top));
     if (top->tangents)
-        memcpy(top->tangents, from + bare_size(top) - tangents_size(top), tangents_size(top));
+        memcpy(top->tangents, from + size_without_events(top) - tangents_size(top),
+               tangents_size(top));
     return KR_OK;
 }

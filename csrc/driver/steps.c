@@ -1,24 +1,28 @@
-/* The driver's lower half: main's steps, and its last good state. Every KR_CHECK steps a fixed-step
- * motion is inspected and kept: a state that is not finite stays so, hence one inspection in many
- * steps misses nothing, and a motion that failed is repeated from where it was kept to find its
- * last good state. An adaptive motion is inspected in every step; a dense one by its method. */
+/* The steps of the main motion, and its last good state. Every KR_CHECK steps a fixed-step motion
+ * is inspected and saved. A state that is not finite stays so, hence one inspection in many steps
+ * misses nothing. A motion that failed is repeated from the saved one to find its last good state.
+ * An adaptive motion is inspected in every step; a dense method inspects its own steps. */
 #include "top.h"
 
-enum { ASIDE = 1024 /* steps that a side motion takes at most inside a single one of main's */ };
+enum {
+    SIDE_STEPS_MAX =
+        1024 /* limit of the steps of a side motion within one step of the main motion */
+};
 
-/* Whether this state of main's, in own units, is a good one in the user's too. */
+/* Returns 1 if `state`, in own units, is also good in the user's units. */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
 }
-static int is_good(const kr_top *top)
+/* Returns 1 if the state of the main motion is good. */
+static int is_main_good(const kr_top *top)
 {
-    kr_state state = {0}; /* none that is good, until it is read */
+    kr_state state = {0}; /* not a good state until it is read */
     top->method->read(&top->main, &state);
     return is_good_state(top, &state);
 }
 
-/* Copies all but what points to memory: each motion has its own. */
+/* Copies a motion and its work, but not the pointers `work` and `aux`. */
 static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
 {
     double *memory = to->work;
@@ -28,27 +32,29 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
     to->aux = aux;
     memcpy(memory, from->work, work * sizeof(double));
 }
+/* Sets the number of steps at which the main motion is inspected next. */
 static void set_inspection(kr_top *top)
 {
-    const int64_t limit = top->config.max_steps, next = top->kept_steps + KR_CHECK;
+    const int64_t limit = top->config.max_steps, next = top->saved_steps + KR_CHECK;
     top->inspect_at = limit > 0 && limit < next ? limit : next;
 }
-void kr_steps_keep(kr_top *top)
+void kr_steps_save(kr_top *top)
 {
-    if (!top->method->at) copy_motion(&top->kept, &top->main, top->method->work);
-    top->kept_steps = top->steps;
+    if (!top->method->at) copy_motion(&top->saved, &top->main, top->method->work);
+    top->saved_steps = top->steps;
     set_inspection(top);
 }
-/* What has been spent since then stays counted. */
-static void go_back(kr_top *top)
+/* Restores the main motion from the saved one. The counts of work done since then are kept. */
+static void restore_saved(kr_top *top)
 {
     const kr_stats spent = top->main.stats;
-    copy_motion(&top->main, &top->kept, top->method->work);
+    copy_motion(&top->main, &top->saved, top->method->work);
     top->main.stats = spent;
-    top->steps = top->kept_steps;
+    top->steps = top->saved_steps;
     set_inspection(top);
 }
-static kr_status one_step(kr_top *top, double until)
+/* Makes one step of the main motion and counts it. */
+static kr_status step_main(kr_top *top, double until)
 {
     const kr_status status = top->method->step(&top->main, until);
     if (status == KR_OK) top->steps++;
@@ -58,85 +64,83 @@ kr_status kr_steps_recover(kr_top *top)
 {
     const int64_t failed = top->steps + 1;
     kr_status status = KR_OK;
-    int64_t good = top->kept_steps;
-    go_back(top);
+    int64_t good = top->saved_steps;
+    restore_saved(top);
     while (top->steps < failed && status == KR_OK) {
-        status = one_step(top, 0.0); /* methods of fixed steps ignore the limit */
-        if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
+        status = step_main(top, 0.0); /* fixed-step methods ignore the limit */
+        if (status == KR_OK && !is_main_good(top)) status = KR_ERR_NOT_FINITE;
         if (status == KR_OK) good = top->steps;
     }
-    go_back(top);
-    while (top->steps < good) one_step(top, 0.0);
+    restore_saved(top);
+    while (top->steps < good) step_main(top, 0.0);
     return status == KR_OK ? KR_ERR_NOT_FINITE : status;
 }
-int kr_steps_stopped(kr_top *top)
-{
-    return top->config.poll && top->config.poll(top->config.context);
-}
-static kr_status ask_on(kr_top *top)
+int kr_steps_poll(kr_top *top) { return top->config.poll && top->config.poll(top->config.context); }
+/* Returns KR_ERR_INTERRUPTED or KR_ERR_LIMIT if the main motion must stop, else KR_OK. */
+static kr_status check_limits(kr_top *top)
 {
     const int64_t limit = top->config.max_steps;
-    if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
+    if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Sees that main is finite, keeps it, and asks whether to go on. */
-static kr_status inspect(kr_top *top)
+/* Checks that the main motion is finite, saves it, and checks the limits. */
+static kr_status inspect_main(kr_top *top)
 {
-    if (!is_good(top)) return kr_steps_recover(top);
-    kr_steps_keep(top);
-    return ask_on(top);
+    if (!is_main_good(top)) return kr_steps_recover(top);
+    kr_steps_save(top);
+    return check_limits(top);
 }
 
-kr_status kr_steps_walk(kr_top *top, int64_t goal, kr_state *state)
+kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state)
 {
     while (top->steps < goal) {
-        const kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
+        const kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
         if (status != KR_OK) return status;
-        if (one_step(top, 0.0) != KR_OK) return kr_steps_recover(top);
+        if (step_main(top, 0.0) != KR_OK) return kr_steps_recover(top);
     }
     top->method->read(&top->main, state);
     return KR_OK;
 }
 kr_status kr_steps_adaptive(kr_top *top)
 {
-    kr_status status = inspect(top);
+    kr_status status = inspect_main(top);
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
     kr_state before = {0};
     top->method->read(&top->main, &before);
-    status = one_step(top, top->forward * INFINITY);
-    if (status == KR_OK && !is_good(top)) status = KR_ERR_NOT_FINITE;
+    status = step_main(top, top->forward * INFINITY);
+    if (status == KR_OK && !is_main_good(top)) status = KR_ERR_NOT_FINITE;
     if (status == KR_OK) {
         top->before = before;
         top->before_clock = clock;
     } else
-        go_back(top);
+        restore_saved(top);
     return status;
 }
 kr_status kr_steps_dense(kr_top *top, double until)
 {
     kr_status status = KR_OK;
     if (top->steps >= top->inspect_at) {
-        kr_steps_keep(top);
-        status = ask_on(top);
+        kr_steps_save(top);
+        status = check_limits(top);
     }
     if (status != KR_OK) return status;
     const double clock = top->main.clock;
-    status = one_step(top, until);
+    status = step_main(top, until);
     if (status != KR_OK) return status;
     top->before_clock = clock;
-    return kr_tangents_follow(top);
+    return kr_tangents_advance(top);
 }
-/* Asks whether a side motion is to go on, which is cut off where it shows that main's step was none
- * that its tolerance should have let pass. */
-static kr_status ask_aside(kr_top *top, int64_t steps)
+/* Checks the limits of a side motion. A side motion that exceeds them shows that the main motion's
+ * step violated its tolerance. */
+static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
-    if (kr_steps_stopped(top)) return KR_ERR_INTERRUPTED;
-    return steps >= ASIDE || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
+    if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
+    return steps >= SIDE_STEPS_MAX || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
 }
-/* Takes the side motion from a state to `span` after it. */
-static kr_status go_aside(kr_top *top, const kr_state *from, double span)
+/* Moves the side motion from `from` by `span`. */
+static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
 {
     const kr_method *method = top->method;
     kr_motion *side = &top->side;
@@ -145,37 +149,36 @@ static kr_status go_aside(kr_top *top, const kr_state *from, double span)
     side->clock = 0.0;
     side->stats = (kr_stats){0};
     kr_status status = method->reset(side, from);
-    if (status == KR_ERR_STEP_SIZE)
-        return KR_ERR_CONVERGENCE; /* Here it is no word of the input. */
+    if (status == KR_ERR_STEP_SIZE) return KR_ERR_CONVERGENCE; /* the input is not to blame here */
     if (status == KR_OK) status = method->step(side, span);
-    for (int64_t n = 1; status == KR_OK && method->flags & KR_ADAPTIVE && side->clock != span;
-         n++) {
-        status = ask_aside(top, n);
+    for (int64_t n = 1;
+         status == KR_OK && method->flags & KR_METHOD_ADAPTIVE && side->clock != span; n++) {
+        status = check_side_limits(top, n);
         if (status == KR_OK) status = method->step(side, span);
     }
     return status;
 }
-kr_status kr_steps_detour(kr_top *top, const kr_state *from, double span, kr_state *end)
+kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end)
 {
     const kr_stats *spent = &top->side.stats;
     kr_stats *total = &top->main.stats;
     kr_state state;
-    kr_status status = top->steps >= top->inspect_at ? inspect(top) : KR_OK;
+    kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
     if (status != KR_OK) return status;
-    /* An attitude of length 0 would turn nothing, and lead to a state that looks like one. */
+    /* An attitude of length 0 would leave vectors unturned and lead to a state that looks valid. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);
-    status = go_aside(top, from, span);
+    status = run_side_motion(top, from, span);
     total->evaluations += spent->evaluations;
     total->rejected += spent->rejected;
     total->iterations += spent->iterations;
-    top->inspect_at--; /* so that many times between two points are inspected now and then, too */
+    top->inspect_at--; /* so that many times between two grid points are inspected too */
     if (status == KR_OK) {
         top->method->read(&top->side, &state);
         if (!is_good_state(top, &state)) status = KR_ERR_NOT_FINITE;
     }
     if (status == KR_OK)
         *end = state;
-    else if (!is_good(top)) /* It may have failed before the side motion did. */
+    else if (!is_main_good(top)) /* the main motion may have failed first */
         status = kr_steps_recover(top);
     return status;
 }

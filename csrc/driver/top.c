@@ -1,8 +1,8 @@
-/* The driver's upper half: a top in motion as its user sees it. It owns the user's frame, units and
- * clock, and landing; steps.c owns limits, finiteness, interruption and the last good state;
- * methods only step. A fixed-step motion stands on the grid start.t + k step, an adaptive one where
- * its own steps end. A time between two such points is read by a second motion, begun anew at the
- * point before it: so where one looks does not change the path. */
+/* A moving top in the user's frame, units and clock: creation, requested times, and the conversion
+ * of states. steps.c handles limits, finiteness, interruption and the last good state; methods only
+ * step. A fixed-step motion stands on the grid start.t + k step, an adaptive one at the ends of its
+ * own steps. A second motion, started at the point before a time, evaluates the states between two
+ * points. Requested times therefore never change the path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -10,62 +10,65 @@
 #include "top.h"
 
 enum {
-    LINE = 8,   /* doubles on 64 bytes */
-    POLL = 1024 /* states that are written without asking whether to go on */
+    CACHE_LINE = 8,         /* doubles in 64 bytes */
+    STATES_PER_CHECK = 1024 /* states between two calls of poll */
 };
 
-/* In and out of working axes and own units. */
-static int is_deep(const kr_top *top) { return top->main.digits > 16; }
-static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_ADAPTIVE) != 0; }
-/* From 2^50 steps before and after 0 on two points of a grid, with the roundings of either, may be
- * one double. */
-static double nearer_horizon(const kr_top *top, double horizon)
+/* Returns 1 if the motion uses more than 16 digits. */
+static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
+/* Returns 1 if the method chooses its steps. */
+static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
+/* Returns the horizon limited to 2^50 steps: beyond them two points of a grid may round to the same
+ * double. */
+static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
 }
-double kr_top_horizon(const kr_top *top, const kr_scene *scene)
+double kr_top_horizon_of(const kr_top *top, const kr_scene *scene)
 {
-    return nearer_horizon(top, kr_scene_horizon(scene));
+    return limit_horizon(top, kr_scene_horizon(scene));
 }
-static kr_status beyond_horizon(const kr_top *top, double t)
+/* Returns the error for a time t at or beyond the horizon. */
+static kr_status horizon_error(const kr_top *top, double t)
 {
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
+/* Sets axes, own units and horizon of `top` from its scene and config. */
 static kr_status choose_units(kr_top *top)
 {
-    const kr_working working = kr_top_working(top);
+    const kr_working working = kr_top_working_axes(top);
     kr_units own;
     const kr_status status = kr_scene_units(&top->scene, &working, &own);
     if (status != KR_OK) return status;
     const double start = fabs(top->scene.start.t),
                  horizon = kr_units_horizon(&own, &top->scene, &working);
-    top->horizon = nearer_horizon(top, horizon);
+    top->horizon = limit_horizon(top, horizon);
     if (!(start < top->horizon)) return start < horizon ? KR_ERR_STEP : KR_ERR_RESOLUTION;
-    top->time_unit = top->method->flags & KR_ABSOLUTE ? 1.0 : own.time;
+    top->time_unit = top->method->flags & KR_METHOD_ABSOLUTE ? 1.0 : own.time;
     top->momentum_unit = own.moment / top->time_unit;
     top->axes = q_mul(top->scene.body.axes, working.axes);
-    top->turned = v_largest(q_vec(top->axes)) > 0.0;
+    top->is_turned = v_largest(q_vec(top->axes)) > 0.0;
     top->main.inertia = v_scale(1.0 / own.moment, working.inertia);
-    const double longer = top->time_unit / own.time; /* 1 but for KR_ABSOLUTE */
+    const double longer = top->time_unit / own.time; /* 1 except for KR_METHOD_ABSOLUTE */
     top->main.lever = v_scale(longer, v_scale(longer, own.lever));
     top->main.damping = v_scale(1.0 / top->momentum_unit, working.damping);
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
-    if (is_deep(top)) kr_deep_lever(top, own.moment);
+    if (has_extended_digits(top)) kr_extended_set_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
 }
-/* Works in place, for a copy of a state just written costs more than the rest of reading it. False
- * if the state is not a good one. */
-static int to_user(kr_top *top, double t, kr_state *state)
+/* Converts `state` at time t to the user's frame and units in place, which saves a costly copy.
+ * Returns 0, and leaves the low words unchanged, if the state is not good. */
+static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
     state->t = t;
-    if (is_deep(top)) {
-        kr_deep_out(top, state);
+    if (has_extended_digits(top)) {
+        kr_extended_to_user(top, state);
     } else {
-        if (top->turned) state->q = q_mul(state->q, q_conj(top->axes));
+        if (top->is_turned) state->q = q_mul(state->q, q_conj(top->axes));
         state->m = v_scale(top->momentum_unit, state->m);
     }
     if (kr_state_is_good(state->q, state->m)) return 1;
@@ -73,189 +76,198 @@ static int to_user(kr_top *top, double t, kr_state *state)
     return 0;
 }
 
-/* Times. */
-static double grid(const kr_top *top, int64_t k)
+/* Returns the time of grid point k. */
+static double grid_time(const kr_top *top, int64_t k)
 {
     return top->scene.start.t + (double)k * top->config.step;
 }
-/* Whether the grid point lies at t, up to the rounding of either. */
-static int meets(const kr_top *top, int64_t k, double t)
+/* Returns 1 if t is grid point k up to the rounding of both. */
+static int is_at_grid_point(const kr_top *top, int64_t k, double t)
 {
-    return fabs(grid(top, k) - t) <= 2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
+    return fabs(grid_time(top, k) - t) <=
+           2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Finds the last point of the grid not after t. */
-static int64_t locate(const kr_top *top, double t)
+/* Returns the last grid point not after t, and not before the current one. */
+static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
     if (k <= top->steps) return top->steps;
-    return k - (!meets(top, k, t) && top->forward * (grid(top, k) - t) > 0.0);
+    return k - (!is_at_grid_point(top, k, t) && top->forward * (grid_time(top, k) - t) > 0.0);
 }
-static kr_status fixed_at(kr_top *top, double t, kr_state *state)
+/* Computes the state at t of a fixed-step method, in own units. */
+static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
 {
-    const int64_t point = locate(top, t);
-    const kr_status status = kr_steps_walk(top, point, state);
-    if (status != KR_OK || meets(top, point, t)) return status;
-    return kr_steps_detour(top, state, (t - grid(top, point)) / top->time_unit, state);
+    const int64_t point = find_grid_point(top, t);
+    const kr_status status = kr_steps_to_grid(top, point, state);
+    if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
+    return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-static double clock_at(const kr_top *top, double t)
+/* Returns the time since the start in own units. */
+static double clock_of(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* What the clock at a time leaves out. */
+/* Returns the part of clock_of(top, t) that a double cannot store. */
 static double clock_low(const kr_top *top, double t)
 {
     return two_sum(t, -top->scene.start.t).lo / top->time_unit;
 }
-/* Reads the last step of a dense method. */
-static void read_at(kr_top *top, double t, kr_state *state)
+/* Evaluates the last step of a dense method at time t. */
+static void evaluate_dense(kr_top *top, double t, kr_state *state)
 {
     top->main.low.t = clock_low(top, t);
-    top->method->at(&top->main, clock_at(top, t), state);
+    top->method->at(&top->main, clock_of(top, t), state);
 }
-void kr_tangents_at(kr_top *top, kr_deviation out[])
+void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
 {
-    top->main.low.t = clock_low(top, top->asked);
-    top->method->tangents->at(&top->main, clock_at(top, top->asked), top->tangents,
-                              kr_tangent_columns(top->config.tangents), out);
+    top->main.low.t = clock_low(top, top->requested);
+    top->method->tangents->evaluate(&top->main, clock_of(top, top->requested), top->tangents,
+                                    kr_tangent_columns(top->config.tangents), out);
 }
-static kr_status adaptive_at(kr_top *top, double t, kr_state *state)
+/* Computes the state at t of an adaptive method, in own units. */
+static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
-    const double goal = clock_at(top, t);
+    const double goal = clock_of(top, t);
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    /* Where a step is less than what a double tells of time, this may lie before the last one. */
+    /* If a step is shorter than the resolution of time, t may lie before the last step. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
-        read_at(top, t, state);
+        evaluate_dense(top, t, state);
     else if (goal == top->main.clock)
         top->method->read(&top->main, state);
     else if (goal == top->before_clock)
         *state = top->before;
     else
-        return kr_steps_detour(top, &top->before, goal - top->before_clock, state);
+        return kr_steps_off_grid(top, &top->before, goal - top->before_clock, state);
     return KR_OK;
 }
-static kr_status state_at(kr_top *top, double t, kr_state *state)
+/* Computes the state at t in the user's frame and units. */
+static kr_status find_state(kr_top *top, double t, kr_state *state)
 {
     const int adaptive = is_adaptive(top);
     kr_status status;
-    if (!(fabs(t) < top->horizon)) return beyond_horizon(top, t);
-    /* The next grid point is what is asked for most often: it goes without more questions. */
-    if (!adaptive && t == grid(top, top->steps + 1)) {
-        status = kr_steps_walk(top, top->steps + 1, state);
+    if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
+    /* The next grid point is the most frequent request and needs no further checks. */
+    if (!adaptive && t == grid_time(top, top->steps + 1)) {
+        status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
-        if (top->forward * (t - top->asked) < 0.0) return KR_ERR_TIME;
+        if (top->forward * (t - top->requested) < 0.0) return KR_ERR_TIME;
         if (t == top->scene.start.t) {
             *state = top->scene.start;
             top->low = (kr_state){0};
             return KR_OK;
         }
-        status = adaptive ? adaptive_at(top, t, state) : fixed_at(top, t, state);
+        status = adaptive ? find_adaptive_state(top, t, state) : find_fixed_state(top, t, state);
     }
     if (status != KR_OK) return status;
-    if (!to_user(top, t, state)) return adaptive ? KR_ERR_NOT_FINITE : kr_steps_recover(top);
-    top->asked = t;
+    if (!convert_to_user(top, t, state))
+        return adaptive ? KR_ERR_NOT_FINITE : kr_steps_recover(top);
+    top->requested = t;
     return KR_OK;
 }
 double kr_top_time(const kr_top *top)
 {
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
-                            : grid(top, top->steps);
+                            : grid_time(top, top->steps);
 }
-/* The last time not behind where main stands. */
+/* Returns the last time that is not behind the main motion. */
 static double time_reached(const kr_top *top)
 {
     const double at = kr_top_time(top);
-    if (!is_adaptive(top) || !(top->forward * (clock_at(top, at) - top->main.clock) > 0.0))
+    if (!is_adaptive(top) || !(top->forward * (clock_of(top, at) - top->main.clock) > 0.0))
         return at;
     return nextafter(at, top->scene.start.t);
 }
-kr_status kr_top_come_up(kr_top *top, double t)
+kr_status kr_top_sync(kr_top *top, double t)
 {
     const double at = time_reached(top);
     kr_state state;
-    if (!(top->forward * (at - top->asked) > 0.0 && top->forward * (t - at) >= 0.0)) return KR_OK;
-    if (is_adaptive(top) && !(top->forward * (clock_at(top, at) - top->before_clock) > 0.0))
+    if (!(top->forward * (at - top->requested) > 0.0 && top->forward * (t - at) >= 0.0))
+        return KR_OK;
+    if (is_adaptive(top) && !(top->forward * (clock_of(top, at) - top->before_clock) > 0.0))
         return KR_OK;
     top->main.low = (kr_state){0};
     if (top->method->at)
-        read_at(top, at, &state);
+        evaluate_dense(top, at, &state);
     else
         top->method->read(&top->main, &state);
-    if (!to_user(top, at, &state)) return KR_ERR_NOT_FINITE;
+    if (!convert_to_user(top, at, &state)) return KR_ERR_NOT_FINITE;
     top->now = state;
-    top->asked = at;
+    top->requested = at;
     return KR_OK;
 }
 
-/* Gives 16, 20 or 30 for what these include; 0 where the tolerance decides; -1 for what cannot
- * be. */
-static int digits_of(const kr_method *method, const kr_config *config)
+/* Returns 16, 20 or 30, whichever covers the requested digits; 0 if the tolerance decides; -1 for
+ * invalid values. */
+static int parse_digits(const kr_method *method, const kr_config *config)
 {
     if (config->digits == 0) return 0;
-    if (config->digits < 0 || config->digits > 30 || !(method->flags & KR_DIGITS)) return -1;
+    if (config->digits < 0 || config->digits > 30 || !(method->flags & KR_METHOD_DIGITS)) return -1;
     if (config->tol > (config->digits > 20 ? 0x1p-100 : 0.0)) return -1;
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
-/* The doubles that the work of all motions takes. */
-static size_t work_of_all(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
-static kr_status check(const kr_scene *scene, const kr_method *method, const kr_config *config)
+/* Returns the doubles that the work of all motions takes. */
+static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
+/* Returns KR_OK if `method` can move `scene` with `config`, else the reason why not. */
+static kr_status check_config(const kr_scene *scene, const kr_method *method,
+                              const kr_config *config)
 {
     const double step = config->step, start = scene->start.t;
     if (!isfinite(step) || !(config->tol >= 0.0 && config->tol < 1.0)) return KR_ERR_ARGUMENT;
-    if (digits_of(method, config) < 0) return KR_ERR_ARGUMENT;
-    if (config->leave_heading && (!(method->flags & KR_HEADLESS) || config->digits > 16))
+    if (parse_digits(method, config) < 0) return KR_ERR_ARGUMENT;
+    if (config->skip_heading && (!(method->flags & KR_METHOD_SKIPS_HEADING) || config->digits > 16))
         return KR_ERR_ARGUMENT;
-    if (step == 0.0 && !(method->flags & KR_ADAPTIVE)) return KR_ERR_NO_STEP;
-    if (config->tangents && !kr_tangents_suit(method, config)) return KR_ERR_ARGUMENT;
+    if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
+    if (config->tangents && !kr_tangents_are_available(method, config)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
-/* Begins a top whose motion has its memory as a scene, a method and a config ask, which were
- * checked. */
-static kr_status begin(kr_top *top, const kr_scene *scene, const kr_method *method,
-                       const kr_config *config)
+/* Starts a top from a checked scene, method and config. Its memory is already assigned. */
+static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *method,
+                           const kr_config *config)
 {
     top->scene = *scene;
     top->method = method;
     top->config = *config;
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
-    top->main.digits = digits_of(method, config);
-    top->main.leave_heading = config->leave_heading;
+    top->main.digits = parse_digits(method, config);
+    top->main.skip_heading = config->skip_heading;
     top->now = scene->start;
-    top->asked = scene->start.t;
+    top->requested = scene->start.t;
     const kr_status status = choose_units(top);
     if (status != KR_OK) return status;
-    const kr_state own =
-        is_deep(top) ? kr_deep_in(top, &scene->start) : kr_top_own(top, &scene->start);
+    const kr_state own = has_extended_digits(top) ? kr_extended_from_user(top, &scene->start)
+                                                  : kr_top_start_in_own_units(top, &scene->start);
     return method->reset(&top->main, &own);
 }
-/* Returns what lies behind `memory`, on a line of the cache. */
-static double *on_line(double *memory)
+/* Returns `memory` rounded up to a multiple of 64 bytes. */
+static double *align64(double *memory)
 {
-    return memory + (LINE - (uintptr_t)memory / sizeof(double) % LINE) % LINE;
+    return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
-/* Main's work begins on a line of the cache, and so do the tangents. */
-static void share_memory(kr_top *top, int has_tangents)
+/* Assigns the work of each motion and the tangents. The main work and the tangents begin on
+ * multiples of 64 bytes. */
+static void assign_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
-    top->main.work = on_line(top->memory);
-    if (has_tangents) top->tangents = on_line(top->main.work + work_of_all(top->method));
+    top->main.work = align64(top->memory);
+    if (has_tangents) top->tangents = align64(top->main.work + total_work(top->method));
     if (top->method->at) return;
-    top->kept.work = top->main.work + work;
-    top->side.work = top->kept.work + work;
+    top->saved.work = top->main.work + work;
+    top->side.work = top->saved.work + work;
 }
-kr_status kr_top_blank(const kr_method *method, const kr_config *config, size_t more, kr_top **top)
+kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t more, kr_top **top)
 {
     const size_t tangents = kr_tangents_size(method, config),
-                 doubles = 2 * LINE + work_of_all(method) + tangents + more;
+                 doubles = 2 * CACHE_LINE + total_work(method) + tangents + more;
     kr_top *made = calloc(1, sizeof *made + doubles * sizeof(double));
     if (!made) return KR_ERR_MEMORY;
     made->method = method;
-    share_memory(made, tangents > 0);
+    assign_memory(made, tangents > 0);
     *top = made;
     return KR_OK;
 }
@@ -265,13 +277,14 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     kr_top *top = NULL;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK && !method) status = KR_ERR_NO_METHOD;
-    if (status == KR_OK) status = out ? check(scene, method, &config) : KR_ERR_ARGUMENT;
+    if (status == KR_OK) status = out ? check_config(scene, method, &config) : KR_ERR_ARGUMENT;
     if (status == KR_OK)
-        status = kr_top_blank(method, &config, method->more ? method->more(scene) : 0, &top);
+        status = kr_top_alloc(method, &config,
+                              method->extra_doubles ? method->extra_doubles(scene) : 0, &top);
     if (status != KR_OK) return status;
-    status = begin(top, scene, method, &config);
+    status = start_top(top, scene, method, &config);
     if (status == KR_OK) {
-        kr_steps_keep(top);
+        kr_steps_save(top);
         kr_tangents_begin(top);
         *out = top;
     } else {
@@ -281,41 +294,41 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
 }
 void kr_top_free(kr_top *top)
 {
-    if (top && top->method->done) {
-        top->method->done(&top->main);
-        top->method->done(&top->side);
+    if (top && top->method->release) {
+        top->method->release(&top->main);
+        top->method->release(&top->side);
     }
     free(top);
 }
-/* Makes the top another one that was begun beside it, in side's memory unless the method is dense.
- * The memory stays the top's. */
-static void adopt(kr_top *top, const kr_top *begun)
+/* Replaces `top` by `begun`, which was started in spare memory: that of the side motion, or its own
+ * for a dense method. `top` keeps its memory. */
+static void take_over(kr_top *top, const kr_top *begun)
 {
-    const kr_motion main = top->main, side = top->side, kept = top->kept;
+    const kr_motion main = top->main, side = top->side, kept = top->saved;
     *top = *begun;
     top->main.scene = &top->scene;
     top->main.work = main.work;
     top->side.work = side.work;
-    top->kept.work = kept.work;
+    top->saved.work = kept.work;
     top->side.aux = main.aux;
     if (side.work) memcpy(main.work, side.work, top->method->work * sizeof(double));
-    for (size_t i = 0; i < top->watched; i++) top->events[i].own.searched = -1;
-    kr_steps_keep(top);
+    for (size_t i = 0; i < top->event_count; i++) top->events[i].own.searched = -1;
+    kr_steps_save(top);
     kr_tangents_begin(top);
 }
-kr_status kr_top_become(kr_top *top, const kr_scene *scene, const kr_config *config)
+kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_config *config)
 {
     kr_motion *spare = top->method->at ? &top->main : &top->side;
     kr_status status = kr_scene_check(scene);
-    if (status == KR_OK) status = check(scene, top->method, config);
+    if (status == KR_OK) status = check_config(scene, top->method, config);
     if (status != KR_OK) return status;
-    kr_top begun = {.apex = top->apex, .events = top->events, .watched = top->watched};
+    kr_top begun = {.apex = top->apex, .events = top->events, .event_count = top->event_count};
     begun.tangents = top->tangents;
     begun.main.work = spare->work;
     begun.main.aux = spare->aux;
-    status = begin(&begun, scene, top->method, config);
+    status = start_top(&begun, scene, top->method, config);
     if (status == KR_OK)
-        adopt(top, &begun);
+        take_over(top, &begun);
     else
         spare->aux = begun.main.aux;
     return status;
@@ -325,7 +338,7 @@ kr_status kr_top_reset(kr_top *top, const kr_state *state)
     if (!top || !state) return KR_ERR_ARGUMENT;
     kr_scene scene = top->scene;
     scene.start = *state;
-    return kr_top_become(top, &scene, &top->config);
+    return kr_top_init(top, &scene, &top->config);
 }
 kr_status kr_top_advance(kr_top *top, double t)
 {
@@ -340,15 +353,16 @@ kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state ou
     size_t i = 0;
     while (i < n && status == KR_OK) {
         before = out[i];
-        status = i % POLL == POLL - 1 && kr_steps_stopped(top) ? KR_ERR_INTERRUPTED
-                                                               : state_at(top, t[i], &out[i]);
+        status = i % STATES_PER_CHECK == STATES_PER_CHECK - 1 && kr_steps_poll(top)
+                     ? KR_ERR_INTERRUPTED
+                     : find_state(top, t[i], &out[i]);
         if (status == KR_OK && low) low[i] = top->low;
         i += status == KR_OK;
     }
     if (i > 0) top->now = out[i - 1];
     if (status != KR_OK && i < n && top && t && out) {
         out[i] = before;
-        if (fabs(t[i]) < top->horizon) kr_top_come_up(top, t[i]);
+        if (fabs(t[i]) < top->horizon) kr_top_sync(top, t[i]);
     }
     if (done) *done = i;
     return status;
@@ -357,23 +371,25 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
-/* Moves by a step of an adaptive method, or up to the end of that which has been read last. */
-static kr_status adaptive_step(kr_top *top)
+/* Makes a step of an adaptive method, or moves to the end of the last step if the requested time
+ * lies inside it. */
+static kr_status step_adaptive(kr_top *top)
 {
-    const double end = top->forward * INFINITY, asked = top->asked;
+    const double end = top->forward * INFINITY, requested = top->requested;
     kr_status status = KR_OK;
-    if (!(top->forward * (time_reached(top) - asked) > 0.0))
+    if (!(top->forward * (time_reached(top) - requested) > 0.0))
         status = top->method->at ? kr_steps_dense(top, end) : kr_steps_adaptive(top);
     if (status == KR_OK && !(fabs(kr_top_time(top)) < top->horizon)) return KR_ERR_STEP;
-    const kr_status up = kr_top_come_up(top, end);
+    const kr_status up = kr_top_sync(top, end);
     if (status == KR_OK) status = up;
-    return status == KR_OK && top->asked == asked ? KR_ERR_STEP : status;
+    return status == KR_OK && top->requested == requested ? KR_ERR_STEP : status;
 }
 kr_status kr_top_step(kr_top *top)
 {
     if (!top) return KR_ERR_ARGUMENT;
-    if (is_adaptive(top)) return adaptive_step(top);
-    return kr_top_advance(top, grid(top, top->steps + 1)); /* another double, before the horizon */
+    if (is_adaptive(top)) return step_adaptive(top);
+    return kr_top_advance(
+        top, grid_time(top, top->steps + 1)); /* a different double, before the horizon */
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

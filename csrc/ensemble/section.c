@@ -1,91 +1,92 @@
-/* Sections of many tops: the states in which each meets an event. What is linear in the vertical
- * and the velocity as the body sees them, such as the apex' height, is watched in lanes: the lanes
- * stop where it may have changed its sign, and the piece is searched here, of that lane alone. Any
- * other event is looked for as a single top does it (events/watch.c). */
-#include "events/roots.h"
-#include "events/terms.h"
+/* Sections of many tops: the states in which each top meets an event. Lanes detect events that are
+ * linear in the vertical and the velocity seen from the body, such as the height of the apex. They
+ * stop where the event function may have changed its sign, and that step of that lane is searched
+ * here. Scalar runs search all other events (events/event_search.c). */
+#include "events/sign_changes.h"
+#include "events/event_polynomial.h"
 #include "worker.h"
 
-int kr_section_fits(const kr_worker *worker)
+int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-static void put_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
+/* Stores a vector in a lane, with its axes shifted by `shift`. */
+static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};
     for (int i = 0; i < 3; i++) to[i][lane] = c[(i + shift) % 3];
 }
-void kr_section_load(kr_worker *worker, int lane, double rate, int shift)
+void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift)
 {
-    const kr_top *top = worker->alone;
-    const kr_piece piece = top->method->piece(&top->main);
+    const kr_top *top = worker->fallback;
+    const kr_step_polynomial piece = top->method->polynomial(&top->main);
     const kr_event *event = &worker->event;
-    const kr_linear g = kr_terms_linear(top, rate, event);
-    const double size = kr_terms_size(top, &piece, event->count, event->terms);
+    const kr_linear g = kr_terms_linear_form(top, rate, event);
+    const double size = kr_terms_bound(top, &piece, event->count, event->terms);
     kr_lanes *l = worker->lanes;
-    put_vector(l->along_p, lane, g.along_vertical, shift);
-    put_vector(l->along_w, lane, g.along_velocity, shift);
-    l->apart[lane] = g.apart;
+    put_shifted_vector(l->along_p, lane, g.along_vertical, shift);
+    put_shifted_vector(l->along_w, lane, g.along_velocity, shift);
+    l->constant[lane] = g.constant;
     l->side[lane] = 0.0;
     l->noise[lane] = KR_TERMS_UNSURE * size;
     worker->slots[lane].start_noise = KR_TERMS_START * size;
 }
-/* Sets how far a lane may go to the next event. Returns whether there is one to look for. */
-int kr_section_aim(kr_worker *worker, int lane)
+int kr_section_set_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
-    const double until = slot->last.t + kr_section_wait(worker, slot->top);
-    if (slot->done == worker->tops->times) {
-        kr_fleet_arrive(worker, lane, KR_OK);
+    const double until = slot->last.t + kr_section_max_wait(worker, slot->top);
+    if (slot->states == worker->tops->times) {
+        kr_scheduler_finish(worker, lane, KR_OK);
         return 0;
     }
     if (!(fabs(until) < slot->horizon)) {
-        kr_fleet_give_up(worker, lane);
+        kr_scheduler_fall_back(worker, lane);
         return 0;
     }
-    slot->asked = until;
+    slot->requested = until;
     worker->lanes->goal[lane] = slot->rate * ((until - slot->start) / slot->time_unit);
     return 1;
 }
 
-/* Whether an event counts in this state. */
-static int counts(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
+/* Returns 1 if the event's condition holds in a state. */
+static int is_counted(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
 {
     const kr_event *event = &worker->event;
     const kr_scene *scene = &worker->tops->scenes[slot->top];
-    return !event->where_count || kr_terms_value(scene, s, event->where_count, event->where) > 0.0;
+    return !event->condition_count ||
+           kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Ends what a lane does where its event has not come in time. */
-static void despair(kr_worker *worker, int lane)
+/* Finishes a lane whose event did not come in time. */
+static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
-    const kr_state s = kr_fleet_look(worker, lane, slot->asked);
+    const kr_state s = kr_scheduler_sample(worker, lane, slot->requested);
     if (!kr_state_is_good(s.q, s.m)) {
-        kr_fleet_give_up(worker, lane);
+        kr_scheduler_fall_back(worker, lane);
         return;
     }
     slot->last = s;
-    kr_fleet_arrive(worker, lane, KR_ERR_EVENT);
+    kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Takes the event at a place in a lane's piece. Returns whether to look for the next. */
-static int take(kr_worker *worker, int lane, double place)
+/* Stores the event at a place in a lane's last step. Returns 1 if the search continues. */
+static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
     const double clock = l->t[lane] + place * (l->end[lane] - l->t[lane]),
                  t = slot->start + clock / slot->rate * slot->time_unit;
-    if (slot->forward * (t - slot->asked) > 0.0) {
-        despair(worker, lane);
+    if (slot->forward * (t - slot->requested) > 0.0) {
+        time_out(worker, lane);
         return 0;
     }
-    const kr_state s = kr_fleet_look(worker, lane, t);
+    const kr_state s = kr_scheduler_sample(worker, lane, t);
     if (!kr_state_is_good(s.q, s.m)) {
-        kr_fleet_give_up(worker, lane);
+        kr_scheduler_fall_back(worker, lane);
         return 0;
     }
-    if (!counts(worker, slot, &s)) return 1;
-    kr_worker_put(worker, slot, kr_fleet_kept(worker, lane), &s);
-    return kr_section_aim(worker, lane);
+    if (!is_counted(worker, slot, &s)) return 1;
+    kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
+    return kr_section_set_goal(worker, lane);
 }
 void kr_section_search(kr_worker *worker, int lane)
 {
@@ -95,30 +96,31 @@ void kr_section_search(kr_worker *worker, int lane)
     const int degree = l->order - l->extremum,
               turn = event->extremum || slot->forward > 0.0 ? 1 : -1;
     double g[KR_LANES_ORDER + 1];
-    kr_search search = {.c = g,
-                        .degree = degree,
-                        .noise = l->noise[lane],
-                        .start_noise = slot->start_noise,
-                        .sought = turn * event->direction,
-                        .side = (int)l->side[lane]};
+    kr_sign_search search = {.c = g,
+                             .degree = degree,
+                             .noise = l->noise[lane],
+                             .start_noise = slot->start_noise,
+                             .sought = turn * event->direction,
+                             .side = (int)l->side[lane]};
     for (int n = 0; n <= degree; n++) g[n] = l->g[n][lane];
-    while (kr_roots_next(&search))
-        if (search.side * search.sought >= 0 && !take(worker, lane, search.root)) return;
+    while (kr_search_next_sign_change(&search))
+        if (search.side * search.sought >= 0 && !accept_event(worker, lane, search.root)) return;
     l->side[lane] = search.side;
-    if (kr_fleet_has_passed(l, lane)) despair(worker, lane);
+    if (kr_scheduler_has_passed_goal(l, lane)) time_out(worker, lane);
 }
 
-kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_kept *kept)
+kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot,
+                            kr_accumulator *accumulators)
 {
     kr_event event = worker->event;
     kr_status status = kr_top_watch(top, 1, &event);
-    const double wait = kr_section_wait(worker, slot->top);
-    while (status == KR_OK && slot->done < worker->tops->times) {
-        kr_hit hit;
+    const double wait = kr_section_max_wait(worker, slot->top);
+    while (status == KR_OK && slot->states < worker->tops->times) {
+        kr_event_hit hit;
         status = kr_top_seek(top, slot->last.t + wait, &hit);
         const kr_state state = kr_top_state(top);
-        if (status == KR_OK && hit.which < 0) status = KR_ERR_EVENT;
-        if (status == KR_OK) kr_worker_put(worker, slot, kept, &state);
+        if (status == KR_OK && hit.index < 0) status = KR_ERR_EVENT;
+        if (status == KR_OK) kr_worker_store_state(worker, slot, accumulators, &state);
     }
     slot->last = kr_top_state(top);
     kr_top_watch(top, 0, NULL);
@@ -127,11 +129,11 @@ kr_status kr_section_record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_ke
 kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops)
 {
     const int is_one = event && event->count > 0 && event->terms;
-    if (!worker || !tops || !is_one || kr_worker_grows(worker)) return KR_ERR_ARGUMENT;
+    if (!worker || !tops || !is_one || kr_worker_has_tangents(worker)) return KR_ERR_ARGUMENT;
     if (worker->method != &kr_method_taylor) return KR_ERR_METHOD;
-    worker->watches = 1;
+    worker->is_section = 1;
     worker->event = *event;
-    const kr_status status = kr_worker_move(worker, tops);
-    worker->watches = 0;
+    const kr_status status = kr_worker_run_tops(worker, tops);
+    worker->is_section = 0;
     return status;
 }

@@ -1,160 +1,170 @@
-/* Many tops, one worker: it allocates once, gives each top to the lanes or moves it alone, and
- * tells what became of it. Whoever moves a top, its numbers depend on that top alone. */
+/* A worker moves many tops. It allocates once, dispatches each top to the lanes, the batch of
+ * closed forms or a single top, and writes the outcomes. The results of a top depend on that top
+ * alone. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include <stdlib.h>
 
-enum { LINE = 8 /* doubles on 64 bytes */ };
+enum { LINE_DOUBLES = 8 /* doubles in 64 bytes */ };
 
-void kr_worker_put(kr_worker *worker, kr_slot *slot, kr_kept *kept, const kr_state *state)
+void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
+                           const kr_state *state)
 {
     const kr_tops *tops = worker->tops;
-    if (tops->states) tops->states[slot->top * tops->times + slot->done] = *state;
+    if (tops->states) tops->states[slot->top * tops->times + slot->states] = *state;
     if (tops->reduced)
-        kr_reduce_add(worker->reductions, worker->reduction, kept, &tops->scenes[slot->top], state,
-                      slot->done);
+        kr_reduce_add(worker->reductions, worker->reduction, accumulators, &tops->scenes[slot->top],
+                      state, slot->states);
     slot->last = *state;
-    slot->done++;
+    slot->states++;
 }
-int kr_worker_grows(const kr_worker *worker) { return worker->lanes && worker->lanes->tangents; }
-/* The row of a top's growth at its k-th time; NULL where nobody asks for it. */
-static double *growth_of(const kr_worker *worker, size_t top, size_t k)
+int kr_worker_has_tangents(const kr_worker *worker)
 {
-    double *growth = kr_worker_grows(worker) ? worker->tops->growth : NULL;
+    return worker->lanes && worker->lanes->tangents;
+}
+/* Returns the row of a top's growth at its k-th time, or NULL if growth was not requested. */
+static double *growth_row(const kr_worker *worker, size_t top, size_t k)
+{
+    double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
     return growth ? growth + (top * worker->tops->times + k) * KR_GROWTH_COUNT : NULL;
 }
-void kr_worker_put_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane)
+void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane)
 {
-    double *to = growth_of(worker, slot->top, slot->done);
+    double *to = growth_row(worker, slot->top, slot->states);
     for (int i = 0; to && i < KR_GROWTH_COUNT; i++) to[i] = row ? row[i][lane] : 0.0;
 }
-void kr_worker_end(kr_worker *worker, const kr_slot *slot, const kr_kept *kept, kr_status status,
-                   kr_stats stats)
+void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
+                          const kr_accumulator *accumulators, kr_status status, kr_stats stats)
 {
     const kr_tops *tops = worker->tops;
-    const double *t = kr_worker_times(tops, slot->top);
+    const double *t = kr_worker_times_of(tops, slot->top);
     kr_state *states = tops->states ? tops->states + slot->top * tops->times : NULL;
     double *row = tops->reduced ? tops->reduced + slot->top * worker->reductions : NULL;
-    const kr_outcome outcome = {status, slot->done, slot->last, stats};
+    const kr_outcome outcome = {status, slot->states, slot->last, stats};
     tops->outcomes[slot->top] = outcome;
-    for (size_t k = slot->done; states && k < tops->times; k++) {
-        const kr_state none = {worker->watches ? NAN : t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+    for (size_t k = slot->states; states && k < tops->times; k++) {
+        const kr_state none = {
+            worker->is_section ? NAN : t[k], {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
         states[k] = none;
     }
-    for (size_t k = slot->done; k < tops->times; k++) {
-        double *growth = growth_of(worker, slot->top, k);
+    for (size_t k = slot->states; k < tops->times; k++) {
+        double *growth = growth_row(worker, slot->top, k);
         for (int i = 0; growth && i < KR_GROWTH_COUNT; i++) growth[i] = NAN;
     }
-    if (row && status == KR_OK && slot->done > 0)
-        kr_reduce_end(worker->reductions, worker->reduction, kept, slot->done, row);
+    if (row && status == KR_OK && slot->states > 0)
+        kr_reduce_end(worker->reductions, worker->reduction, accumulators, slot->states, row);
     else
         for (size_t r = 0; row && r < worker->reductions; r++) row[r] = NAN;
 }
-kr_config kr_worker_config(const kr_worker *worker, size_t i)
+kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;
-    const double *t = kr_worker_times(tops, i);
+    const double *t = kr_worker_times_of(tops, i);
     kr_config config = worker->config;
-    const int back = worker->watches
-                         ? kr_section_wait(worker, i) < 0.0
+    const int back = worker->is_section
+                         ? kr_section_max_wait(worker, i) < 0.0
                          : tops->times > 0 && t[tops->times - 1] < tops->scenes[i].start.t;
-    config.step = kr_step_led(config.step, back);
+    config.step = kr_step_directed(config.step, back);
     return config;
 }
 
-/* Records a top that has begun, a few states at a time. */
-static kr_status record(kr_worker *worker, kr_top *top, kr_slot *slot, kr_kept *kept)
+/* Records a started top, a few states at a time. */
+static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
+                            kr_accumulator *accumulators)
 {
     const kr_tops *tops = worker->tops;
-    const double *t = kr_worker_times(tops, slot->top);
+    const double *t = kr_worker_times_of(tops, slot->top);
     kr_state piece[64];
     kr_status status = KR_OK;
-    while (status == KR_OK && slot->done < tops->times) {
-        const size_t left = tops->times - slot->done, n = left < 64 ? left : 64;
+    while (status == KR_OK && slot->states < tops->times) {
+        const size_t left = tops->times - slot->states, n = left < 64 ? left : 64;
         size_t good = 0;
-        status = kr_top_record(top, n, t + slot->done, piece, &good);
-        for (size_t k = 0; k < good; k++) kr_worker_put(worker, slot, kept, &piece[k]);
+        status = kr_top_record(top, n, t + slot->states, piece, &good);
+        for (size_t k = 0; k < good; k++)
+            kr_worker_store_state(worker, slot, accumulators, &piece[k]);
     }
     slot->last = kr_top_state(top);
     return status;
 }
-void kr_worker_alone(kr_worker *worker, kr_top *top, size_t i)
+void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
 {
     const kr_scene *scene = &worker->tops->scenes[i];
-    kr_config config = kr_worker_config(worker, i);
-    kr_kept *kept = kr_worker_own(worker);
+    kr_config config = kr_worker_config_of(worker, i);
+    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    if (top == worker->closed) config.leave_heading = 0; /* it saves nothing there */
-    kr_status status = kr_top_become(top, scene, &config);
+    if (top == worker->exact_top) config.skip_heading = 0; /* closed forms save nothing by it */
+    kr_status status = kr_top_init(top, scene, &config);
     if (status == KR_OK) {
-        status = worker->watches ? kr_section_record(worker, top, &slot, kept)
-                                 : record(worker, top, &slot, kept);
+        status = worker->is_section ? kr_section_record(worker, top, &slot, accumulators)
+                                    : record_top(worker, top, &slot, accumulators);
         stats = kr_top_stats(top);
     }
-    if (kr_worker_grows(worker)) {
-        slot.done = 0; /* no tangent has gone along */
+    if (kr_worker_has_tangents(worker)) {
+        slot.states = 0; /* a top outside the lanes has no tangent */
         if (status == KR_OK) status = KR_ERR_TANGENT;
     }
-    kr_worker_end(worker, &slot, kept, status, stats);
+    kr_worker_finish_top(worker, &slot, accumulators, status, stats);
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
 }
 
-/* Gives a top that has no closed form to whoever moves it. */
-static void move(kr_worker *worker, size_t i)
+/* Dispatches a top without a closed form. */
+static void dispatch_top(kr_worker *worker, size_t i)
 {
     const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
-    kr_top *alone = worker->alone ? worker->alone : worker->closed;
-    if (damped && kr_worker_grows(worker)) {
+    kr_top *alone = worker->fallback ? worker->fallback : worker->exact_top;
+    if (damped && kr_worker_has_tangents(worker)) {
         const kr_slot slot = {.top = i, .last = worker->tops->scenes[i].start};
         const kr_stats none = {0};
-        kr_worker_end(worker, &slot, NULL, KR_ERR_METHOD, none);
-    } else if (worker->isa && !damped && (!worker->watches || kr_section_fits(worker)))
-        kr_fleet_add(worker, i);
+        kr_worker_finish_top(worker, &slot, NULL, KR_ERR_METHOD, none);
+    } else if (worker->isa && !damped && (!worker->is_section || kr_section_suits_lanes(worker)))
+        kr_scheduler_add(worker, i);
     else
-        kr_worker_alone(worker, alone, i);
+        kr_worker_run_scalar(worker, alone, i);
 }
-static void move_block(kr_worker *worker, size_t from, size_t n)
+/* Moves n tops from `from` on: first by closed forms, then the rest. */
+static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
-    kr_status status[KR_BLOCK];
+    kr_status status[KR_BATCH];
     for (size_t i = 0; i < n; i++) status[i] = KR_ERR_METHOD;
-    if (worker->closed) kr_closed_run(worker, from, n, status);
+    if (worker->exact_top) kr_exact_batch_run(worker, from, n, status);
     for (size_t i = 0; i < n && !worker->interrupted; i++)
-        if (status[i] != KR_OK) move(worker, from + i);
+        if (status[i] != KR_OK) dispatch_top(worker, from + i);
 }
-/* Tells of all tops that they were not brought to their ends. */
-static void interrupt(kr_worker *worker, const kr_tops *tops)
+/* Marks all unfinished tops as interrupted. */
+static void mark_interrupted(kr_worker *worker, const kr_tops *tops)
 {
     const kr_stats none = {0};
-    for (int lane = 0; lane < KR_LANES_MOST; lane++)
+    for (int lane = 0; lane < KR_LANES_MAX; lane++)
         if (worker->busy >> lane & 1)
-            kr_worker_end(worker, &worker->slots[lane], NULL, KR_ERR_INTERRUPTED, none);
+            kr_worker_finish_top(worker, &worker->slots[lane], NULL, KR_ERR_INTERRUPTED, none);
     for (size_t i = 0; i < tops->n; i++) {
         const kr_slot slot = {.top = i, .last = tops->scenes[i].start};
         if (tops->outcomes[i].status == KR_STATUS_COUNT)
-            kr_worker_end(worker, &slot, NULL, KR_ERR_INTERRUPTED, none);
+            kr_worker_finish_top(worker, &slot, NULL, KR_ERR_INTERRUPTED, none);
     }
 }
-kr_status kr_worker_move(kr_worker *worker, const kr_tops *tops)
+kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops)
 {
     if (tops->n > 0 && (!tops->scenes || !tops->outcomes || (tops->times > 0 && !tops->t)))
         return KR_ERR_ARGUMENT;
     worker->tops = tops;
     worker->interrupted = 0;
-    if (worker->lanes) kr_fleet_begin(worker);
+    if (worker->lanes) kr_scheduler_reset(worker);
     for (size_t i = 0; i < tops->n; i++) tops->outcomes[i].status = KR_STATUS_COUNT;
-    for (size_t i = 0; i < tops->n && !worker->interrupted; i += KR_BLOCK)
-        move_block(worker, i, tops->n - i < KR_BLOCK ? tops->n - i : KR_BLOCK);
-    if (worker->lanes) kr_fleet_finish(worker);
-    if (worker->interrupted) interrupt(worker, tops);
+    for (size_t i = 0; i < tops->n && !worker->interrupted; i += KR_BATCH)
+        dispatch_block(worker, i, tops->n - i < KR_BATCH ? tops->n - i : KR_BATCH);
+    if (worker->lanes) kr_scheduler_drain(worker);
+    if (worker->interrupted) mark_interrupted(worker, tops);
     return worker->interrupted ? KR_ERR_INTERRUPTED : KR_OK;
 }
 kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
 {
-    return worker && tops ? kr_worker_move(worker, tops) : KR_ERR_ARGUMENT;
+    return worker && tops ? kr_worker_run_tops(worker, tops) : KR_ERR_ARGUMENT;
 }
 
-static int is_sound(size_t n, const kr_reduction reduction[])
+/* Returns 1 if all reductions name a quantity, a component and a kind. */
+static int are_valid_reductions(size_t n, const kr_reduction reduction[])
 {
     size_t i = 0;
     while (i < n && reduction && reduction[i].quantity &&
@@ -163,45 +173,47 @@ static int is_sound(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Rounds a size up, so that what follows begins a line of the cache as well: a vector that lies in
- * two of them is loaded in twice the time. */
-static size_t in_lines(size_t size)
+/* Rounds a size up to a multiple of 64 bytes. A vector that crosses a cache line loads at half the
+ * speed. */
+static size_t round_to_lines(size_t size)
 {
-    const size_t line = LINE * sizeof(double);
+    const size_t line = LINE_DOUBLES * sizeof(double);
     return (size + line - 1) / line * line;
 }
-/* Lays out the memory of a worker behind it. */
-static kr_worker *laid_out(size_t reductions, int in_lanes, int is_closed, int grows)
+/* Allocates a worker with all its arrays in one block. */
+static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
-    const size_t rows = KR_LANES_MOST + 1, lanes = in_lanes ? in_lines(sizeof(kr_lanes)) : 0,
-                 plans = is_closed ? KR_BLOCK * sizeof(kr_exact) : 0,
+    const size_t rows = KR_LANES_MAX + 1, lanes = in_lanes ? round_to_lines(sizeof(kr_lanes)) : 0,
+                 plans = is_closed ? KR_BATCH * sizeof(kr_exact) : 0,
                  tangents = grows ? sizeof(kr_lane_tangents) : 0,
-                 size = sizeof(kr_worker) + LINE * sizeof(double) + lanes + tangents + plans +
-                        reductions * (sizeof(kr_reduction) + rows * sizeof(kr_kept));
+                 size = sizeof(kr_worker) + LINE_DOUBLES * sizeof(double) + lanes + tangents +
+                        plans + reductions * (sizeof(kr_reduction) + rows * sizeof(kr_accumulator));
     kr_worker *worker = reductions < SIZE_MAX / 1024 ? calloc(1, size) : NULL;
     if (!worker) return NULL;
-    char *memory = (char *)(worker->memory +
-                            (LINE - (uintptr_t)worker->memory / sizeof(double) % LINE) % LINE);
+    char *memory = (char *)(worker->memory + (LINE_DOUBLES - (uintptr_t)worker->memory /
+                                                                 sizeof(double) % LINE_DOUBLES) %
+                                                 LINE_DOUBLES);
     if (in_lanes) worker->lanes = (kr_lanes *)(void *)memory;
     if (grows) worker->lanes->tangents = (kr_lane_tangents *)(void *)(memory + lanes);
     if (is_closed) worker->plans = (kr_exact *)(void *)(memory + lanes);
-    worker->kept = (kr_kept *)(void *)(memory + lanes + tangents + plans);
-    worker->reduction = (kr_reduction *)(void *)(worker->kept + rows * reductions);
+    worker->accumulators = (kr_accumulator *)(void *)(memory + lanes + tangents + plans);
+    worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates the tops that move by themselves, and looks at what steers them, on a body that any
- * config suits. */
-static kr_status equip(kr_worker *worker)
+/* Allocates the tops for scalar runs, and validates the config on a body that suits any config. */
+static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;
     const kr_scene scene = kr_scene_default();
     kr_status status = KR_OK;
     if (worker->method != &kr_method_exact)
-        status = kr_top_blank(method, &worker->config, 0, &worker->alone);
+        status = kr_top_alloc(method, &worker->config, 0, &worker->fallback);
     if (status == KR_OK && worker->plans)
-        status = kr_top_blank(&kr_method_exact, &worker->config, kr_exact_more(), &worker->closed);
+        status = kr_top_alloc(&kr_method_exact, &worker->config, kr_exact_extra_doubles(),
+                              &worker->exact_top);
     if (status != KR_OK) return status;
-    status = kr_top_become(worker->alone ? worker->alone : worker->closed, &scene, &worker->config);
+    status = kr_top_init(worker->fallback ? worker->fallback : worker->exact_top, &scene,
+                         &worker->config);
     return status == KR_ERR_ARGUMENT || status == KR_ERR_NO_STEP || status == KR_ERR_MEMORY ? status
                                                                                             : KR_OK;
 }
@@ -211,17 +223,17 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
     const int in_lanes = (!method || method == &kr_method_taylor) && config.digits <= 16,
               is_closed = !method || method == &kr_method_exact,
               grows = config.tangents == KR_TANGENT_GROWTH;
-    if (!out || !is_sound(reductions, reduction)) return KR_ERR_ARGUMENT;
+    if (!out || !are_valid_reductions(reductions, reduction)) return KR_ERR_ARGUMENT;
     if (config.tangents && !(grows && in_lanes && !is_closed)) return KR_ERR_ARGUMENT;
-    kr_worker *worker = laid_out(reductions, in_lanes, is_closed, grows);
+    kr_worker *worker = allocate_worker(reductions, in_lanes, is_closed, grows);
     if (!worker) return KR_ERR_MEMORY;
     config.tangents = 0;
     worker->config = config;
     worker->method = method;
     worker->reductions = reductions;
-    if (in_lanes) kr_fleet_equip(worker);
+    if (in_lanes) kr_scheduler_configure(worker);
     if (reductions) memcpy(worker->reduction, reduction, reductions * sizeof *reduction);
-    const kr_status status = equip(worker);
+    const kr_status status = create_scalar_tops(worker);
     if (status == KR_OK)
         *out = worker;
     else
@@ -230,14 +242,14 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
 }
 const char *kr_worker_kernel(const kr_worker *worker, int *order)
 {
-    const kr_top *top = worker->alone ? worker->alone : worker->closed;
+    const kr_top *top = worker->fallback ? worker->fallback : worker->exact_top;
     *order = worker->isa ? worker->lanes->order : top->method->order;
     return worker->isa ? worker->isa->name : "";
 }
 void kr_worker_free(kr_worker *worker)
 {
     if (!worker) return;
-    if (worker->alone) kr_top_free(worker->alone);
-    if (worker->closed) kr_top_free(worker->closed);
+    if (worker->fallback) kr_top_free(worker->fallback);
+    if (worker->exact_top) kr_top_free(worker->exact_top);
     free(worker);
 }

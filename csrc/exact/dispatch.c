@@ -1,5 +1,5 @@
-/* The public functions of the closed form: each goes to what was compiled for the widest
- * instruction set that this processor has. */
+/* The public functions of the closed form. Each calls the code of the widest instruction set that
+ * this processor has. */
 #include <math.h>
 #include "dispatch.h"
 
@@ -7,15 +7,15 @@ const kr_exact_isa *kr_exact_isa_at(int i)
 {
     static const kr_exact_isa isas[] = {
 #ifdef KR_X86
-        {"avx512", kr_has_avx512, &kr_exact_one_avx2, kr_exact_many_avx512},
-        {"avx2", kr_has_avx2, &kr_exact_one_avx2, kr_exact_many_avx2},
+        {"avx512", kr_has_avx512, &kr_exact_scalar_avx2, kr_exact_evaluate_avx512},
+        {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, kr_exact_evaluate_avx2},
 #endif
-        {KR_BASE_NAME, kr_has_base, &kr_exact_one_base, kr_exact_many_base},
+        {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, kr_exact_evaluate_base},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 /* Returns the first instruction set that runs here; the last one runs everywhere. */
-static const kr_exact_isa *here(void)
+static const kr_exact_isa *widest_isa(void)
 {
     int i = 0;
     while (!kr_exact_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
@@ -23,16 +23,19 @@ static const kr_exact_isa *here(void)
 }
 kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact)
 {
-    return exact ? here()->one->plan(scene, 0, exact) : KR_ERR_ARGUMENT;
+    return exact ? widest_isa()->scalar->plan(scene, 0, exact) : KR_ERR_ARGUMENT;
 }
-kr_status kr_exact_own(const kr_scene *scene, kr_exact *exact)
+kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact *exact)
 {
-    return here()->one->plan(scene, 1, exact);
+    return widest_isa()->scalar->plan(scene, 1, exact);
 }
-kr_state kr_exact_state(const kr_exact *exact, double t) { return here()->one->state(exact, t); }
+kr_state kr_exact_state(const kr_exact *exact, double t)
+{
+    return widest_isa()->scalar->state(exact, t);
+}
 kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning)
 {
-    return turning ? here()->one->turning(scene, turning) : KR_ERR_ARGUMENT;
+    return turning ? widest_isa()->scalar->turning(scene, turning) : KR_ERR_ARGUMENT;
 }
 double kr_turning_potential(const kr_turning *turning, double nutation)
 {
@@ -44,39 +47,39 @@ double kr_turning_potential(const kr_turning *turning, double nutation)
 }
 void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[])
 {
-    here()->many(exact, n, t, out);
+    widest_isa()->evaluate(exact, n, t, out);
 }
-/* The map's states are read one at a time, which wider vectors than AVX2's do not speed up. */
-static const kr_exact_maps *maps_here(void)
+/* Map states are evaluated one by one, where vectors wider than AVX2 bring nothing. */
+static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_X86
-    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: one processor answers in one way */
+    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: a processor always answers alike */
 #endif
     return &kr_exact_maps_base;
 }
 kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
-    return map ? maps_here()->plan(scene, step, map) : KR_ERR_ARGUMENT;
+    return map ? widest_maps()->plan(scene, step, map) : KR_ERR_ARGUMENT;
 }
 kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
-    return maps_here()->state(map, k);
+    return widest_maps()->state(map, k);
 }
-/* A table of its own, for who plans one top alone links nothing of it. */
-const kr_exact_width *kr_exact_width_at(int i)
+/* A table of its own, so that programs for single tops do not link the batches. */
+const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
-    static const kr_exact_width widths[] = {
+    static const kr_exact_batch_isa widths[] = {
 #ifdef KR_X86
-        {"avx512", kr_has_avx512, &kr_exact_one_avx2, kr_exact_all_avx512},
-        {"avx2", kr_has_avx2, &kr_exact_one_avx2, kr_exact_all_avx2},
+        {"avx512", kr_has_avx512, &kr_exact_scalar_avx2, kr_exact_batch_avx512},
+        {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, kr_exact_batch_avx2},
 #endif
-        {KR_BASE_NAME, kr_has_base, &kr_exact_one_base, kr_exact_all_base},
+        {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, kr_exact_batch_base},
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
 }
-void kr_exact_do(const kr_exact_asked *asked)
+void kr_exact_run(const kr_exact_request *request)
 {
     int i = 0;
-    while (!kr_exact_width_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
-    kr_exact_width_at(i)->all(kr_exact_width_at(i)->one, asked);
+    while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    kr_exact_batch_isa_at(i)->batch(kr_exact_batch_isa_at(i)->scalar, request);
 }

@@ -102,7 +102,7 @@ static int steady(kr_exact *exact, const double inertia[3], const dd m[3], dd sq
     if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
 }
-/* Returns the rate that alpha and beta have in common, and gives agm(1, k'). `flat` stands for 1 -
+/* Returns the rate that alpha and beta have in common, and writes agm(1, k'). `flat` stands for 1 -
  * c^2. Where c is small, the sum starts from p0^2 = 1 + c^2 k^2 / flat, so that nothing is divided
  * by c. */
 static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)

@@ -2,27 +2,27 @@
  * branch and calls nothing but sqrt, so that compilers turn a loop over times into vectors, and it
  * gives the same bits at every width. This header is source that is compiled once per instruction
  * set, because that loop takes the width of the vectors. In formulas e is the closed form, a, b and
- * h are alpha, beta and the horizontal momentum (setup.h). */
+ * h are alpha, beta and the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
-#include "setup.h"
+#include "lane_types.h"
 
 /* bits_of and of_bits read a number as the integer that its bits are, and back. A kernel chooses by
  * masks of bits where a branch would keep the loop from becoming vectors. */
-INLINE whole bits_of(wide x)
+INLINE wide_integer bits_of(wide x)
 {
     union {
         wide value;
-        whole bits;
+        wide_integer bits;
     } r;
     r.value = x;
     return r.bits;
 }
-INLINE wide of_bits(whole bits)
+INLINE wide of_bits(wide_integer bits)
 {
     union {
         wide value;
-        whole bits;
+        wide_integer bits;
     } r;
     r.bits = bits;
     return r.value;
@@ -52,7 +52,7 @@ INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Gives sine and cosine of x turns. The quarter next to x is an integer in the low bits of u; the
+/* Writes sine and cosine of x turns. The quarter next to x is an integer in the low bits of u; the
  * polynomials then see y, which is at most an eighth. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
@@ -68,8 +68,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
               zz * ((-26.426253274804587 + z * 7.903206845861561) + zz * -1.6990328650055457));
     const wide sine = y * 6.283185307179586 + y * (2.4492935982947064e-16 + z * odd),
                cosine = 1.0 + z * even;
-    const whole quarter = bits_of(u),
-                swap = (bits_of(sine) ^ bits_of(cosine)) & (0 - (quarter & 1));
+    const wide_integer quarter = bits_of(u),
+                       swap = (bits_of(sine) ^ bits_of(cosine)) & (0 - (quarter & 1));
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
@@ -103,7 +103,7 @@ INLINE exponential exponential_of(dd a)
     e.minus = of_bits((bits_of(shift - k) << 52) + one);
     return e;
 }
-/* Gives sinh and cosh of a. */
+/* Writes sinh and cosh of a. */
 INLINE void sinhcosh(dd a, wide *s, wide *c)
 {
     const exponential e = exponential_of(a);
@@ -200,7 +200,7 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
 
 /* A longer time overflows where a product is made without a fused one. */
 static const double longest = 0x1p990;
-/* Says whether the kernel serves so long after the beginning: so many turns have a fraction. */
+/* Returns 1 if the kernel serves so long after the beginning: so many turns have a fraction. */
 INLINE mask is_within(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);

@@ -160,7 +160,7 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, kowale
     memset(head, 0, sizeof *head);
     kr_status status = kr_scene_check(scene);
     if (status != KR_OK) return status;
-    if (scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KOWALEWSKI ||
+    if (scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI ||
         v_largest(scene->damping) > 0.0)
         return KR_ERR_METHOD;
     head->mismatch = mismatch_of(&scene->body);

@@ -4,7 +4,7 @@
  * Whatever grows with time (the nutation's rate nu, the rates k1 and k2 of alpha and beta) and the
  * roots for it are computed in double-double from differences that do not cancel. The moment about
  * the axis adds a constant spin only. This header is source that is compiled once per instruction
- * set and number of lanes, see setup.h. */
+ * set and number of lanes, see lane_types.h. */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
@@ -159,7 +159,7 @@ static turning turning_heights(const initial *s)
     take_lanes(&r, &some, sizeof r, top);
     return r;
 }
-/* Gives the rates nu, k1 and k2, and returns agm(1, k'). k1 is
+/* Writes the rates nu, k1 and k2, and returns agm(1, k'). k1 is
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
  * and k2 is the like at the upper pole, with 1 - u in place of 1 + u. There the sum may start from
  * u3 or from u2, whichever is farther from the pole and hence has the larger p0. */
@@ -316,7 +316,7 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Says whether the axis rests at a pole. Where it leans or moves, it does so by more than what
+/* Returns 1 if the axis rests at a pole. Where it leans or moves, it does so by more than what
  * kr_exact_resolves asks for. */
 static inline mask stands(const initial *s)
 {

@@ -10,7 +10,7 @@
 #define KR_EXACT_MAP_H
 #include "method.h"
 #include "map_curve.h"
-#include "from_scene.h"
+#include "scaling.h"
 
 /* Returns arg theta2(x + i y), |x| <= pi/4. Where K'/K < 1 it sums the dual series, which is one of
  * theta4. The terms are `weight` times cos(n x) cosh(n y) and sin(n x) sinh(n y), with odd n for
@@ -141,7 +141,7 @@ static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, d
     phase_start(&curve->first, first);
     phase_start(&curve->second, second);
 }
-/* Says whether the axis rests: at a pole, where one that leans and moves by less than 1e-100 counts
+/* Returns 1 if the axis rests: at a pole, where one that leans and moves by less than 1e-100 counts
  * as one that rests, or anywhere without gravity and momentum. */
 static int stands_still(const map_link *k, dd plus, dd minus)
 {
@@ -200,7 +200,7 @@ static kr_state map_state(const kr_exact_map *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Says whether the map begins where it should. At steps of 1e-8 and less it may lie so near a pole
+/* Returns 1 if the map begins where it should. At steps of 1e-8 and less it may lie so near a pole
  * that double-double does not tell the link's heights from it. */
 static int begins_at(const kr_exact_map *map, kr_quat start)
 {
@@ -218,7 +218,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     if (status == KR_OK && !(kr_method_applies(&kr_method_bobenko_suris, &scene->body) &&
                              v_largest(scene->damping) == 0.0))
         status = KR_ERR_METHOD;
-    if (status == KR_OK) status = read_top(scene, KR_LAGRANGE, &top);
+    if (status == KR_OK) status = read_top(scene, KR_KIND_LAGRANGE, &top);
     if (status != KR_OK) return status;
     kr_exact_map r = empty;
     exact_top seen;

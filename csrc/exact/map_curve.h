@@ -92,7 +92,7 @@ static void fill_cubic(map_link *k)
 }
 /* Finds the roots of P about the first link's s0, in v = s - s0: the lone one by Newton's method,
  * the two others as roots of a quadratic, without cancellation. */
-static void find_roots(map_link *k)
+static void find_map_roots(map_link *k)
 {
     const dd c[3] = {
         dd_mul(map_height(k, k->s), dd_square(k->climb)),
@@ -126,7 +126,7 @@ static void find_roots(map_link *k)
     k->s1 = dd_sub(k->s, k->below);
     k->s2 = dd_add(k->s, k->above);
 }
-/* Gives s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2, from its
+/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2, from its
  * distances to the roots. */
 static void at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
@@ -138,14 +138,14 @@ static void at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
     *s = dd_add(k->s1, up);
     *climb_square = dd_div(dd_mul(dd_mul(up, down), third), map_height(k, *s));
 }
-/* Gives real and imaginary part of N+ (sign 1) or N- (sign -1). */
+/* Writes real and imaginary part of N+ (sign 1) or N- (sign -1). */
 static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
 {
     const dd y = dd_mul(k->x, map_height(k, s));
     *re = dd_add(y, dd_times(sign, s));
     *im = dd_sub(dd_mul(k->l, y), dd_mul(k->c, s));
 }
-/* Gives the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles: 1 + sign u
+/* Writes the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles: 1 + sign u
  * by a sum, 1 - sign u by the product (1 - sign u)(1 - sign u'). The link is the one that begins at
  * the turning height. */
 static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
@@ -241,7 +241,7 @@ static map_curve map_curve_of(map_link *k)
 {
     map_curve r;
     fill_cubic(k);
-    find_roots(k);
+    find_map_roots(k);
     const half_stride half = set_periods(k, &r);
     set_arguments(k, half, &r);
     r.start = start_phase(k, &r);

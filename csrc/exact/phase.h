@@ -1,11 +1,11 @@
 /* Phases and rates of the closed form, and what its set-ups ask of an attitude. An angle is counted
  * in turns, because whole turns are then left out without a rounding. This header is source that is
- * compiled once per instruction set and number of lanes, see setup.h. */
+ * compiled once per instruction set and number of lanes, see lane_types.h. */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
-/* Gives real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
+/* Writes real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
  * before q is made a unit quaternion and carried into the frame. The first is for series of one
  * kind, the second for lanes of any. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
@@ -119,7 +119,7 @@ static inline quat_lanes rounded(const dd q[4])
     return r;
 }
 
-/* Gives the axis a = q e3 q* and, with its height u = a.e3, 1 + u in `plus`; returns 1 - u. Both
+/* Writes the axis a = q e3 q* and, with its height u = a.e3, 1 + u in `plus`; returns 1 - u. Both
  * come straight from the quaternion, so that neither cancels near a pole. */
 static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
@@ -132,7 +132,7 @@ static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
     a[2] = dd_half(dd_sub(*plus, minus));
     return minus;
 }
-/* Gives q* v q, where q need not be of unit length. */
+/* Writes q* v q, where q need not be of unit length. */
 static inline void turned_back(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];

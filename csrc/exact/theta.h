@@ -2,14 +2,14 @@
  * comes from the arithmetic-geometric mean M, that of the third kind as (DLMF 19.8.6)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n);
  * an incomplete one of the first kind is Carlson's R_F, by duplication. This header is source
- * that is compiled once per instruction set and number of lanes, see setup.h. */
+ * that is compiled once per instruction set and number of lanes, see lane_types.h. */
 #ifndef KR_EXACT_THETA_H
 #define KR_EXACT_THETA_H
 #include "kernel.h"
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp) and gives the sum of Q_n for each start p0^2 = 1 - alpha^2. At first a = Q = 1
+/* Returns agm(1, kp) and writes the sum of Q_n for each start p0^2 = 1 - alpha^2. At first a = Q = 1
  * and g = kp; a step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
@@ -159,7 +159,7 @@ static inline void accumulate(wide sum[], wide weight, int j, const double row[]
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
 }
-/* Gives sinh and cosh of y, also of a small one to all digits. With exp y = 2^k exp r
+/* Writes sinh and cosh of y, also of a small one to all digits. With exp y = 2^k exp r
  *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
 static inline void sinhcosh_all(wide y, wide *s, wide *c)
 {

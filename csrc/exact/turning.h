@@ -9,9 +9,9 @@
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
-/* What is equal to KR_INPUT_RTOL, of an angle in rad or of a precession or momentum in its terms,
- * is equal here. */
-enum course {
+/* Equalities hold up to KR_INPUT_RTOL: of an angle in rad, or of a precession or momentum relative
+ * to its terms. */
+enum motion_type {
     RESTING,    /* nothing pulls, and the apex rests */
     CIRCLE,     /* nothing pulls: a circle about the angular momentum */
     SLEEPING,   /* upright against gravity */
@@ -24,12 +24,12 @@ enum course {
     CUSPS,      /* above it stands still */
     WAVES       /* it precesses in one sense */
 };
-static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
-                                      "steady",  "separatrix", "pendulum", "rosette",
-                                      "loops",   "cusps",      "waves"};
+static const char *const motion_type_names[] = {"resting", "circle",     "sleeping", "hanging",
+                                                "steady",  "separatrix", "pendulum", "rosette",
+                                                "loops",   "cusps",      "waves"};
 
-/* Returns the nutation at a turning height u, given 1 - u and 1 + u; what `sharpen` has kept above
- * zero is zero. */
+/* Returns the nutation at a turning height u, given 1 - u and 1 + u. The smallest values that
+ * `sharpen` returns count as zero. */
 static double turning_angle(dd minus, dd plus)
 {
     const double least = 2e-36, low = minus.hi > least ? minus.hi : 0.0,
@@ -44,8 +44,9 @@ static int precession_sign(const initial *s, dd minus, dd plus, double tol)
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
-/* Says how the axis of a heavy top moves, seen with gravity downwards, between these nutations. */
-static enum course heavy_course(const initial *s, const turning *r, double least, double greatest)
+/* Returns the type of motion of a heavy top between two nutations, seen with gravity downwards. */
+static enum motion_type heavy_motion_type(const initial *s, const turning *r, double least,
+                                          double greatest)
 {
     const double pi = 3.14159265358979323846, tol = KR_INPUT_RTOL,
                  size = tol * sqrt(s->w_square.hi + s->g.hi);
@@ -58,13 +59,13 @@ static enum course heavy_course(const initial *s, const turning *r, double least
               low = precession_sign(s, r->minus1, r->plus1, 0.0);
     return high == 0 ? CUSPS : high == low ? WAVES : LOOPS;
 }
-static enum course free_course(const initial *s)
+static enum motion_type free_motion_type(const initial *s)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Gives the first times from 0 on at which the axis is lowest and highest. */
+/* Writes the first times from 0 on at which the axis is lowest and highest. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
@@ -77,7 +78,8 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Sets what does not depend on where the axis is; as seen with gravity downwards, in own units. */
+/* Returns the numbers that do not depend on the position of the axis, in own units, seen with
+ * gravity downwards. */
 static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
 {
     kr_turning r = {0};
@@ -98,32 +100,33 @@ static kr_turning turning_downwards(const exact_top *top)
     const initial s = initial_of(top, i1);
     const int free = s.g.hi == 0.0;
     kr_turning r = turning_of_body(top, &s, i1);
-    if (free ? free_course(&s) == RESTING : stands(&s)) {
-        r.course = courses[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
+    if (free ? free_motion_type(&s) == RESTING : stands(&s)) {
+        r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
         return r;
     }
     const turning heights = turning_heights(&s);
     r.least = turning_angle(heights.minus2, heights.plus2);
     r.greatest = turning_angle(heights.minus1, heights.plus1);
-    r.course = courses[free ? CIRCLE : heavy_course(&s, &heights, r.least, r.greatest)];
+    r.motion_type =
+        motion_type_names[free ? CIRCLE : heavy_motion_type(&s, &heights, r.least, r.greatest)];
     if (r.greatest - r.least > KR_INPUT_RTOL)
         turning_times(&s, &heights, &r.t_greatest, &r.t_least);
     return r;
 }
-static void exchange(double *a, double *b)
+static void swap_doubles(double *a, double *b)
 {
     const double c = *a;
     *a = *b;
     *b = c;
 }
-/* Looks at turning points from the other end of the vertical. */
-static void turning_over(kr_turning *r)
+/* Exchanges the two ends of the vertical. */
+static void flip_turning(kr_turning *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;
     r->greatest = pi - r->least;
     r->least = least;
-    exchange(&r->t_least, &r->t_greatest);
-    exchange(&r->sum, &r->difference);
+    swap_doubles(&r->t_least, &r->t_greatest);
+    swap_doubles(&r->sum, &r->difference);
     r->sum = -r->sum;
     r->difference = -r->difference;
     r->lever = -r->lever;

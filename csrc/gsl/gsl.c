@@ -11,7 +11,7 @@
 #include <gsl/gsl_odeiv2.h>
 #include "gsl.h"
 
-enum { TRIES = 1000 };
+enum { MAX_TRIES = 1000 };
 /* A step turns the top by so much at most [rad], which extrapolation.h keeps by itself: whole turns
  * inside a step fool the error estimate of the semi-implicit method, which damps what it does not
  * resolve. */
@@ -28,12 +28,12 @@ typedef struct {
 typedef struct {
     double y[GSL_SIZE], rate[GSL_SIZE];
     double h; /* the next step, with its sign */
-} path;
+} ode_work;
 
 /* attitude, velocity and put read and write the variables y = (q, W). */
-static kr_quat attitude(const double y[]) { return q4(y[0], v_of(y + 1)); }
-static kr_vec3 velocity(const double y[]) { return v_of(y + 4); }
-static void put(double y[], kr_quat q, kr_vec3 W)
+static kr_quat ode_attitude(const double y[]) { return q4(y[0], v_of(y + 1)); }
+static kr_vec3 ode_velocity(const double y[]) { return v_of(y + 4); }
+static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
 {
     y[0] = q.w;
     v_put(y + 1, q_vec(q));
@@ -50,11 +50,11 @@ static int finite_or_bad(const double *a, int n)
 int kr_gsl_rates(double t, const double y[], double rate[], void *params)
 {
     kr_motion *motion = params;
-    const kr_quat q = attitude(y);
-    const kr_vec3 W = velocity(y), I = motion->inertia;
+    const kr_quat q = ode_attitude(y);
+    const kr_vec3 W = ode_velocity(y), I = motion->inertia;
     const kr_vec3 torque = v_add(v_cross(v_times(I, W), W), v_cross(q_vertical(q), motion->lever));
     (void)t;
-    put(rate, q_scale(0.5, q_mul(q, q4(0.0, W))), v_over(torque, I));
+    put_vector_at(rate, q_scale(0.5, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
     return finite_or_bad(rate, GSL_SIZE);
 }
@@ -62,19 +62,20 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params)
 {
     kr_motion *motion = params;
-    const kr_quat q = attitude(y), e3 = q4(0.0, v3(0.0, 0.0, 1.0));
-    const kr_vec3 W = velocity(y), I = motion->inertia;
+    const kr_quat q = ode_attitude(y), e3 = q4(0.0, v3(0.0, 0.0, 1.0));
+    const kr_vec3 W = ode_velocity(y), I = motion->inertia;
     (void)t;
     for (int j = 0; j < GSL_SIZE; j++) {
         double along[GSL_SIZE] = {0.0}, column[GSL_SIZE];
         along[j] = 1.0;
-        const kr_quat dq = attitude(along), turn = q_mul(dq, q4(0.0, W)),
-                      spin = q_mul(q, q4(0.0, velocity(along)));
-        const kr_vec3 dW = velocity(along),
+        const kr_quat dq = ode_attitude(along), turn = q_mul(dq, q4(0.0, W)),
+                      spin = q_mul(q, q4(0.0, ode_velocity(along)));
+        const kr_vec3 dW = ode_velocity(along),
                       dP = v_scale(2.0, q_vec(q_mul(q_conj(q), q_mul(e3, dq))));
         const kr_vec3 gyration = v_add(v_cross(v_times(I, dW), W), v_cross(v_times(I, W), dW));
-        put(column, q4(0.5 * (turn.w + spin.w), v_scale(0.5, v_add(q_vec(turn), q_vec(spin)))),
-            v_over(v_add(gyration, v_cross(dP, motion->lever)), I));
+        put_vector_at(column,
+                      q4(0.5 * (turn.w + spin.w), v_scale(0.5, v_add(q_vec(turn), q_vec(spin)))),
+                      v_over(v_add(gyration, v_cross(dP, motion->lever)), I));
         for (int i = 0; i < GSL_SIZE; i++) jacobian[GSL_SIZE * i + j] = column[i];
         rate_t[j] = 0.0;
     }
@@ -93,9 +94,10 @@ static void done(kr_motion *motion)
     motion->aux = NULL;
 }
 /* Allocates GSL's step and control unless there are some, and begins at a state. */
-static kr_status begin(kr_motion *motion, const kr_state *start, const gsl_odeiv2_step_type *type)
+static kr_status ode_begin(kr_motion *motion, const kr_state *start,
+                           const gsl_odeiv2_step_type *type)
 {
-    path *p = (path *)motion->work;
+    ode_work *p = (ode_work *)motion->work;
     if (!motion->aux) {
         tools *use = motion->aux = calloc(1, sizeof *use);
         if (!use) return KR_ERR_MEMORY;
@@ -109,17 +111,17 @@ static kr_status begin(kr_motion *motion, const kr_state *start, const gsl_odeiv
         }
     }
     gsl_odeiv2_step_reset(((tools *)motion->aux)->step);
-    put(p->y, start->q, v_over(q_turn_back(start->q, start->m), motion->inertia));
+    put_vector_at(p->y, start->q, v_over(q_turn_back(start->q, start->m), motion->inertia));
     p->h = motion->step != 0.0 ? motion->step : 1e-3;
     return kr_gsl_rates(0.0, p->y, p->rate, motion) == GSL_SUCCESS ? KR_OK : KR_ERR_NOT_FINITE;
 }
 static kr_status reset_rk8pd(kr_motion *motion, const kr_state *start)
 {
-    return begin(motion, start, gsl_odeiv2_step_rk8pd);
+    return ode_begin(motion, start, gsl_odeiv2_step_rk8pd);
 }
 static kr_status reset_bsimp(kr_motion *motion, const kr_state *start)
 {
-    return begin(motion, start, gsl_odeiv2_step_bsimp);
+    return ode_begin(motion, start, gsl_odeiv2_step_bsimp);
 }
 
 static double longest_step(const kr_motion *motion, double rate)
@@ -131,7 +133,7 @@ static double longest_step(const kr_motion *motion, double rate)
 }
 /* Tries a step of length h from p. `next` is where it leads, with the step that the control would
  * take then. Returns 0 if the control rejects it; `next` then has the step to take instead. */
-static int accepted(kr_motion *motion, double h, const path *p, path *next)
+static int accepted(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};
     const tools *use = motion->aux;
@@ -144,13 +146,13 @@ static int accepted(kr_motion *motion, double h, const path *p, path *next)
     next->h = 0.5 * h;
     return 0;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status ode_step(kr_motion *motion, double until)
 {
-    path *p = (path *)motion->work, next = *p;
+    ode_work *p = (ode_work *)motion->work, next = *p;
     /* No step in doubles can meet such a tolerance. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
-    const double longest = longest_step(motion, v_length(velocity(p->y)));
-    for (int rejected = 0; rejected < TRIES; rejected++) {
+    const double longest = longest_step(motion, v_length(ode_velocity(p->y)));
+    for (int rejected = 0; rejected < MAX_TRIES; rejected++) {
         if (fabs(next.h) > longest) next.h = copysign(longest, next.h);
         const int lands =
             motion->step < 0.0 ? motion->clock + next.h <= until : motion->clock + next.h >= until;
@@ -167,11 +169,11 @@ static kr_status step(kr_motion *motion, double until)
     }
     return KR_ERR_STEP;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void ode_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)motion->work;
-    s->q = q_unit(attitude(p->y));
-    s->m = q_turn(s->q, v_times(motion->inertia, velocity(p->y)));
+    const ode_work *p = (const ode_work *)motion->work;
+    s->q = q_unit(ode_attitude(p->y));
+    s->m = q_turn(s->q, v_times(motion->inertia, ode_velocity(p->y)));
 }
 
 const kr_method kr_method_gsl_rk8pd = {
@@ -180,12 +182,12 @@ const kr_method kr_method_gsl_rk8pd = {
     .conserves = "nothing",
     .reference = "Prince and Dormand 1981; GSL 2.7",
     .order = 8,
-    .flags = KR_ADAPTIVE | KR_ABSOLUTE,
-    .work = sizeof(path) / sizeof(double),
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE,
+    .work = sizeof(ode_work) / sizeof(double),
     .reset = reset_rk8pd,
-    .step = step,
-    .read = read,
-    .done = done,
+    .step = ode_step,
+    .read = ode_read,
+    .release = done,
 };
 const kr_method kr_method_gsl_bsimp = {
     .name = "gsl_bsimp",
@@ -193,10 +195,10 @@ const kr_method kr_method_gsl_bsimp = {
     .conserves = "nothing",
     .reference = "Bader and Deuflhard 1983; GSL 2.7",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_ABSOLUTE | KR_IMPLICIT,
-    .work = sizeof(path) / sizeof(double),
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE | KR_METHOD_IMPLICIT,
+    .work = sizeof(ode_work) / sizeof(double),
     .reset = reset_bsimp,
-    .step = step,
-    .read = read,
-    .done = done,
+    .step = ode_step,
+    .read = ode_read,
+    .release = done,
 };

@@ -2,7 +2,7 @@
  * and libm only. Sums and products err by a few 2^-104 (Joldes, Muller, Popescu, ACM Trans. Math.
  * Softw. 44, 2017). They need strict evaluation: -ffp-contract=off, and never -ffast-math. A name
  * that begins with dd_ rounds to a double-double; two_sum and two_product are exact. Where
- * KR_DD_LANES is defined, each of the two is a vector of doubles (wide.h), and each lane has the
+ * KR_DD_LANES is defined, each of the two is a vector of doubles (simd.h), and each lane has the
  * bits that it would have alone. */
 #ifndef KR_DD_H
 #define KR_DD_H
@@ -10,7 +10,7 @@
 
 /* A part is one of the two doubles, a truth what a comparison of parts gives. */
 #if defined KR_DD_LANES
-#  include "wide.h"
+#  include "simd.h"
 typedef wide dd_part;
 typedef mask dd_truth;
 static inline dd_part part_of(double a) { return wide_splat(a); }

@@ -8,7 +8,7 @@
 #include <stdint.h>
 #include <string.h>
 
-/* Gives cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2. This needs no root and no division, and
+/* Writes cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2. This needs no root and no division, and
  * nothing special at zero. */
 static inline void less_one_sinc_small(double z, double *c, double *s)
 {
@@ -28,7 +28,7 @@ static inline void cos_sinc_small(double z, double *c, double *s)
     *c += 1.0;
 }
 
-/* Gives sine and cosine of any x. Beyond 2^19 the angle is reduced by the double next to 2 pi,
+/* Writes sine and cosine of any x. Beyond 2^19 the angle is reduced by the double next to 2 pi,
  * which costs less than the rounding of x itself. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
@@ -52,7 +52,7 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     if ((quadrant + 1) & 2) *cosine = -*cosine;
 }
 
-/* Gives cos(x) and sin(x)/x for any z = x^2. */
+/* Writes cos(x) and sin(x)/x for any z = x^2. */
 static inline void cos_sinc(double z, double *c, double *s)
 {
     if (z <= 0.61) {
@@ -64,7 +64,7 @@ static inline void cos_sinc(double z, double *c, double *s)
     }
 }
 
-/* Gives cos(x) - 1 and sin(x)/x for any z = x^2. A small turn is told by its change alone, which
+/* Writes cos(x) - 1 and sin(x)/x for any z = x^2. A small turn is told by its change alone, which
  * loses no digit to the one. */
 static inline void less_one_sinc(double z, double *c, double *s)
 {

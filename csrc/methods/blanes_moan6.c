@@ -4,7 +4,7 @@
  * a bounded O(h^6). */
 #include "composed.h"
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status blanes_moan6_reset(kr_motion *motion, const kr_state *start)
 {
     return composed_begin(motion, start, BLANES_MOAN6);
 }
@@ -15,10 +15,11 @@ const kr_method kr_method_blanes_moan6 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Blanes and Moan 2002, SRKN 14",
     .order = 6,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING | KR_SYMMETRIC_ONLY,
+    .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC |
+             KR_METHOD_SPLITTING | KR_METHOD_SYMMETRIC_ONLY,
     .work = COMPOSED_WORK,
-    .reset = reset,
+    .reset = blanes_moan6_reset,
     .step = composed_step,
     .read = composed_read,
-    .is_sound = composed_is_sound,
+    .is_valid = composed_is_valid,
 };

@@ -5,23 +5,23 @@
  * bobenko_suris2 by half a kick. */
 #include "bobenko_suris.h"
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status bobenko_suris_reset(kr_motion *motion, const kr_state *start)
 {
     bobenko_suris_begin((bobenko_suris_orbit *)motion->work, motion, start);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status bobenko_suris_step(kr_motion *motion, double until)
 {
     bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
     (void)until;
-    o->m = bobenko_suris_kicked(o, o->kick);
+    o->m = bobenko_suris_kick(o, o->kick);
     bobenko_suris_drift(o);
     motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void bobenko_suris_read(const kr_motion *motion, kr_state *s)
 {
-    bobenko_suris_read((const bobenko_suris_orbit *)motion->work, s);
+    bobenko_suris_read_orbit((const bobenko_suris_orbit *)motion->work, s);
 }
 
 const kr_method kr_method_bobenko_suris = {
@@ -30,10 +30,10 @@ const kr_method kr_method_bobenko_suris = {
     .conserves = "<m,p>, <m,a>, a modified energy",
     .reference = "Bobenko and Suris 1999; thesis 4.2",
     .order = 1,
-    .flags = KR_SYMPLECTIC | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
+    .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_ALGEBRAIC | KR_METHOD_LAGRANGE_ONLY,
     .work = BOBENKO_SURIS_WORK,
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .is_sound = bobenko_suris_is_sound,
+    .reset = bobenko_suris_reset,
+    .step = bobenko_suris_step,
+    .read = bobenko_suris_read,
+    .is_valid = bobenko_suris_is_valid,
 };

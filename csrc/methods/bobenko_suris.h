@@ -22,7 +22,7 @@ typedef struct bobenko_suris_orbit {
 enum { BOBENKO_SURIS_WORK = sizeof(bobenko_suris_orbit) / sizeof(double), BOBENKO_SURIS_SEED = 64 };
 
 /* Returns the momentum after a kick k. */
-static inline kr_vec3 bobenko_suris_kicked(const bobenko_suris_orbit *o, double k)
+static inline kr_vec3 bobenko_suris_kick(const bobenko_suris_orbit *o, double k)
 {
     const kr_vec3 a = q_axis(o->q);
     return v3(o->m.x - k * a.y, o->m.y + k * a.x, o->m.z);
@@ -58,14 +58,14 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
     bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
                                    arc_tangent(0.5 * h * c / motion->inertia.x));
 }
-/* Says whether the orbit, with which the work begins, has made a number of steps that is one. */
-static inline int bobenko_suris_is_sound(const void *work)
+/* Returns 1 if the orbit, with which the work begins, has made a number of steps that is one. */
+static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;
     memcpy(&o, work, sizeof o);
     return fabs(o.n) < 0x1p53;
 }
-static inline void bobenko_suris_read(const bobenko_suris_orbit *o, kr_state *s)
+static inline void bobenko_suris_read_orbit(const bobenko_suris_orbit *o, kr_state *s)
 {
     s->q = q_mul_z(o->q, o->cosine, o->sine);
     s->m = o->m;

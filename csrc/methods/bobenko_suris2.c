@@ -5,27 +5,27 @@
  * that meet between steps are one. */
 #include "bobenko_suris.h"
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status bobenko_suris2_reset(kr_motion *motion, const kr_state *start)
 {
     bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
     bobenko_suris_begin(o, motion, start);
-    o->m = bobenko_suris_kicked(o, 0.5 * o->kick);
+    o->m = bobenko_suris_kick(o, 0.5 * o->kick);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status bobenko_suris2_step(kr_motion *motion, double until)
 {
     bobenko_suris_orbit *o = (bobenko_suris_orbit *)motion->work;
     (void)until;
     bobenko_suris_drift(o);
-    o->m = bobenko_suris_kicked(o, o->kick);
+    o->m = bobenko_suris_kick(o, o->kick);
     motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void bobenko_suris2_read(const kr_motion *motion, kr_state *s)
 {
     const bobenko_suris_orbit *o = (const bobenko_suris_orbit *)motion->work;
-    bobenko_suris_read(o, s);
-    s->m = bobenko_suris_kicked(o, -0.5 * o->kick);
+    bobenko_suris_read_orbit(o, s);
+    s->m = bobenko_suris_kick(o, -0.5 * o->kick);
 }
 
 const kr_method kr_method_bobenko_suris2 = {
@@ -34,10 +34,11 @@ const kr_method kr_method_bobenko_suris2 = {
     .conserves = "<m,p>, <m,a>, a modified energy",
     .reference = "conjugate to Bobenko and Suris 1999",
     .order = 2,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
+    .flags =
+        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_LAGRANGE_ONLY,
     .work = BOBENKO_SURIS_WORK,
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .is_sound = bobenko_suris_is_sound,
+    .reset = bobenko_suris2_reset,
+    .step = bobenko_suris2_step,
+    .read = bobenko_suris2_read,
+    .is_valid = bobenko_suris_is_valid,
 };

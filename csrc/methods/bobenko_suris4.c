@@ -15,18 +15,18 @@ typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */
     double precession;     /* the turn about e3 in a step */
-} path;
+} bobenko_suris4_state;
 
 /* Returns the momentum after this part of a corrected kick. */
-static kr_vec3 kicked(const path *p, double part)
+static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);
     const double bu = p->b * a.z, k = part * p->o.kick * ((1.0 - bu) / (1.0 + bu * bu));
     return v3(p->o.m.x - k * a.y, p->o.m.y + k * a.x, p->o.m.z);
 }
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status bobenko_suris4_reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)motion->work;
+    bobenko_suris4_state *p = (bobenko_suris4_state *)motion->work;
     const double i1 = motion->inertia.x, g = motion->lever.z / i1;
     const kr_vec3 a = q_axis(start->q);
     const resummed r = resum(motion->step, g, a, v_scale(1.0 / i1, start->m));
@@ -39,26 +39,26 @@ static kr_status reset(kr_motion *motion, const kr_state *start)
         0.5 * (motion->step * v_dot(start->m, a) * (1.0 / motion->inertia.z - 1.0 / i1) + r.spin));
     p->b = 0.25 * r.step * r.step * g;
     p->precession = r.precession;
-    p->o.m = kicked(p, 0.5);
+    p->o.m = apply_corrected_kick(p, 0.5);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status bobenko_suris4_step(kr_motion *motion, double until)
 {
-    path *p = (path *)motion->work;
+    bobenko_suris4_state *p = (bobenko_suris4_state *)motion->work;
     (void)until;
     bobenko_suris_drift(&p->o);
-    p->o.m = kicked(p, 1.0);
+    p->o.m = apply_corrected_kick(p, 1.0);
     motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void bobenko_suris4_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)motion->work;
+    const bobenko_suris4_state *p = (const bobenko_suris4_state *)motion->work;
     kr_quat turn = q_one();
     sin_cos(0.5 * p->o.n * p->precession, &turn.z, &turn.w);
-    bobenko_suris_read(&p->o, s);
+    bobenko_suris_read_orbit(&p->o, s);
     s->q = q_mul(turn, s->q);
-    s->m = q_turn(turn, kicked(p, -0.5));
+    s->m = q_turn(turn, apply_corrected_kick(p, -0.5));
 }
 
 const kr_method kr_method_bobenko_suris4 = {
@@ -67,10 +67,10 @@ const kr_method kr_method_bobenko_suris4 = {
     .conserves = "<m,p>, <m,a>, a modified energy",
     .reference = "after Bobenko and Suris 1999",
     .order = 4,
-    .flags = KR_REVERSIBLE | KR_ALGEBRAIC | KR_LAGRANGE_ONLY,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .is_sound = bobenko_suris_is_sound,
+    .flags = KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_LAGRANGE_ONLY,
+    .work = sizeof(bobenko_suris4_state) / sizeof(double),
+    .reset = bobenko_suris4_reset,
+    .step = bobenko_suris4_step,
+    .read = bobenko_suris4_read,
+    .is_valid = bobenko_suris_is_valid,
 };

@@ -34,8 +34,8 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     motion->stats.evaluations += p->c.stages;
     return KR_OK;
 }
-/* Says whether there are as many stages as the arrays of a composition may have. */
-static inline int composed_is_sound(const void *work)
+/* Returns 1 if there are as many stages as the arrays of a composition may have. */
+static inline int composed_is_valid(const void *work)
 {
     composed p;
     memcpy(&p, work, sizeof p);

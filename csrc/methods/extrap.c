@@ -3,19 +3,25 @@
 #include "extrapolation.h"
 #include "rest_frame.h"
 
-static const gbs_form rest = {
+static const gbs_form rest_frame_form = {
     .begin = rest_frame_begin,
     .rates = rest_frame_rates,
     .velocity = rest_frame_velocity,
     .momentum = rest_frame_momentum,
     .attitude = rest_frame_attitude,
 };
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status extrap_reset(kr_motion *motion, const kr_state *start)
 {
-    return gbs_reset(motion, start, &rest);
+    return gbs_reset(motion, start, &rest_frame_form);
 }
-static kr_status step(kr_motion *motion, double until) { return gbs_step(motion, until, &rest); }
-static void read(const kr_motion *motion, kr_state *s) { gbs_read(motion, s, &rest); }
+static kr_status extrap_step(kr_motion *motion, double until)
+{
+    return gbs_step(motion, until, &rest_frame_form);
+}
+static void extrap_read(const kr_motion *motion, kr_state *s)
+{
+    gbs_read(motion, s, &rest_frame_form);
+}
 
 const kr_method kr_method_extrap = {
     .name = "extrap",
@@ -24,10 +30,10 @@ const kr_method kr_method_extrap = {
     .conserves = "nothing",
     .reference = "Gragg 1965; Bulirsch and Stoer 1966; Hairer, Norsett, Wanner, II.9",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_ABSOLUTE,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE,
     .work = GBS_WORK,
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .is_sound = gbs_is_sound,
+    .reset = extrap_reset,
+    .step = extrap_step,
+    .read = extrap_read,
+    .is_valid = gbs_is_valid,
 };

@@ -15,7 +15,7 @@ static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
     return v3(v_dot(v_of(y + 3), v), v_dot(v_of(y + 6), v), v_dot(v_of(y + 9), v));
 }
 
-static void begin(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE])
+static void kirchhoff_begin(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE])
 {
     (void)motion;
     v_put(y, q_turn_back(s->q, s->m));
@@ -23,42 +23,48 @@ static void begin(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]
     v_put(y + 6, q_turn_back(s->q, v3(0.0, 1.0, 0.0)));
     v_put(y + 9, q_turn_back(s->q, v3(0.0, 0.0, 1.0)));
 }
-static void rates(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE])
+static void kirchhoff_rates(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE])
 {
     const kr_vec3 W = body_velocity(motion, y);
     v_put(rate, v_add(v_cross(v_of(y), W), v_cross(v_of(y + 9), motion->lever)));
     for (int i = 3; i < GBS_SIZE; i += 3) v_put(rate + i, v_cross(v_of(y + i), W));
     motion->stats.evaluations++;
 }
-static kr_vec3 velocity(const kr_motion *motion, const double y[GBS_SIZE])
+static kr_vec3 kirchhoff_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
     return in_space(y, body_velocity(motion, y));
 }
-static kr_vec3 momentum(const kr_motion *motion, const double y[GBS_SIZE])
+static kr_vec3 kirchhoff_momentum(const kr_motion *motion, const double y[GBS_SIZE])
 {
     (void)motion;
     return in_space(y, v_of(y));
 }
 
-static kr_quat attitude(const double y[GBS_SIZE], kr_quat last)
+static kr_quat kirchhoff_attitude(const double y[GBS_SIZE], kr_quat last)
 {
     return q_near(q_of_frame(v3(y[3], y[6], y[9]), v3(y[4], y[7], y[10]), v3(y[5], y[8], y[11])),
                   last);
 }
 
-static const gbs_form body = {
-    .begin = begin,
-    .rates = rates,
-    .velocity = velocity,
-    .momentum = momentum,
-    .attitude = attitude,
+static const gbs_form kirchhoff_form = {
+    .begin = kirchhoff_begin,
+    .rates = kirchhoff_rates,
+    .velocity = kirchhoff_velocity,
+    .momentum = kirchhoff_momentum,
+    .attitude = kirchhoff_attitude,
 };
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status kirchhoff_reset(kr_motion *motion, const kr_state *start)
 {
-    return gbs_reset(motion, start, &body);
+    return gbs_reset(motion, start, &kirchhoff_form);
 }
-static kr_status step(kr_motion *motion, double until) { return gbs_step(motion, until, &body); }
-static void read(const kr_motion *motion, kr_state *s) { gbs_read(motion, s, &body); }
+static kr_status kirchhoff_step(kr_motion *motion, double until)
+{
+    return gbs_step(motion, until, &kirchhoff_form);
+}
+static void kirchhoff_read(const kr_motion *motion, kr_state *s)
+{
+    gbs_read(motion, s, &kirchhoff_form);
+}
 
 const kr_method kr_method_extrap_kirchhoff = {
     .name = "extrap_kirchhoff",
@@ -66,10 +72,10 @@ const kr_method kr_method_extrap_kirchhoff = {
     .conserves = "nothing",
     .reference = "Kirchhoff 1876; thesis 3.4; Hairer, Norsett, Wanner, II.9",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_ABSOLUTE,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_ABSOLUTE,
     .work = GBS_WORK,
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .is_sound = gbs_is_sound,
+    .reset = kirchhoff_reset,
+    .step = kirchhoff_step,
+    .read = kirchhoff_read,
+    .is_valid = gbs_is_valid,
 };

@@ -228,8 +228,8 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     }
     return KR_ERR_STEP;
 }
-/* Says whether the row that the next step aims at is one of the table. */
-static inline int gbs_is_sound(const void *work)
+/* Returns 1 if the row that the next step aims at is one of the table. */
+static inline int gbs_is_valid(const void *work)
 {
     gbs_path p;
     memcpy(&p, work, sizeof p);

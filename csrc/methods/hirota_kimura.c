@@ -10,38 +10,42 @@
 typedef struct {
     kr_quat q;
     kr_vec3 M, W;
-} path;
+} hirota_kimura_state;
 
-static kr_vec3 velocity(const kr_motion *motion, kr_vec3 M) { return v_over(M, motion->inertia); }
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_vec3 body_angular_velocity(const kr_motion *motion, kr_vec3 M)
 {
-    path *p = (path *)motion->work;
+    return v_over(M, motion->inertia);
+}
+static kr_status hirota_kimura_reset(kr_motion *motion, const kr_state *start)
+{
+    hirota_kimura_state *p = (hirota_kimura_state *)motion->work;
     p->q = start->q;
     p->M = q_turn_back(start->q, start->m);
-    p->W = velocity(motion, p->M);
+    p->W = body_angular_velocity(motion, p->M);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status hirota_kimura_step(kr_motion *motion, double until)
 {
-    path *p = (path *)motion->work;
+    hirota_kimura_state *p = (hirota_kimura_state *)motion->work;
     const double half = 0.5 * motion->step;
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     kr_vec3 columns[3];
     (void)until;
     for (int i = 0; i < 3; i++)
-        columns[i] =
-            v_axpy(-half, v_add(v_cross(p->M, velocity(motion, axes[i])), v_cross(axes[i], p->W)),
-                   axes[i]);
+        columns[i] = v_axpy(
+            -half,
+            v_add(v_cross(p->M, body_angular_velocity(motion, axes[i])), v_cross(axes[i], p->W)),
+            axes[i]);
     p->M = v_solve(columns, p->M);
     const kr_vec3 before = p->W;
-    p->W = velocity(motion, p->M);
+    p->W = body_angular_velocity(motion, p->M);
     p->q = q_unit(q_mul(p->q, q4(1.0, v_scale(0.5 * half, v_add(before, p->W)))));
     motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void hirota_kimura_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)motion->work;
+    const hirota_kimura_state *p = (const hirota_kimura_state *)motion->work;
     s->q = p->q;
     s->m = q_turn(p->q, p->M);
 }
@@ -53,9 +57,9 @@ const kr_method kr_method_hirota_kimura = {
     .conserves = "two rational integrals",
     .reference = "Hirota and Kimura 2000; Kahan 1993",
     .order = 2,
-    .flags = KR_REVERSIBLE | KR_ALGEBRAIC | KR_EULER_ONLY,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
+    .flags = KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_EULER_ONLY,
+    .work = sizeof(hirota_kimura_state) / sizeof(double),
+    .reset = hirota_kimura_reset,
+    .step = hirota_kimura_step,
+    .read = hirota_kimura_read,
 };

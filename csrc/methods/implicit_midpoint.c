@@ -13,7 +13,7 @@ typedef struct {
     kr_quat q;
     kr_vec3 m;
     kr_vec3 V; /* that of the last step, which is the next one's guess */
-} path;
+} midpoint_state;
 /* A step at a guess V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
@@ -22,7 +22,7 @@ typedef struct {
 } attempt;
 
 /* Returns the attempt at V, from momentum M and vertical P that the body sees at the start. */
-static attempt look(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
+static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
     const kr_quat r = q_unit(q4(1.0, a.y));
@@ -33,7 +33,7 @@ static attempt look(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 }
 /* Returns by how much the guess V has to be less, by Newton's method: each column is the change of
  * the residual along an axis. */
-static kr_vec3 correction(const kr_motion *motion, const attempt *a)
+static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
@@ -48,25 +48,25 @@ static kr_vec3 correction(const kr_motion *motion, const attempt *a)
     }
     return v_solve(columns, a->residual);
 }
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status midpoint_reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)motion->work;
+    midpoint_state *p = (midpoint_state *)motion->work;
     const kr_vec3 M = q_turn_back(start->q, start->m), I = motion->inertia;
     p->q = start->q;
     p->m = start->m;
     p->V = v_over(M, I);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status midpoint_step(kr_motion *motion, double until)
 {
-    path *p = (path *)motion->work;
+    midpoint_state *p = (midpoint_state *)motion->work;
     const kr_vec3 M = q_turn_back(p->q, p->m), P = q_vertical(p->q);
     const double size = v_largest(M) + fabs(motion->step) * v_largest(motion->lever);
     const double tol = (motion->tol > 0.0 ? motion->tol : 1e-14) * size;
     kr_vec3 V = p->V;
     (void)until;
     for (int i = 0; i < MOST; i++) {
-        const attempt a = look(motion, M, P, V);
+        const attempt a = evaluate_attempt(motion, M, P, V);
         motion->stats.iterations++;
         motion->stats.evaluations++;
         if (v_largest(a.residual) <= tol) {
@@ -77,13 +77,13 @@ static kr_status step(kr_motion *motion, double until)
             p->V = V;
             return KR_OK;
         }
-        V = v_sub(V, correction(motion, &a));
+        V = v_sub(V, newton_correction(motion, &a));
     }
     return KR_ERR_CONVERGENCE;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void midpoint_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)motion->work;
+    const midpoint_state *p = (const midpoint_state *)motion->work;
     s->q = p->q;
     s->m = p->m;
 }
@@ -94,9 +94,9 @@ const kr_method kr_method_implicit_midpoint = {
     .conserves = "<m,p>",
     .reference = "Hairer, Lubich, Wanner, VII.5",
     .order = 2,
-    .flags = KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
+    .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC,
+    .work = sizeof(midpoint_state) / sizeof(double),
+    .reset = midpoint_reset,
+    .step = midpoint_step,
+    .read = midpoint_read,
 };

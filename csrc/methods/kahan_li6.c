@@ -3,7 +3,7 @@
  * energy up to a bounded O(h^6). */
 #include "composed.h"
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status kahan_li6_reset(kr_motion *motion, const kr_state *start)
 {
     return composed_begin(motion, start, KAHAN_LI6);
 }
@@ -14,10 +14,11 @@ const kr_method kr_method_kahan_li6 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Kahan and Li 1997",
     .order = 6,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
+    .flags =
+        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
     .work = COMPOSED_WORK,
-    .reset = reset,
+    .reset = kahan_li6_reset,
     .step = composed_step,
     .read = composed_read,
-    .is_sound = composed_is_sound,
+    .is_valid = composed_is_valid,
 };

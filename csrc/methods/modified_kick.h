@@ -51,7 +51,7 @@ static inline kr_vec3 modified_kicked(const modified_kick *kick, kr_quat q, kr_v
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Says whether the top, as fast as its energy lets it turn, turns by at most so much in a step
+/* Returns 1 if the top, as fast as its energy lets it turn, turns by at most so much in a step
  * [rad]. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)

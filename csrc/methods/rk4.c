@@ -6,42 +6,42 @@
 typedef struct {
     double y[REST_FRAME];
     kr_quat q;
-} path;
+} rk4_state;
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status rk4_reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)motion->work;
+    rk4_state *p = (rk4_state *)motion->work;
     rest_frame_begin(motion, start, p->y);
     p->q = start->q;
     return KR_OK;
 }
-/* Gives y + h k. */
-static void along(const double y[REST_FRAME], double h, const double k[REST_FRAME],
-                  double out[REST_FRAME])
+/* Writes y + h k. */
+static void add_scaled(const double y[REST_FRAME], double h, const double k[REST_FRAME],
+                       double out[REST_FRAME])
 {
     for (int i = 0; i < REST_FRAME; i++) out[i] = y[i] + h * k[i];
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status rk4_step(kr_motion *motion, double until)
 {
-    path *p = (path *)motion->work;
+    rk4_state *p = (rk4_state *)motion->work;
     const double h = motion->step;
     double k1[REST_FRAME], k2[REST_FRAME], k3[REST_FRAME], k4[REST_FRAME], y[REST_FRAME];
     (void)until;
     rest_frame_rates(motion, p->y, k1);
-    along(p->y, 0.5 * h, k1, y);
+    add_scaled(p->y, 0.5 * h, k1, y);
     rest_frame_rates(motion, y, k2);
-    along(p->y, 0.5 * h, k2, y);
+    add_scaled(p->y, 0.5 * h, k2, y);
     rest_frame_rates(motion, y, k3);
-    along(p->y, h, k3, y);
+    add_scaled(p->y, h, k3, y);
     rest_frame_rates(motion, y, k4);
     for (int i = 0; i < REST_FRAME; i++)
         p->y[i] += h * ((k1[i] + 2.0 * (k2[i] + k3[i])) + k4[i]) / 6.0;
     p->q = rest_frame_attitude(p->y, p->q);
     return KR_OK;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void rk4_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)motion->work;
+    const rk4_state *p = (const rk4_state *)motion->work;
     s->q = p->q;
     s->m = rest_frame_momentum(motion, p->y);
 }
@@ -52,9 +52,9 @@ const kr_method kr_method_rk4 = {
     .conserves = "nothing",
     .reference = "Kutta 1901; thesis 3.9",
     .order = 4,
-    .flags = KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
+    .flags = KR_METHOD_ALGEBRAIC,
+    .work = sizeof(rk4_state) / sizeof(double),
+    .reset = rk4_reset,
+    .step = rk4_step,
+    .read = rk4_read,
 };

@@ -4,14 +4,14 @@
 #include "splitting.h"
 
 /* Between steps m is half a kick ahead. */
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status strang_reset(kr_motion *motion, const kr_state *start)
 {
     splitting *s = (splitting *)motion->work;
     splitting_begin(s, motion, start);
     splitting_kick(s, motion, 0.5);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status strang_step(kr_motion *motion, double until)
 {
     splitting *s = (splitting *)motion->work;
     (void)until;
@@ -21,7 +21,7 @@ static kr_status step(kr_motion *motion, double until)
     motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_motion *motion, kr_state *out)
+static void strang_read(const kr_motion *motion, kr_state *out)
 {
     splitting_read((const splitting *)motion->work, motion, 0.5, out);
 }
@@ -32,9 +32,10 @@ const kr_method kr_method_strang = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "McLachlan 1993; Reich 1994",
     .order = 2,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
+    .flags =
+        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
     .work = sizeof(splitting) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
+    .reset = strang_reset,
+    .step = strang_step,
+    .read = strang_read,
 };

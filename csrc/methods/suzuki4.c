@@ -3,7 +3,7 @@
  * energy up to a bounded O(h^4). */
 #include "composed.h"
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status suzuki4_reset(kr_motion *motion, const kr_state *start)
 {
     return composed_begin(motion, start, SUZUKI4);
 }
@@ -14,10 +14,11 @@ const kr_method kr_method_suzuki4 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Suzuki 1990",
     .order = 4,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
+    .flags =
+        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
     .work = COMPOSED_WORK,
-    .reset = reset,
+    .reset = suzuki4_reset,
     .step = composed_step,
     .read = composed_read,
-    .is_sound = composed_is_sound,
+    .is_valid = composed_is_valid,
 };

@@ -12,11 +12,11 @@ typedef struct {
     splitting s; /* m is half a kick ahead, and unprocessed as q is */
     modified_kick kick;
     composition c;
-} path;
+} takahashi_state;
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status takahashi_reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)motion->work;
+    takahashi_state *p = (takahashi_state *)motion->work;
     splitting_begin(&p->s, motion, start);
     p->kick = modified_kick_begin(motion);
     p->c = compose(SUZUKI4);
@@ -25,7 +25,7 @@ static kr_status reset(kr_motion *motion, const kr_state *start)
     splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 0.5));
     return status;
 }
-static void drift(path *p)
+static void takahashi_drift(takahashi_state *p)
 {
     if (p->s.n == 0.0) {
         splitting_drift(&p->s, 1.0);
@@ -39,27 +39,27 @@ static void drift(path *p)
     }
     splitting_go(&p->s, &b, 1.0);
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status takahashi_step(kr_motion *motion, double until)
 {
-    path *p = (path *)motion->work;
+    takahashi_state *p = (takahashi_state *)motion->work;
     (void)until;
-    drift(p);
+    takahashi_drift(p);
     splitting_push(&p->s, modified_kick_push(&p->kick, p->s.q, 1.0));
     p->s.steps += 1.0;
     motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_motion *motion, kr_state *out)
+static void takahashi_read(const kr_motion *motion, kr_state *out)
 {
-    const path *p = (const path *)motion->work;
+    const takahashi_state *p = (const takahashi_state *)motion->work;
     splitting_read(&p->s, motion, 0.0, out);
     out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
-/* Says whether there are as many stages as the arrays of a composition may have. */
-static int is_sound(const void *work)
+/* Returns 1 if there are as many stages as the arrays of a composition may have. */
+static int takahashi_is_valid(const void *work)
 {
-    path p;
+    takahashi_state p;
     memcpy(&p, work, sizeof p);
     return p.c.stages >= 0 && p.c.stages <= COMPOSE_MOST;
 }
@@ -70,10 +70,11 @@ const kr_method kr_method_takahashi_imada4 = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "Takahashi and Imada 1984; Rowlands 1991",
     .order = 4,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_ALGEBRAIC | KR_SPLITTING,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .is_sound = is_sound,
+    .flags =
+        KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_ALGEBRAIC | KR_METHOD_SPLITTING,
+    .work = sizeof(takahashi_state) / sizeof(double),
+    .reset = takahashi_reset,
+    .step = takahashi_step,
+    .read = takahashi_read,
+    .is_valid = takahashi_is_valid,
 };

@@ -7,36 +7,36 @@ typedef struct {
     kr_quat q;
     kr_vec3 m; /* half a kick ahead */
     kr_vec3 r; /* the last step's solution, which is the next one's guess */
-} path;
+} veselov2_state;
 
 /* Returns the momentum after this part of a kick. */
-static kr_vec3 kicked(const path *p, const kr_motion *motion, double part)
+static kr_vec3 veselov2_kick(const veselov2_state *p, const kr_motion *motion, double part)
 {
     return v_axpy(part * motion->step, motion_torque(motion, p->q), p->m);
 }
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status veselov2_reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)motion->work;
+    veselov2_state *p = (veselov2_state *)motion->work;
     p->q = start->q;
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
-    p->m = kicked(p, motion, 0.5);
+    p->m = veselov2_kick(p, motion, 0.5);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status veselov2_step(kr_motion *motion, double until)
 {
-    path *p = (path *)motion->work;
+    veselov2_state *p = (veselov2_state *)motion->work;
     (void)until;
     const kr_status status = veselov_drift(motion, motion->inertia, p->m, &p->q, &p->r);
-    p->m = kicked(p, motion, 1.0);
+    p->m = veselov2_kick(p, motion, 1.0);
     motion->stats.evaluations++;
     return status;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void veselov2_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)motion->work;
+    const veselov2_state *p = (const veselov2_state *)motion->work;
     s->q = p->q;
-    s->m = kicked(p, motion, -0.5);
+    s->m = veselov2_kick(p, motion, -0.5);
 }
 
 const kr_method kr_method_veselov2 = {
@@ -45,9 +45,9 @@ const kr_method kr_method_veselov2 = {
     .conserves = "<m,p>; to its tolerance a step, on Lagrange tops <m,a>, on free tops the energy",
     .reference = "Moser and Veselov 1991",
     .order = 2,
-    .flags = KR_SYMPLECTIC | KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
+    .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC,
+    .work = sizeof(veselov2_state) / sizeof(double),
+    .reset = veselov2_reset,
+    .step = veselov2_step,
+    .read = veselov2_read,
 };

@@ -14,10 +14,10 @@ typedef struct {
     kr_vec3 m; /* half a kick ahead, and unprocessed, as q is */
     kr_vec3 r; /* the last step's solution, which is the next one's guess */
     modified_kick kick;
-} path;
+} veselov4_state;
 
 /* Returns the moments I~ of the file's head. */
-static kr_vec3 preprocessed(const path *p)
+static kr_vec3 preprocess_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);
     const double P = i.x * i.y * i.z, S = i.x * i.y + i.y * i.z + i.z * i.x,
@@ -27,9 +27,9 @@ static kr_vec3 preprocessed(const path *p)
     const kr_vec3 inverse = v_axpy(1.0 + h2 * s, i, v_scale(h2 * d, one));
     return v3(1.0 / inverse.x, 1.0 / inverse.y, 1.0 / inverse.z);
 }
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status veselov4_reset(kr_motion *motion, const kr_state *start)
 {
-    path *p = (path *)motion->work;
+    veselov4_state *p = (veselov4_state *)motion->work;
     p->q = start->q;
     p->m = start->m;
     p->r = v3(0.0, 0.0, 0.0);
@@ -39,18 +39,18 @@ static kr_status reset(kr_motion *motion, const kr_state *start)
     p->m = modified_kicked(&p->kick, p->q, p->m, 0.5);
     return status;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status veselov4_step(kr_motion *motion, double until)
 {
-    path *p = (path *)motion->work;
+    veselov4_state *p = (veselov4_state *)motion->work;
     (void)until;
-    const kr_status status = veselov_drift(motion, preprocessed(p), p->m, &p->q, &p->r);
+    const kr_status status = veselov_drift(motion, preprocess_moments(p), p->m, &p->q, &p->r);
     p->m = modified_kicked(&p->kick, p->q, p->m, 1.0);
     motion->stats.evaluations++;
     return status;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void veselov4_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = (const path *)motion->work;
+    const veselov4_state *p = (const veselov4_state *)motion->work;
     s->q = p->q;
     s->m = modified_kicked(&p->kick, p->q, p->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &s->q, &s->m);
@@ -62,9 +62,9 @@ const kr_method kr_method_veselov4 = {
     .conserves = "<m,p>; to its tolerance a step, on Lagrange tops <m,a>, on free tops the energy",
     .reference = "Hairer and Vilmart 2006; Takahashi and Imada 1984",
     .order = 4,
-    .flags = KR_REVERSIBLE | KR_IMPLICIT | KR_ALGEBRAIC,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
+    .flags = KR_METHOD_REVERSIBLE | KR_METHOD_IMPLICIT | KR_METHOD_ALGEBRAIC,
+    .work = sizeof(veselov4_state) / sizeof(double),
+    .reset = veselov4_reset,
+    .step = veselov4_step,
+    .read = veselov4_read,
 };

@@ -3,7 +3,7 @@
  * right for equal moments too. */
 #include "body.h"
 
-/* Up to `rounded`, or to the slack of an inequality between doubles. */
+/* Checks the triangle inequality up to `rounded`, or to the rounding of a sum. */
 static int moments_are_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
@@ -20,7 +20,7 @@ kr_status kr_body_check(const kr_body *b)
 }
 /* A body has the second moments S = (tr J / 2) 1 - J of its mass, and S - mass com com^t about its
  * centre of mass, which no mass makes negative: com S^-1 com <= 1 / mass. */
-int kr_body_can_be(const kr_body *b)
+int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
     const double slack = (1e-6 + b->rounded) * v_largest(i);
@@ -30,59 +30,64 @@ int kr_body_can_be(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Gives the body out if it is one. */
-static kr_status finish(const kr_body *b, kr_body *out)
+/* Copies a valid body to `out`. Returns the status of the check. */
+static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
     if (status == KR_OK) *out = *b;
     return status;
 }
 
-static int equal(double a, double b, double rtol)
+static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* These turn T to N, to B and to T, the others in cyclic order. */
-static const kr_quat cycles[3] = {
+/* Rotations of T to N, to B and to T; the other axes follow in cyclic order. */
+static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
-static double at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+/* Returns component i of v. */
+static double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-/* Finds the axis of a body that turns alike about the other two; of a spherical one that on which
- * its centre of mass lies; -1 if there is none. */
+/* Returns the axis of a body with equal moments about the other two, or -1. Of a spherical body,
+ * returns the axis nearest the centre of mass. */
 static int odd_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
     for (int i = 2; i >= 0; i--) {
-        if (!equal(at(b->inertia, (i + 1) % 3), at(b->inertia, (i + 2) % 3), rtol)) continue;
-        if (axis < 0 || fabs(at(b->com, i)) > fabs(at(b->com, axis))) axis = i;
+        if (!is_equal(component_at(b->inertia, (i + 1) % 3), component_at(b->inertia, (i + 2) % 3),
+                      rtol))
+            continue;
+        if (axis < 0 || fabs(component_at(b->com, i)) > fabs(component_at(b->com, axis))) axis = i;
     }
     return axis;
 }
 static int is_spherical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia;
-    return equal(i.x, i.y, KR_KIND_RTOL) && equal(i.y, i.z, KR_KIND_RTOL);
+    return is_equal(i.x, i.y, KR_KIND_RTOL) && is_equal(i.y, i.z, KR_KIND_RTOL);
 }
 kr_kind kr_body_kind(const kr_body *b, double rtol)
 {
     const double reach = v_largest(b->com);
     const int odd = odd_axis(b, rtol);
-    if (reach == 0.0) return KR_EULER;
-    if (odd < 0) return KR_GENERAL;
-    const double pair = at(b->inertia, (odd + 1) % 3), lone = at(b->inertia, odd),
-                 along = fabs(at(b->com, odd));
-    const double across = fmax(fabs(at(b->com, (odd + 1) % 3)), fabs(at(b->com, (odd + 2) % 3)));
-    if (across <= rtol * reach || equal(pair, lone, rtol)) return KR_LAGRANGE;
-    if (along > rtol * reach) return KR_GENERAL;
-    if (equal(pair, 2.0 * lone, rtol)) return KR_KOWALEWSKI;
-    if (equal(pair, 4.0 * lone, rtol)) return KR_GORYACHEV_CHAPLYGIN;
-    return KR_GENERAL;
+    if (reach == 0.0) return KR_KIND_EULER;
+    if (odd < 0) return KR_KIND_GENERAL;
+    const double pair = component_at(b->inertia, (odd + 1) % 3),
+                 lone = component_at(b->inertia, odd), along = fabs(component_at(b->com, odd));
+    const double across =
+        fmax(fabs(component_at(b->com, (odd + 1) % 3)), fabs(component_at(b->com, (odd + 2) % 3)));
+    if (across <= rtol * reach || is_equal(pair, lone, rtol)) return KR_KIND_LAGRANGE;
+    if (along > rtol * reach) return KR_KIND_GENERAL;
+    if (is_equal(pair, 2.0 * lone, rtol)) return KR_KIND_KOWALEWSKI;
+    if (is_equal(pair, 4.0 * lone, rtol)) return KR_KIND_GORYACHEV_CHAPLYGIN;
+    return KR_KIND_GENERAL;
 }
 
-/* Renames the components of `v` so that number `last` becomes the third, exactly. */
+/* Permutes the components of `v` cyclically so that component `last` becomes the third. */
 static kr_vec3 rename_axes(kr_vec3 v, int last)
 {
-    return v3(at(v, (last + 1) % 3), at(v, (last + 2) % 3), at(v, last));
+    return v3(component_at(v, (last + 1) % 3), component_at(v, (last + 2) % 3),
+              component_at(v, last));
 }
 int kr_body_last_axis(const kr_body *b)
 {
@@ -92,8 +97,8 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns axes of a spherical body with T along its centre of mass. Its moments become one number,
- * because the axes turn and the moments stay. */
+/* Returns axes of a spherical body with T along its centre of mass. The moments are replaced by
+ * their mean, because the axes rotate relative to them. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -107,19 +112,22 @@ kr_working kr_body_principal(const kr_body *b, kr_vec3 damping)
     const kr_working w = {q_one(), b->inertia, b->com, damping, 0};
     return w;
 }
-kr_working kr_working_of(const kr_body *b, kr_vec3 damping)
+kr_working kr_body_working_damped(const kr_body *b, kr_vec3 damping)
 {
     const int is_even = damping.x == damping.y && damping.y == damping.z;
     if (is_spherical(b) && v_largest(b->com) > 0.0)
         return is_even ? tilt_axes(b, damping) : kr_body_principal(b, damping);
     const int last = kr_body_last_axis(b);
-    const kr_working w = {cycles[last], rename_axes(b->inertia, last), rename_axes(b->com, last),
-                          rename_axes(damping, last), 0};
+    const kr_working w = {axis_cycles[last], rename_axes(b->inertia, last),
+                          rename_axes(b->com, last), rename_axes(damping, last), 0};
     return w;
 }
-kr_working kr_body_working(const kr_body *b) { return kr_working_of(b, v3(0.0, 0.0, 0.0)); }
+kr_working kr_body_working(const kr_body *b)
+{
+    return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
+}
 
-/* Makes the element a[p][p + 1] zero by a turn about the third axis, and turns the axes along. */
+/* Makes the element a[p][p + 1] zero by a rotation about the third axis, and rotates the axes. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -136,10 +144,11 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     a[q][r] = a[r][q] = s * apr + c * aqr;
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
-static kr_vec3 column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
+/* Returns axis i of the frame q. */
+static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
 
-/* Gives that one of the 24 ways to name and direct three axes which is nearest the user's. */
-static kr_quat nearest(kr_quat axes)
+/* Returns the nearest of the 24 permutations and directions of three axes to the user's frame. */
+static kr_quat nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
     const kr_quat turns[6] = {q_one(),
@@ -163,58 +172,61 @@ static double tensor_element(const double j[9], kr_vec3 u, kr_vec3 v)
     return v_dot(u, v3(j[0] * v.x + j[1] * v.y + j[2] * v.z, j[3] * v.x + j[4] * v.y + j[5] * v.z,
                        j[6] * v.x + j[7] * v.y + j[8] * v.z));
 }
-static void take_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
+/* Sets the axes of `b`, and its moments and centre of mass along them. */
+static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 {
     b->axes = axes;
     b->com = q_turn_back(axes, com);
-    b->inertia = v3(tensor_element(j, column(axes, 0), column(axes, 0)),
-                    tensor_element(j, column(axes, 1), column(axes, 1)),
-                    tensor_element(j, column(axes, 2), column(axes, 2)));
+    b->inertia = v3(tensor_element(j, axis_column(axes, 0), axis_column(axes, 0)),
+                    tensor_element(j, axis_column(axes, 1), axis_column(axes, 1)),
+                    tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
 }
-/* A tensor's roundings turn its axes, the further the less its moments differ. This says whether
- * they explain how far beside the odd axis the centre of mass lies. */
-static int leads_to_com(const kr_body *b, int odd)
+/* Rounding errors of a tensor rotate its axes, the more, the less its moments differ. Returns 1 if
+ * they explain the distance of the centre of mass from the odd axis. */
+static int is_axis_through_com(const kr_body *b, int odd)
 {
-    const double lone = at(b->inertia, odd), pair = at(b->inertia, (odd + 1) % 3);
+    const double lone = component_at(b->inertia, odd),
+                 pair = component_at(b->inertia, (odd + 1) % 3);
     const double reach = v_largest(b->com),
-                 across = fmax(fabs(at(b->com, (odd + 1) % 3)), fabs(at(b->com, (odd + 2) % 3)));
+                 across = fmax(fabs(component_at(b->com, (odd + 1) % 3)),
+                               fabs(component_at(b->com, (odd + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
-/* Two equal moments leave two of the axes free: then this makes the turn from the user's axes as
- * small as it can be. The third leads through the centre of mass where it may. */
-static kr_quat least_turn(const kr_body *b, kr_vec3 com)
+/* Returns the axes of a body with two equal moments that need the smallest rotation from the user's
+ * frame. The odd axis leads through the centre of mass if rounding allows it. */
+static kr_quat minimize_turn(const kr_body *b, kr_vec3 com)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
     const double reach = v_largest(com);
     if (odd < 0) return b->axes;
     if (is_spherical(b)) return q_one();
-    kr_vec3 a = column(b->axes, odd);
-    if (leads_to_com(b, odd)) {
+    kr_vec3 a = axis_column(b->axes, odd);
+    if (is_axis_through_com(b, odd)) {
         if (reach > 0.0) a = v_scale(1.0 / reach, com);
         return q_tilt(v_scale((a.z < 0.0 ? -1.0 : 1.0) / v_length(a), a));
     }
-    return q_mul(q_mul(cycles[odd], q_tilt(q_turn_back(cycles[odd], a))), q_conj(cycles[odd]));
+    return q_mul(q_mul(axis_cycles[odd], q_tilt(q_turn_back(axis_cycles[odd], a))),
+                 q_conj(axis_cycles[odd]));
 }
-/* Makes one what only the tensor's roundings have parted: moments, and the odd axis with the centre
- * of mass. */
-static void rejoin(kr_body *b)
+/* Merges moments, and the odd axis and the centre of mass, that differ by rounding errors alone. */
+static void merge_equal_moments(kr_body *b)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
     const kr_vec3 i = b->inertia, a = b->com;
     if (odd < 0) return;
-    const double x = at(i, (odd + 1) % 3), y = at(i, (odd + 2) % 3), z = at(i, odd),
-                 pair = 0.5 * (x + y), lone = is_spherical(b) ? pair : z;
+    const double x = component_at(i, (odd + 1) % 3), y = component_at(i, (odd + 2) % 3),
+                 z = component_at(i, odd), pair = 0.5 * (x + y), lone = is_spherical(b) ? pair : z;
     b->inertia = v3(odd == 0 ? lone : pair, odd == 1 ? lone : pair, odd == 2 ? lone : pair);
-    if (kr_body_kind(b, KR_KIND_RTOL) == KR_LAGRANGE && lone != pair)
+    if (kr_body_kind(b, KR_KIND_RTOL) == KR_KIND_LAGRANGE && lone != pair)
         b->com = v3(odd == 0 ? a.x : 0.0, odd == 1 ? a.y : 0.0, odd == 2 ? a.z : 0.0);
 }
 
-/* Says whether the tensor's roundings, which are as its largest moment, leave but a few digits of
- * the least. */
-static int is_lost_in_rounding(const kr_body *b)
+/* Returns 1 if rounding errors, relative to the largest moment, leave few digits of the smallest.
+ * */
+static int is_ill_conditioned(const kr_body *b)
 {
     return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <
-           KR_TENSOR_LEAST * v_largest(b->inertia);
+           KR_TENSOR_MIN_RATIO * v_largest(b->inertia);
 }
 
 kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
@@ -238,14 +250,14 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
         /* This converges quadratically: six sweeps are plenty. */
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
-        take_axes(&b, nearest(b.axes), a, com);
-        take_axes(&b, least_turn(&b, com), a, com);
-        rejoin(&b);
-        if (is_lost_in_rounding(&b)) return KR_ERR_BODY;
+        set_axes(&b, nearest_axes(b.axes), a, com);
+        set_axes(&b, minimize_turn(&b, com), a, com);
+        merge_equal_moments(&b);
+        if (is_ill_conditioned(&b)) return KR_ERR_BODY;
         b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),
                        ldexp(b.inertia.z, exponent));
     }
-    return finish(&b, out);
+    return check_and_copy(&b, out);
 }
 kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com, kr_body *out)
 {
@@ -276,5 +288,5 @@ kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *o
 kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *out)
 {
     const kr_body b = {mass, {i1, i1, i3}, {0.0, 0.0, height}, {1.0, 0.0, 0.0, 0.0}, 0.0};
-    return finish(&b, out);
+    return check_and_copy(&b, out);
 }

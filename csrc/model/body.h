@@ -1,4 +1,4 @@
-/* The axes that methods work in. */
+/* Working axes of a body, in which methods work. */
 #ifndef KR_BODY_H
 #define KR_BODY_H
 #include "math/su2.h"
@@ -8,14 +8,14 @@ typedef struct kr_working {
      * mass of a spherical one; else B lies along the axis of the middle moment. */
     kr_quat axes;
     kr_vec3 inertia, com, damping;
-    int tilted; /* the body is spherical: its axes follow the centre of mass, and are rounded */
+    int tilted; /* the body is spherical, and its axes follow the centre of mass, rounded */
 } kr_working;
-/* Carries all data along the principal axes of `body` into working axes. The axes of a spherical
- * body with unequal `damping` stay principal, because damping is diagonal along these alone. */
-kr_working kr_working_of(const kr_body *body, kr_vec3 damping);
+/* Returns working axes, and all data of `body` along them. A spherical body with unequal `damping`
+ * keeps its principal axes, because damping is diagonal along these alone. */
+kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 /* Returns the working axes of a body without damping. */
 kr_working kr_body_working(const kr_body *body);
-/* Returns the number of the principal axis along which T lies; of a spherical body, of the one
+/* Returns the index of the principal axis that becomes T. Of a spherical body, this is the axis
  * nearest its centre of mass. */
 int kr_body_last_axis(const kr_body *body);
 /* Returns the principal axes as working axes. */

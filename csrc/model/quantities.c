@@ -7,11 +7,14 @@
 #include "body.h"
 #include "resummed.h"
 
-static kr_quat principal(const kr_scene *scene, const kr_state *s)
+static kr_quat principal_attitude(const kr_scene *scene, const kr_state *s)
 {
     return q_mul(s->q, scene->body.axes);
 }
-static kr_vec3 over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
+static kr_vec3 divide_by_moments(kr_vec3 a, kr_vec3 b)
+{
+    return v3(a.x / b.x, a.y / b.y, a.z / b.z);
+}
 
 kr_quat kr_state_q(const kr_scene *scene, const kr_state *s)
 {
@@ -25,22 +28,23 @@ kr_vec3 kr_state_m(const kr_scene *scene, const kr_state *s)
 }
 kr_vec3 kr_state_velocity(const kr_scene *scene, const kr_state *s)
 {
-    const kr_quat q = principal(scene, s);
-    return q_turn(q, over(q_turn_back(q, s->m), scene->body.inertia));
+    const kr_quat q = principal_attitude(scene, s);
+    return q_turn(q, divide_by_moments(q_turn_back(q, s->m), scene->body.inertia));
 }
 kr_vec3 kr_state_torque(const kr_scene *scene, const kr_state *s)
 {
-    const kr_vec3 a = q_turn(principal(scene, s), scene->body.com);
+    const kr_vec3 a = q_turn(principal_attitude(scene, s), scene->body.com);
     return v_scale(scene->body.mass * scene->gravity, v3(-a.y, a.x, 0.0));
 }
 kr_vec3 kr_state_apex(const kr_scene *scene, const kr_state *s)
 {
     const kr_vec3 com = scene->body.com;
-    return q_turn(principal(scene, s), v_largest(com) > 0.0 ? v_unit(com) : v3(0.0, 0.0, 1.0));
+    return q_turn(principal_attitude(scene, s),
+                  v_largest(com) > 0.0 ? v_unit(com) : v3(0.0, 0.0, 1.0));
 }
 void kr_state_frame(const kr_scene *scene, const kr_state *s, kr_vec3 frame[3])
 {
-    const kr_quat q = principal(scene, s);
+    const kr_quat q = principal_attitude(scene, s);
     frame[0] = q_turn(q, v3(1.0, 0.0, 0.0));
     frame[1] = q_turn(q, v3(0.0, 1.0, 0.0));
     frame[2] = q_turn(q, v3(0.0, 0.0, 1.0));
@@ -64,7 +68,7 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
     return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
 }
 
-/* Gives half the sum and half the difference of the angles about e3 and about the apex. At a pole
+/* Writes half the sum and half the difference of the angles about e3 and about the apex. At a pole
  * one of the two is not determined: then it is 0, whatever the signs of the zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
@@ -74,7 +78,7 @@ static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, d
     *difference = atan2(r.y + 0.0, r.x + 0.0);
 }
 /* Brings an angle between -2 pi and 2 pi into (-pi, pi]. */
-static double wrapped(double angle)
+static double wrap_angle(double angle)
 {
     static const double pi = 3.14159265358979323846;
     return angle > pi ? angle - 2.0 * pi : angle <= -pi ? angle + 2.0 * pi : angle;
@@ -83,7 +87,7 @@ double kr_state_precession_angle(const kr_scene *scene, const kr_state *s)
 {
     double sum, difference;
     half_angles(scene, s, &sum, &difference);
-    return wrapped(sum + difference);
+    return wrap_angle(sum + difference);
 }
 double kr_state_nutation(const kr_scene *scene, const kr_state *s)
 {
@@ -94,18 +98,18 @@ double kr_state_spin_angle(const kr_scene *scene, const kr_state *s)
 {
     double sum, difference;
     half_angles(scene, s, &sum, &difference);
-    return wrapped(sum - difference);
+    return wrap_angle(sum - difference);
 }
 
 double kr_state_kinetic(const kr_scene *scene, const kr_state *s)
 {
-    const kr_vec3 m = q_turn_back(principal(scene, s), s->m);
-    return 0.5 * v_dot(m, over(m, scene->body.inertia));
+    const kr_vec3 m = q_turn_back(principal_attitude(scene, s), s->m);
+    return 0.5 * v_dot(m, divide_by_moments(m, scene->body.inertia));
 }
 double kr_state_potential(const kr_scene *scene, const kr_state *s)
 {
     return scene->body.mass * scene->gravity *
-           v_dot(scene->body.com, q_vertical(principal(scene, s)));
+           v_dot(scene->body.com, q_vertical(principal_attitude(scene, s)));
 }
 double kr_state_energy(const kr_scene *scene, const kr_state *s)
 {
@@ -121,12 +125,12 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Gives M/I1 and mass gravity |com| / I1 times the vertical, both along -com, odd axis x -com, and
+/* Writes M/I1 and mass gravity |com| / I1 times the vertical, both along -com, odd axis x -com, and
  * the odd axis. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);
-    const kr_quat q = q_mul(principal(scene, s), w.axes);
+    const kr_quat q = q_mul(principal_attitude(scene, s), w.axes);
     const kr_vec3 M = q_turn_back(q, s->m), P = q_vertical(q);
     const double i1 = w.inertia.x, reach = v_dot(v_unit(w.com), w.com);
     const kr_vec3 axis1 = v_scale(-1.0, v_unit(w.com)), axis2 = v3(-axis1.y, axis1.x, 0.0);
@@ -137,7 +141,7 @@ static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_v
 double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KOWALEWSKI) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI) return NAN;
     fourth_integral_frame(scene, s, &m, &p);
     const double re = m.x * m.x - m.y * m.y + 2.0 * p.x, im = 2.0 * (m.x * m.y + p.y);
     return re * re + im * im;
@@ -145,7 +149,7 @@ double kr_state_kowalewski(const kr_scene *scene, const kr_state *s)
 double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 {
     kr_vec3 m, p;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_GORYACHEV_CHAPLYGIN) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN) return NAN;
     fourth_integral_frame(scene, s, &m, &p);
     /* the text's 2 p is mass gravity |com| / I1 here */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
@@ -153,7 +157,7 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)
 {
     const double i1 = kr_body_working(&scene->body).inertia.x;
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
     return kr_state_kinetic(scene, s) + kr_state_potential(scene, s) +
            0.5 * step * v_dot(kr_state_torque(scene, s), s->m) / i1;
 }
@@ -161,8 +165,8 @@ double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, doubl
 {
     const kr_working w = kr_body_working(&scene->body);
     const double i1 = w.inertia.x, c = kr_state_axial_momentum(scene, s);
-    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_LAGRANGE) return NAN;
-    const kr_vec3 a = q_axis(q_mul(principal(scene, s), w.axes));
+    if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_LAGRANGE) return NAN;
+    const kr_vec3 a = q_axis(q_mul(principal_attitude(scene, s), w.axes));
     const resummed r =
         resum(step, scene->body.mass * scene->gravity * w.com.z / i1, a, v_scale(1.0 / i1, s->m));
     return i1 * r.energy + 0.5 * (1.0 / w.inertia.z - 1.0 / i1) * c * c;

@@ -1,4 +1,4 @@
-/* The quantities as a table, and the single numbers of those that events know. */
+/* The table of quantities, and the components that events can use. */
 #ifndef KR_QUANTITIES_H
 #define KR_QUANTITIES_H
 #include "kreisel.h"
@@ -8,8 +8,8 @@ enum {
 #include "quantities.def"
 #undef Q
     KR_QUANTITIES,
-    KR_QUANTITY_MOST = 9, /* doubles of the widest */
-    KR_AXES = 16          /* numbers kept for the components of each */
+    KR_QUANTITY_DOUBLES_MAX = 9, /* largest number of doubles of a quantity */
+    KR_AXES = 16                 /* component numbers reserved for each quantity */
 };
 struct kr_quantity {
     const char *name, *dimension, *text;
@@ -19,7 +19,7 @@ struct kr_quantity {
 };
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
 
-/* Every quantity is computed by kr_state_<name>, whose type its doubles tell. */
+/* kr_state_<name> computes each quantity; its number of doubles decides its type. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_3(name) kr_vec3 kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_4(name) kr_quat kr_state_##name(const kr_scene *scene, const kr_state *s);
@@ -29,20 +29,21 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 #include "quantities.def"
 #undef Q
 
-/* One number of a quantity: which quantity, and which of its doubles. KR_ONE apart, components are
- * numbered by both, from 1 on. */
+/* One number of a quantity: the index of the quantity, and of the double. Components are numbered
+ * from 1 on; KR_COMPONENT_ONE is 0. */
 typedef struct kr_component {
     int quantity, axis; /* KR_QUANTITY_..., from 0 */
 } kr_component;
-/* Whether kr_component_find may have given this number. */
-int kr_component_is(int number);
-/* What such a number other than KR_ONE stands for. */
+/* Returns 1 if `number` is a component that events can use. */
+int kr_component_is_valid(int number);
+/* Returns quantity and double of a component other than KR_COMPONENT_ONE. */
 static inline kr_component kr_component_of(int number)
 {
     const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};
     return component;
 }
-/* Whether the component changes when the top is turned about the vertical. */
-int kr_component_turns(int number);
+/* Returns 1 if the component changes when the top is turned about the vertical. */
+int kr_component_is_turned(int number);
+/* Returns the value of a component at a state; NaN if `number` is invalid. */
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s);
 #endif

@@ -1,9 +1,9 @@
-/* The table of quantities, made of quantities.def; and components, their single numbers. */
+/* The table of quantities, built from quantities.def, and their components. */
 #include <math.h>
 #include <string.h>
 #include "quantities.h"
 
-/* One row after the other: a quantity's values at n states. */
+/* Writes the values of each quantity at n states. */
 #define PUT_1(name) out[i] = kr_state_##name(scene, &s[i])
 #define PUT_3(name) ((kr_vec3 *)out)[i] = kr_state_##name(scene, &s[i])
 #define PUT_4(name) ((kr_quat *)out)[i] = kr_state_##name(scene, &s[i])
@@ -55,9 +55,9 @@ const char *kr_quantity_axis(const kr_quantity *quantity, size_t i)
 int kr_component_find(const char *name)
 {
     if (!name) return -1;
-    if (strcmp(name, "1") == 0) return KR_ONE;
+    if (strcmp(name, "1") == 0) return KR_COMPONENT_ONE;
     for (int number = 1; number <= KR_QUANTITIES * KR_AXES; number++) {
-        if (!kr_component_is(number)) continue;
+        if (!kr_component_is_valid(number)) continue;
         const kr_component c = kr_component_of(number);
         const kr_quantity *quantity = &kr_quantities[c.quantity];
         const size_t length = strlen(quantity->name);
@@ -67,27 +67,27 @@ int kr_component_find(const char *name)
     }
     return -1;
 }
-int kr_component_is(int number)
+int kr_component_is_valid(int number)
 {
-    if (number <= KR_ONE) return number == KR_ONE;
+    if (number <= KR_COMPONENT_ONE) return number == KR_COMPONENT_ONE;
     const kr_component c = kr_component_of(number);
-    return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_SERIES &&
+    return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_QUANTITY_IN_EVENTS &&
            (size_t)c.axis < kr_quantities[c.quantity].doubles;
 }
-/* The third component of a vector in space lies along the vertical, and does not turn. */
-int kr_component_turns(int number)
+/* The third component of a vector in space is vertical and does not change with the heading. */
+int kr_component_is_turned(int number)
 {
     const kr_component c = kr_component_of(number);
     const kr_quantity *quantity = &kr_quantities[c.quantity];
-    return number != KR_ONE && quantity->flags & KR_TURNS &&
+    return number != KR_COMPONENT_ONE && quantity->flags & KR_QUANTITY_TURNS &&
            !(quantity->doubles == 3 && c.axis == 2);
 }
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s)
 {
     const kr_component c = kr_component_of(number);
-    double values[KR_QUANTITY_MOST];
-    if (number == KR_ONE) return 1.0;
-    if (!kr_component_is(number)) return NAN;
+    double values[KR_QUANTITY_DOUBLES_MAX];
+    if (number == KR_COMPONENT_ONE) return 1.0;
+    if (!kr_component_is_valid(number)) return NAN;
     kr_quantities[c.quantity].values(scene, 1, s, values);
     return values[c.axis];
 }

@@ -32,7 +32,7 @@ static inline double resummed_energy(double e, double g, kr_vec3 a, kr_vec3 m)
         0.5 * v_dot(m, m) + slope * (u + shift) - 0.125 * e * e * slope * slope * (1.0 - u * u);
     return (1.0 + b * b * u * u) * inner + 0.125 * e * e * g * g * (1.0 + u * u);
 }
-/* Gives the step h of the top for which r->step stands. */
+/* Returns the step h of the top for which r->step stands. */
 static inline double resummed_step(resummed *r, double g, kr_vec3 a, kr_vec3 m)
 {
     const double e = r->step, c = v_dot(m, a), l = m.z;

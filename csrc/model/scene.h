@@ -1,48 +1,51 @@
-/* The units of its own in which a top is moved: powers of two, so that results scale bit for bit
- * with powers of two of mass, length and time. */
+/* Own units of a top: powers of two, so that results scale bit for bit with powers of two of mass,
+ * length and time. */
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"
-#include "math/binary.h"
+#include "math/exponent.h"
 
-/* In these units the largest moment and the top's rate are about one. */
+/* The largest moment and the top's rate are about one in these units. */
 typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass gravity com in these units, along working axes */
 } kr_units;
-/* mass gravity com with its size apart, for the products of these may be beyond all doubles:
+/* Scaled factors of mass gravity com, which may exceed the range of doubles: the true product is
  * mass gravity com 2^power. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;
     int power;
 } kr_pull;
+/* Returns mass, gravity and `com` of a scene, scaled. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Says of all but the body what kr_scene_check says. */
+/* Checks a scene as kr_scene_check, except for its body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
-/* What the unit of time follows from: the unit of moment, 1 of that, and the rate of a pendulum
- * [T^-1]. */
+/* Constants from which the unit of time follows: the unit of moments, its reciprocal, and the rate
+ * of a pendulum [T^-1]. */
 typedef struct kr_swing {
     double moment, per_moment, rate;
 } kr_swing;
+/* Returns the constants for the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* What is less has no reciprocal. */
-static const double kr_least_unit = 0x1p-1020;
-/* Gives the unit of time, 2^power, of a top with this largest component of its momentum, and
- * returns whether there is one. Powers of two take no division. */
+/* Smallest unit with a finite reciprocal. */
+static const double kr_min_unit = 0x1p-1020;
+/* Writes the exponent of the unit of time for a given largest component of the momentum. Returns 0
+ * if there is no such unit. Powers of two need no division. */
 static inline int kr_swing_time(const kr_swing *swing, double momentum, int *power)
 {
     const double turn = momentum * swing->per_moment,
                  rate = turn > swing->rate ? turn : swing->rate;
-    if (!(rate < INFINITY) || swing->moment < kr_least_unit) return 0;
+    if (!(rate < INFINITY) || swing->moment < kr_min_unit) return 0;
     *power = 0;
-    if (rate > 0.0) *power = -power_above(rate > kr_least_unit ? rate : kr_least_unit);
+    if (rate > 0.0) *power = -power_above(rate > kr_min_unit ? rate : kr_min_unit);
     const double unit = times_power_of_2(swing->moment, -*power);
-    return unit < INFINITY && unit >= kr_least_unit;
+    return unit < INFINITY && unit >= kr_min_unit;
 }
+/* Writes the own units of a scene. Returns KR_ERR_ARGUMENT if they exceed the range of doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Gives kr_scene_horizon where these are known. */
+/* Returns kr_scene_horizon from known units and working axes. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

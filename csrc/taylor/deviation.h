@@ -1,10 +1,10 @@
-/* The recurrence of tangents.h: coefficients and sum. It is source, compiled once per instruction
- * set and four times in each, as series.h is twice: in doubles after lanes.h and in double-doubles
- * after lanes_dd.h, for deviations one by one after alone.h and for bundles of them after bundle.h.
- * These say what a `triple` is, a vector of each deviation; `turned` is one to be multiplied by a
- * `path_term`, and `halves` are two sums of such products. A cross product of two series is one sum
- * of products of both, turned either way. The newest coefficient, for which everything waits, comes
- * last in each sum. */
+/* The recurrence of tangents.h: coefficients and sums. Each instruction set compiles this source
+ * four times: in doubles (quat_simd.h) and in double-double (quat_simd_dd.h), for single deviations
+ * (deviation_single.h) and for batches (deviation_batch.h). These headers define `triple`, a vector
+ * of each deviation; `turned`, a triple that is multiplied by a `path_term`; and `halves`, two sums
+ * of such products. A cross product of two series is one sum of products of both, rotated either
+ * way. The newest coefficient comes last in each sum, because all others can be added before it is
+ * known. */
 #include "tangents.h"
 
 /* Coefficients of the path turned as (prev | next), behind zeros, and those of a deviation as
@@ -80,8 +80,8 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
     if (g->damped != 0.0) force = triple_less(force, damping(g, rate, plus, minus));
     set_deviation(g, d, n + 1, rate, force);
 }
-/* Adds the terms number `first` and every second after it, and those that follow each, where
- * PARTS_AT_ONCE of the two parts of a sum are summed side by side. */
+/* Adds the terms `first`, `first` + 2, ..., and those after each of them if PARTS_AT_ONCE chains
+ * run in parallel. */
 INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
                       const turned_deviation *d, int few, int first, int n)
 {
@@ -96,8 +96,7 @@ INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *p
         }
     }
 }
-/* Sets the coefficients n + 1 of so many deviations. Terms with even and odd numbers are summed
- * apart. */
+/* Sets the coefficients n + 1 of `few` deviations. Even and odd terms are summed separately. */
 INLINE void next_few(const kr_series *s, const turned_path *path, kr_tangent *g,
                      turned_deviation *d, int few, int n)
 {
@@ -122,7 +121,7 @@ INLINE void expand_few(const kr_series *s, const turned_path *path, kr_tangent *
     }
     for (int n = 0; n < order; n++) next_few(s, path, g, d, few, n);
 }
-/* Computes all coefficients of so many deviations or bundles, from number 0 on, which is set. */
+/* Computes all coefficients of `many` deviations or batches from coefficient 0. */
 INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, int order)
 {
     turned_path path;

@@ -1,7 +1,7 @@
-/* The Taylor series in double-doubles as far as its terms need them (the head), and on in doubles
- * (the tail, kernel.c): for 20 digits the first few terms, for 30 half of them. This file is
- * compiled once per instruction set. */
-#include "lanes_dd.h"
+/* The Taylor series with a head in double-double and a tail in doubles (kernel.c). The head has the
+ * first few terms for 20 digits, and half of them for 30. Each instruction set compiles this file.
+ * */
+#include "quat_simd_dd.h"
 #include "series.h"
 
 /* Sums the head, and adds h^(head + 1) times the sum of the tail. */
@@ -12,25 +12,24 @@ INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const d
     double tail_x[8], tail_w[4], power = h;
     for (int i = 0; i < head; i++) power *= h;
     tail->sum(s, to, tail_x, tail_w);
-    sum_series(s, 0, head, to, x, w);
+    evaluate_sums(s, 0, head, to, x, w);
     duo_store(x, duo_fma(duo_splat(power), duo_exact(tail_x), duo_load(x)));
     quad_store(w, quad_fma(quad_splat(power), quad_exact(tail_w), quad_load(w)));
 }
-/* Computes the next piece. */
+/* Makes the next step. */
 INLINE void advance_mixed(kr_series *s, int head, int last, double log2_less, const kr_tail *tail,
                           double log2_tol, double direction)
 {
     begin_at_end(s);
-    expand(s, 0, head, WHOLE);
+    expand_series(s, 0, head, WHOLE);
     const double by_tail = step_to_tail(s, head, log2_tol + log2_less);
     tail->expand(s);
-    const double by_last = step_size(s, last, log2_tol);
+    const double by_last = series_step_size(s, last, log2_tol);
     s->end = s->t + direction * (by_last < by_tail ? by_last : by_tail);
     sum_mixed(s, head, tail, &s->end, s->end_x, s->end_w);
 }
 
-/* DIGITS writes the kernel's two functions for 20 or 30 digits, in which head and last term are
- * constants. */
+/* DIGITS defines the kernel's two functions for 20 or 30 digits, with constant numbers of terms. */
 #define DIGITS(n)                                                                                  \
     static void advance_##n(kr_series *s, double log2_tol, double direction)                       \
     {                                                                                              \

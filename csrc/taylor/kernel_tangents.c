@@ -1,7 +1,7 @@
-/* Tangents in doubles. This file is compiled once per instruction set. */
-#include "lanes.h"
+/* Tangents in doubles. Each instruction set compiles this file. */
+#include "quat_simd.h"
 enum { WORDS = 1 };
-#include "alone.h"
+#include "deviation_single.h"
 #include "deviation.h"
 
 static void expand_all(const kr_series *s, kr_tangent *tangents, size_t n, int order)
@@ -12,4 +12,4 @@ static void sum_one(const kr_tangent *tangent, int order, const double *to, doub
 {
     sum_deviation(tangent, order, to, sum);
 }
-const kr_tangents_kernel KR_NAME(kr_tangents) = {expand_all, KR_NAME(kr_expand_bundles), sum_one};
+const kr_tangents_kernel KR_NAME(kr_tangents) = {expand_all, KR_NAME(kr_expand_batches), sum_one};

@@ -1,17 +1,16 @@
-/* Tangents in double-doubles, for 20 and 30 digits. This file is compiled once per instruction
- * set. */
-#include "lanes_dd.h"
+/* Tangents in double-double, for 20 and 30 digits. Each instruction set compiles this file. */
+#include "quat_simd_dd.h"
 enum { WORDS = 2 };
-#include "alone.h"
+#include "deviation_single.h"
 #include "deviation.h"
 
-static void expand_all(const kr_series *s, kr_tangent *tangents, size_t n, int order)
+static void expand_all_dd(const kr_series *s, kr_tangent *tangents, size_t n, int order)
 {
     expand_deviations(s, tangents, n, order);
 }
-static void sum_one(const kr_tangent *tangent, int order, const double *to, double *sum)
+static void sum_one_dd(const kr_tangent *tangent, int order, const double *to, double *sum)
 {
     sum_deviation(tangent, order, to, sum);
 }
-const kr_tangents_kernel KR_NAME(kr_tangents_dd) = {expand_all, KR_NAME(kr_expand_bundles_dd),
-                                                    sum_one};
+const kr_tangents_kernel KR_NAME(kr_tangents_dd) = {expand_all_dd, KR_NAME(kr_expand_batches_dd),
+                                                    sum_one_dd};

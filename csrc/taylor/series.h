@@ -1,40 +1,38 @@
-/* The recurrence of taylor.h: coefficients, step size, sum. It is source, compiled once
- * per instruction set and twice in each: the header of lanes that is included before says whether
- * its numbers are doubles (lanes.h) or double-doubles (lanes_dd.h), and how many go at once. It is
- * fast, because every sum runs from the middle outwards, so that the two newest coefficients, for
- * which everything waits, come last; because terms j, m and m, j go side by side; and because the
- * compiler knows the order, so that it can lay out the loops. */
+/* The recurrence of taylor.h: coefficients, step size, sums. Each instruction set compiles this
+ * source twice, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. It is
+ * fast for three reasons. Every sum runs from the middle outwards, so that the two newest
+ * coefficients come last. The terms j, m and m, j run in parallel. The compiler knows the order and
+ * can unroll the loops. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
 
-/* These are the signs of (q W / 2 | P x W) for W = i, j, k, in the lanes as duo_i, duo_j and duo_k
- * leave them. */
+/* The signs of (q W / 2 | P x W) for W = i, j, k, in the lane order of duo_i, duo_j and duo_k. */
 static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless form goes without the attitude, whose lanes are zero. What is damped has its own
- * expansion, so that damping costs nothing where there is none. */
+/* The headless form omits the attitude, whose lanes are zero. Damped motions have their own
+ * expansion, so that others pay nothing for damping. */
 typedef enum { WHOLE, HEADLESS } form;
 /* A coefficient of a vector, turned both ways: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
-} turned;
-/* W is turned in every form, P in the headless one only. Those of one order lie side by side, from
- * where one instruction loads two vectors. */
+} turned_vector;
+/* W is rotated in every form, P in the headless one only. The vectors of one order lie side by
+ * side, where one instruction loads both. */
 typedef struct {
-    turned w, p;
-} parts;
+    turned_vector w, p;
+} turned_pair;
 /* Sums of products of coefficients over j + m = n. */
 typedef struct {
     duo i, j, k; /* of W_j x_m, axis by axis; the headless form has p in their place */
     duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
-} sums;
+} series_sums;
 
 /* Stores a coefficient of a vector, plain and turned. */
-INLINE void set_turned(double *to, turned *a, quad value)
+INLINE void set_turned(double *to, turned_vector *a, quad value)
 {
     quad_store(to, value);
     a->ahead = duo_next_prev(value);
@@ -42,7 +40,8 @@ INLINE void set_turned(double *to, turned *a, quad value)
 }
 
 /* Adds the term with W_j and x_m. */
-INLINE void add_term(sums *a, const kr_series *s, const parts *of, int j, int m, form what)
+INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
+                     form what)
 {
     const duo x = duo_load(s->x[m]);
     if (what == HEADLESS) {
@@ -54,13 +53,14 @@ INLINE void add_term(sums *a, const kr_series *s, const parts *of, int j, int m,
     }
 }
 /* Adds the terms j, m and m, j, the one to a, the other to b. */
-INLINE void add_pair(sums *a, sums *b, const kr_series *s, const parts *of, int j, int m, form what)
+INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const turned_pair *of,
+                     int j, int m, form what)
 {
     add_term(a, s, of, j, m, what);
     add_term(b, s, of, m, j, what);
     a->cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->cross);
 }
-INLINE void join(sums *a, const sums *b, form what)
+INLINE void join(series_sums *a, const series_sums *b, form what)
 {
     if (what == HEADLESS)
         a->p = duo_add(a->p, b->p);
@@ -73,10 +73,10 @@ INLINE void join(sums *a, const sums *b, form what)
 
 /* Returns the sums over j + m = n. They run from the middle outwards, with the newest pair
  * apart. */
-INLINE sums cauchy_products(const kr_series *s, const parts *of, int n, form what)
+INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
-    sums a = {zero, zero, zero, zero, zero}, b = a;
+    series_sums a = {zero, zero, zero, zero, zero}, b = a;
     if (n % 2 == 0) {
         add_term(&a, s, of, n / 2, n / 2, what);
         a.cross = duo_mul(duo_splat(0.5), duo_mul(of[n / 2].w.ahead, of[n / 2].w.behind));
@@ -89,21 +89,21 @@ INLINE sums cauchy_products(const kr_series *s, const parts *of, int n, form wha
     return a;
 }
 
-/* Each of these three returns a right side of the equations, times the share 1 / (n + 1): the next
- * coefficient of (q | P), of P alone, and of W. */
-INLINE duo attitude_rates(const sums *a, duo share)
+/* Returns the next coefficient of (q | P): the right side of its equation times the share 1 / (n +
+ * 1). The next two functions do so for P alone and for W. */
+INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
     const duo ij = duo_fma(duo_scale(sign_j, share), duo_j(a->j), i);
     return duo_fma(duo_scale(sign_k, share), duo_k(a->k), ij);
 }
 
-INLINE quad vertical_rates(const sums *a, int n)
+INLINE quad vertical_rates(const series_sums *a, int n)
 {
     return quad_fma(quad_inverse(-n), duo_lo(a->p), quad_mul(quad_inverse(n), duo_hi(a->p)));
 }
 
-INLINE quad velocity_rates(const sums *a, const kr_series *s, quad p, quad share)
+INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, quad share)
 {
     const quad up = quad_mul(quad_mul(share, quad_load(s->up)), quad_next(p));
     const quad torque = quad_fma(quad_mul(share, quad_load(s->down)), quad_prev(p), up);
@@ -112,9 +112,9 @@ INLINE quad velocity_rates(const sums *a, const kr_series *s, quad p, quad share
 }
 
 /* Sets the coefficients n + 1. */
-INLINE void next_coefficient(kr_series *s, parts *of, int n, form what, int damped)
+INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what, int damped)
 {
-    const sums a = cauchy_products(s, of, n, what);
+    const series_sums a = cauchy_products(s, of, n, what);
     /* P_n is read as it was stored, in either form. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
@@ -127,16 +127,16 @@ INLINE void next_coefficient(kr_series *s, parts *of, int n, form what, int damp
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
-/* rough_log2 and rough_exp2 are right to two digits, by way of the bits: that is enough for a step
- * size, and much sooner than libm's. The logarithm is divided by the order later, so the mantissa
- * itself will do for its logarithm. */
-INLINE double rough_log2(double x)
+/* approx_log2 and approx_exp2 are right to two digits, from the bits, which suffices for a step
+ * size and is much faster than libm. The logarithm is later divided by the order, so the mantissa
+ * itself serves as its logarithm. */
+INLINE double approx_log2(double x)
 {
     int64_t bits;
     memcpy(&bits, &x, sizeof bits);
     return lone_fma((double)bits, 0x1p-52, -1022.957);
 }
-INLINE double rough_exp2(double x)
+INLINE double approx_exp2(double x)
 {
     const double whole = x + 0x1.8p52, f = x - (whole - 0x1.8p52);
     uint64_t bits;
@@ -147,24 +147,24 @@ INLINE double rough_exp2(double x)
     return power * lone_fma(f, lone_fma(f, 0.2384, 0.7035), 1.0004);
 }
 
-/* Returns log2 of the radius of convergence, as the n-th term has it. */
-INLINE double log2_radius(const kr_series *s, int n)
+/* Returns log2 of the radius of convergence, estimated from the n-th term. */
+INLINE double series_log2_radius(const kr_series *s, int n)
 {
     const double *x = s->x[n], *w = s->w[n];
     double a[4];
     for (int i = 0; i < 4; i++)
         a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
-    return rough_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
+    return approx_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
 /* Returns the step at whose end the last term is as large as the tolerance. Two terms tell the
  * radius (Jorba and Zou 2005), because every other term of an even or odd series vanishes. They are
  * those before the last, so that the step is known as soon as the last term is. From a start so
  * near an unstable equilibrium that all terms lie below the tolerance they tell nothing: no step is
  * so long that a falling top's next terms may be larger than the last. */
-INLINE double step_size(const kr_series *s, int order, double log2_tol)
+INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
-    const double a = log2_radius(s, order - 1), b = log2_radius(s, order - 2);
-    const double step = rough_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b)),
+    const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
+    const double step = approx_exp2(lone_fma(log2_tol, 1.0 / order, a < b ? a : b)),
                  longest = order / 6.0 * s->fall;
     return step < longest ? step : longest;
 }
@@ -175,11 +175,11 @@ INLINE double step_size(const kr_series *s, int order, double log2_tol)
  * a step at which the tail, which is in doubles, has lost what the head has kept. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
-    const double a = log2_radius(s, head / 2), b = log2_radius(s, head / 2 + 1);
-    return rough_exp2(lone_fma(log2_size, 1.0 / head, a < b ? a : b));
+    const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);
+    return approx_exp2(lone_fma(log2_size, 1.0 / head, a < b ? a : b));
 }
 
-INLINE void turn_known(kr_series *s, parts *of, int from, form what)
+INLINE void turn_known(kr_series *s, turned_pair *of, int from, form what)
 {
     for (int n = 0; n <= from; n++) {
         set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
@@ -188,9 +188,9 @@ INLINE void turn_known(kr_series *s, parts *of, int from, form what)
 }
 INLINE void damped_terms(kr_series *s, int from, int order, form what)
 {
-    parts of[KR_TAYLOR_MAX + 1];
+    turned_pair of[KR_TAYLOR_MAX + 1];
     turn_known(s, of, from, what);
-    for (int n = from; n < order; n++) next_coefficient(s, of, n, what, 1);
+    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, 1);
 }
 APART void expand_damped(kr_series *s, int from, int order, form what)
 {
@@ -200,22 +200,22 @@ APART void expand_damped(kr_series *s, int from, int order, form what)
         damped_terms(s, from, order, WHOLE);
 }
 /* Computes the coefficients after number `from`, up to the order. */
-INLINE void expand(kr_series *s, int from, int order, form what)
+INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
-    parts of[KR_TAYLOR_MAX + 1];
+    turned_pair of[KR_TAYLOR_MAX + 1];
     if (s->damped != 0.0) {
         expand_damped(s, from, order, what);
         return;
     }
     turn_known(s, of, from, what);
     UNROLL
-    for (int n = from; n < order; n++) next_coefficient(s, of, n, what, 0);
+    for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, 0);
 }
 
 /* Sums x_n h^(n - from) with h = to - t. Even and odd powers are summed apart, in two chains of fma
  * side by side. */
-INLINE void sum_series(const kr_series *s, int from, int order, const double *to, double *sum_x,
-                       double *sum_w)
+INLINE void evaluate_sums(const kr_series *s, int from, int order, const double *to, double *sum_x,
+                          double *sum_w)
 {
     const duo h = duo_span(&s->t, to), hh = duo_mul(h, h);
     const quad h4 = quad_span(&s->t, to), hh4 = quad_mul(h4, h4);
@@ -238,7 +238,7 @@ INLINE void sum_series(const kr_series *s, int from, int order, const double *to
     quad_store(sum_w, w);
 }
 
-/* Begins the next piece where this one ends. */
+/* Starts the next step at the end of the last one. */
 INLINE void begin_at_end(kr_series *s)
 {
     s->t = s->end;

@@ -11,14 +11,14 @@
 #include "math/dd.h"
 #include "slow.h"
 
-enum { Q = 0, P = 4, W = 7, ROWS = 10, SWEEPS = 64 };
+enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
 /* Damping is strong where its rate is so many times all others: those of other axes, or where there
  * are none, only those that gravity and inertia allow. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
 /* An angular velocity below this, over the rate of damping, counts as none. */
-#define NOTHING 0x1p-400
-#define RESTS 900.0
+#define TINY_VELOCITY 0x1p-400
+#define LOG2_AT_REST 900.0
 /* Digits of an angular velocity so many times smaller than the largest are not asked for. */
 #define NEGLIGIBLE 0x1p-64
 
@@ -49,7 +49,7 @@ static double least_size(const kr_series *s, const slow_axes *slow)
         most = fmax(most, fmax(size, fabs(s->end_w[i + 1])));
         if (size > 0.0) least = fmin(least, size);
     }
-    return fmax(fmin(fmax(least, NEGLIGIBLE * most), most), NOTHING);
+    return fmax(fmin(fmax(least, NEGLIGIBLE * most), most), TINY_VELOCITY);
 }
 
 #define number double
@@ -135,7 +135,7 @@ static double log2_size(const kr_series *s, int n)
     double size = 0.0;
     for (int i = 0; i < 8; i++) size = fmax(size, fabs(s->x[n][i]));
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
-    return size > 0.0 ? log2(size) : -RESTS;
+    return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
 /* Returns log2 of the step at whose end term n is as large as the tolerance, and so the one
  * before. */
@@ -164,7 +164,7 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
     s[1].t = s[1].end;
     s[0].end = s[0].at = s[0].t + fmin(exp2(step), longest);
     s[1].end = s[1].at = 0.0;
-    kernel->look(s);
+    kernel->evaluate(s);
     for (int i = 0; i < 2; i++) {
         memcpy(s[i].end_x, s[i].at_x, sizeof s->end_x);
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
@@ -189,7 +189,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
                             const slow_axes *slow, const slow_axes *strong)
 {
     const double before = p->rate, near = exp2(p->log2_tol + 6.0);
-    const double noise = fmax(near * least_size(p->series, slow), NOTHING);
+    const double noise = fmax(near * least_size(p->series, slow), TINY_VELOCITY);
     int exponent;
     if (!is_near(p->series, slow, noise)) return 0;
     frexp(slow->rate, &exponent);
@@ -204,7 +204,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
     return is_found;
 }
 /* Orders the axes by their rates of damping, the least first. */
-static void order_axes(const kr_motion *motion, int axes[3])
+static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
 {
     const kr_vec3 rate = v_over(motion->damping, motion->inertia);
     double rates[3];
@@ -223,8 +223,8 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
     slow_axes slow[3];
     int axes[3];
     *log2_tol = p->log2_tol;
-    if (p->series->damped == 0.0 || motion->step < 0.0 || p->is_followed != 0.0) return 0;
-    order_axes(motion, axes);
+    if (p->series->damped == 0.0 || motion->step < 0.0 || p->has_tangents != 0.0) return 0;
+    sort_axes_by_damping(motion, axes);
     for (int i = 0; i < 3; i++) {
         if (!take_slow_axes(motion, velocity, axes[i], &slow[i])) continue;
         if (step_on_manifold(p, motion, kernel, &slow[i], strong)) return 1;

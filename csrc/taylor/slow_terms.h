@@ -18,17 +18,18 @@ static number NAME(product)(const NAME(terms) * s, int a, int b, int n)
 static number NAME(torque)(const NAME(terms) * s, int axis, int n)
 {
     const int j = (axis + 1) % 3, k = (axis + 2) % 3;
-    const number weight = add(mul(s->up[axis], s->c[P + j][n]), mul(s->down[axis], s->c[P + k][n]));
-    return add(mul(s->k[axis], NAME(product)(s, W + j, W + k, n)), weight);
+    const number weight =
+        add(mul(s->up[axis], s->c[ROW_P + j][n]), mul(s->down[axis], s->c[ROW_P + k][n]));
+    return add(mul(s->k[axis], NAME(product)(s, ROW_W + j, ROW_W + k, n)), weight);
 }
 /* Sets coefficient n + 1 of the vertical. */
 static void NAME(turn_vertical)(NAME(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const number rate =
-            minus(NAME(product)(s, P + j, W + k, n), NAME(product)(s, P + k, W + j, n));
-        s->c[P + i][n + 1] = over(rate, of(n + 1, 0.0));
+        const number rate = minus(NAME(product)(s, ROW_P + j, ROW_W + k, n),
+                                  NAME(product)(s, ROW_P + k, ROW_W + j, n));
+        s->c[ROW_P + i][n + 1] = over(rate, of(n + 1, 0.0));
     }
 }
 /* Sets coefficient n + 1 of the attitude. */
@@ -37,13 +38,13 @@ static void NAME(turn_attitude)(NAME(terms) * s, int n)
     number rate = of(0.0, 0.0);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const number along = NAME(product)(s, Q, W + i, n),
-                     across = minus(NAME(product)(s, Q + 1 + j, W + k, n),
-                                    NAME(product)(s, Q + 1 + k, W + j, n));
-        rate = minus(rate, NAME(product)(s, Q + 1 + i, W + i, n));
-        s->c[Q + 1 + i][n + 1] = over(add(along, across), of(2 * (n + 1), 0.0));
+        const number along = NAME(product)(s, ROW_Q, ROW_W + i, n),
+                     across = minus(NAME(product)(s, ROW_Q + 1 + j, ROW_W + k, n),
+                                    NAME(product)(s, ROW_Q + 1 + k, ROW_W + j, n));
+        rate = minus(rate, NAME(product)(s, ROW_Q + 1 + i, ROW_W + i, n));
+        s->c[ROW_Q + 1 + i][n + 1] = over(add(along, across), of(2 * (n + 1), 0.0));
     }
-    s->c[Q][n + 1] = over(rate, of(2 * (n + 1), 0.0));
+    s->c[ROW_Q][n + 1] = over(rate, of(2 * (n + 1), 0.0));
 }
 /* Improves the coefficients of the slow axes once, by their equations solved for W_n, and sets all
  * others that follow. Returns the largest change in the first half. */
@@ -52,7 +53,7 @@ static double NAME(improve)(NAME(terms) * s, const int is_slow[3], int order)
     double moved = 0.0;
     for (int n = 0; n <= order; n++) {
         for (int i = 0; i < 3; i++) {
-            number *w = s->c[W + i];
+            number *w = s->c[ROW_W + i];
             if (!is_slow[i]) continue;
             const number last = w[n], next = mul(of(n + 1, 0.0), w[n + 1]);
             w[n] = over(minus(next, NAME(torque)(s, i, n)), s->drag[i]);
@@ -61,8 +62,9 @@ static double NAME(improve)(NAME(terms) * s, const int is_slow[3], int order)
         if (n == order) break;
         for (int i = 0; i < 3; i++)
             if (!is_slow[i])
-                s->c[W + i][n + 1] = over(
-                    add(NAME(torque)(s, i, n), mul(s->drag[i], s->c[W + i][n])), of(n + 1, 0.0));
+                s->c[ROW_W + i][n + 1] =
+                    over(add(NAME(torque)(s, i, n), mul(s->drag[i], s->c[ROW_W + i][n])),
+                         of(n + 1, 0.0));
         NAME(turn_vertical)(s, n);
     }
     return moved;
@@ -79,10 +81,10 @@ static void NAME(begin)(NAME(terms) * s, const kr_series from[2])
     NAME(read_vector)(s->up, from[0].up, from[1].up);
     NAME(read_vector)(s->down, from[0].down, from[1].down);
     NAME(read_vector)(s->drag, from[0].drag, from[1].drag);
-    for (int i = 0; i < 4; i++) s->c[Q + i][0] = of(from[0].end_x[i], from[1].end_x[i]);
+    for (int i = 0; i < 4; i++) s->c[ROW_Q + i][0] = of(from[0].end_x[i], from[1].end_x[i]);
     for (int i = 0; i < 3; i++) {
-        s->c[P + i][0] = of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
-        s->c[W + i][0] = of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
+        s->c[ROW_P + i][0] = of(from[0].end_x[5 + i], from[1].end_x[5 + i]);
+        s->c[ROW_W + i][0] = of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
     }
 }
 /* Writes all coefficients up to the order. */
@@ -91,12 +93,12 @@ static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
     for (int n = 0; n <= order; n++)
         for (int row = 0; row < ROWS; row++) {
             const number value = s->c[row][n];
-            double *hi = row < P   ? &to[0].x[n][row]
-                         : row < W ? &to[0].x[n][row + 1]
-                                   : &to[0].w[n][row - W + 1];
-            double *lo = row < P   ? &to[1].x[n][row]
-                         : row < W ? &to[1].x[n][row + 1]
-                                   : &to[1].w[n][row - W + 1];
+            double *hi = row < ROW_P   ? &to[0].x[n][row]
+                         : row < ROW_W ? &to[0].x[n][row + 1]
+                                       : &to[0].w[n][row - ROW_W + 1];
+            double *lo = row < ROW_P   ? &to[1].x[n][row]
+                         : row < ROW_W ? &to[1].x[n][row + 1]
+                                       : &to[1].w[n][row - ROW_W + 1];
             *hi = high(value);
             *lo = low(value);
         }
@@ -109,10 +111,10 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
     const double least = least_size(series, slow);
     for (int i = 0; i < 3; i++) {
         const number end = of(series[0].end_w[1 + i], series[1].end_w[1 + i]);
-        const double off = fabs(high(minus(end, s->c[W + i][0]))),
+        const double off = fabs(high(minus(end, s->c[ROW_W + i][0]))),
                      size = fmax(slow_size(series, slow, i), least),
                      allowed = slow->is_slow[i] ? near * size : INFINITY;
-        if (off > fmax(allowed, NOTHING)) return 0;
+        if (off > fmax(allowed, TINY_VELOCITY)) return 0;
     }
     return 1;
 }

@@ -1,59 +1,75 @@
-/* Tangents beside taylor's path: what they begin with, how they follow its steps, and what they are
- * between two of them. Where their last terms are too large at the end of a step, they take it in
- * parts, about which the path is expanded anew in a series of their own: the path itself does not
- * know of them. */
+/* Tangents along the path of the method taylor: their start, their propagation over its steps, and
+ * their values between two steps. If their last terms are too large at the end of a step, they are
+ * propagated in parts. Each part has its own expansion of the path, so the path itself never
+ * changes. */
 #include "tangents.h"
 
-/* The limit of the parts of a step, and of how often a part is shortened. */
-enum { PARTS = 64, TRIES = 32 };
-/* How far above the path's tolerance their last terms may lie, over the size of a deviation. Those
- * of most paths do by less. */
-static const double allowed = 0x1p9;
+/* Limits of the parts of a step, and of the attempts to shorten a part. */
+enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
+/* Limit of the last terms, relative to the size of a deviation and to the path's tolerance. Most
+ * paths stay below it. */
+static const double rest_over_tolerance = 0x1p9;
 
-/* The memory: the path about a part of a step, in so many words, and behind it the tangents. */
+/* Head of the memory: the path about a part of a step, in one or two words. The tangents follow. */
 typedef struct {
     kr_series path[2];
-    double parts;    /* of the last step */
-    double from, to; /* the times of its ends */
+    double parts;    /* number of parts of the last step */
+    double from, to; /* begin and end of the last step */
     double unused[5];
-} carrier;
-static carrier *carrier_of(double *memory) { return (carrier *)memory; }
+} tangent_work;
+static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }
 
-static const kr_taylor *path_of(const kr_motion *motion) { return (const kr_taylor *)motion->work; }
+static const kr_taylor *series_work(const kr_motion *motion)
+{
+    return (const kr_taylor *)motion->work;
+}
 static size_t words_of(int digits) { return digits > 16 ? 2 : 1; }
 static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
-    return (kr_tangent *)(carrier_of(memory) + 1) + i * words_of(motion->digits);
+    return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* The bundles come first, then the deviations that stand alone. */
-static size_t bundles(size_t n) { return n / KR_BUNDLE + (n % KR_BUNDLE >= KR_BUNDLED); }
-static size_t alone(size_t n) { return n % KR_BUNDLE >= KR_BUNDLED ? 0 : n % KR_BUNDLE; }
-static size_t structs(size_t n) { return KR_BUNDLE_OF * bundles(n) + alone(n); }
+/* Returns the number of batches; they come before the single deviations. */
+static size_t count_batches(size_t n)
+{
+    return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
+}
+/* Returns the number of single deviations. */
+static size_t count_single(size_t n)
+{
+    return n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN ? 0 : n % KR_DEVIATION_BATCH;
+}
+/* Returns the number of structs of n deviations. */
+static size_t count_structs(size_t n)
+{
+    return KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + count_single(n);
+}
 
-/* Where the numbers of a deviation are: `from` the struct, in its lane of a bundle, so many
- * doubles one after the other; or alone, where that is 0. */
+/* Address of the numbers of a deviation: the struct, and for a batch the lane and the distance of
+ * two components. The distance is 0 for a single deviation. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;
-} place;
-static place place_of(const kr_motion *motion, double *memory, size_t n, size_t i)
+} deviation_address;
+/* Returns the address of deviation i. */
+static deviation_address address_of(const kr_motion *motion, double *memory, size_t n, size_t i)
 {
-    const size_t bundled = KR_BUNDLE * bundles(n);
-    if (i >= bundled) {
-        const size_t behind = KR_BUNDLE_OF * bundles(n) + (i - bundled);
-        const place by_itself = {tangent(motion, memory, behind), 0, 0};
+    const size_t batched = KR_DEVIATION_BATCH * count_batches(n);
+    if (i >= batched) {
+        const size_t behind = KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + (i - batched);
+        const deviation_address by_itself = {tangent(motion, memory, behind), 0, 0};
         return by_itself;
     }
-    const place in_bundle = {tangent(motion, memory, i / KR_BUNDLE * KR_BUNDLE_OF), i % KR_BUNDLE,
-                             words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
-    return in_bundle;
+    const deviation_address in_batch = {
+        tangent(motion, memory, i / KR_DEVIATION_BATCH * KR_DEVIATION_BATCH_STRUCTS),
+        i % KR_DEVIATION_BATCH, words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
+    return in_batch;
 }
-/* The component k of a deviation, behind the first of the eight numbers that begin there. */
-static double *component(const place *at, double *numbers, size_t k)
+/* Returns the address of component k of a deviation, given its array of eight numbers. */
+static double *component_address(const deviation_address *at, double *numbers, size_t k)
 {
     return numbers + (at->apart > 0 ? at->lane + k * at->apart : 1 + k + k / 3);
 }
-static const kr_tangents_kernel *kernel_of(const kr_motion *motion)
+static const kr_tangents_kernel *tangent_kernel(const kr_motion *motion)
 {
     const kr_isa *isa = kr_taylor_isa_of(motion);
     if (motion->digits > 16) return isa ? isa->deep_tangents : &kr_tangents_dd_base;
@@ -61,141 +77,149 @@ static const kr_tangents_kernel *kernel_of(const kr_motion *motion)
 }
 static int order_of(const kr_motion *motion) { return ((const kr_kernel *)motion->aux)->order; }
 
-static size_t doubles(int digits, size_t n)
+static size_t count_doubles(int digits, size_t n)
 {
-    return (sizeof(carrier) + structs(n) * words_of(digits) * sizeof(kr_tangent)) / sizeof(double);
+    return (sizeof(tangent_work) + count_structs(n) * words_of(digits) * sizeof(kr_tangent)) /
+           sizeof(double);
 }
 
-/* Writes a number, and its low word where it has one. */
-static void put(const kr_motion *motion, double *high, dd a)
+/* Writes a number, and its low word if there is one. */
+static void put_number(const kr_motion *motion, double *high, dd a)
 {
     *high = a.hi;
     if (motion->digits > 16) high[sizeof(kr_tangent) / sizeof(double)] = a.lo;
 }
-/* Zeros are read without a sign, for theirs depends on who shares a bundle. */
-static dd get(const kr_motion *motion, const double *high)
+/* Returns a number. Zeros get a positive sign, because their sign depends on the other deviations
+ * of a batch. */
+static dd get_number(const kr_motion *motion, const double *high)
 {
     const dd a = {*high + 0.0,
                   motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
     return a;
 }
-/* Writes a vector into the lanes 1 to 3 of four. */
+/* Writes a vector into the last three of four lanes. */
 static void put_four(const kr_motion *motion, double *high, vec_dd v)
 {
-    put(motion, high + 1, v.x);
-    put(motion, high + 2, v.y);
-    put(motion, high + 3, v.z);
+    put_number(motion, high + 1, v.x);
+    put_number(motion, high + 2, v.y);
+    put_number(motion, high + 3, v.z);
 }
-/* Writes a vector as components of a deviation, from number k on. */
-static void put_vector(const kr_motion *motion, const place *at, double *numbers, size_t k,
-                       vec_dd v)
+/* Writes a vector as components k to k + 2 of a deviation. */
+static void put_components(const kr_motion *motion, const deviation_address *at, double *numbers,
+                           size_t k, vec_dd v)
 {
-    put(motion, component(at, numbers, k), v.x);
-    put(motion, component(at, numbers, k + 1), v.y);
-    put(motion, component(at, numbers, k + 2), v.z);
+    put_number(motion, component_address(at, numbers, k), v.x);
+    put_number(motion, component_address(at, numbers, k + 1), v.y);
+    put_number(motion, component_address(at, numbers, k + 2), v.z);
 }
-static vec_dd get_vector(const kr_motion *motion, const place *at, double *numbers, size_t k)
+static vec_dd get_components(const kr_motion *motion, const deviation_address *at, double *numbers,
+                             size_t k)
 {
-    const vec_dd v = {get(motion, component(at, numbers, k)),
-                      get(motion, component(at, numbers, k + 1)),
-                      get(motion, component(at, numbers, k + 2))};
+    const vec_dd v = {get_number(motion, component_address(at, numbers, k)),
+                      get_number(motion, component_address(at, numbers, k + 1)),
+                      get_number(motion, component_address(at, numbers, k + 2))};
     return v;
 }
-static vec_dd over(vec_dd a, kr_vec3 A)
+static vec_dd divide_by_inertia(vec_dd a, kr_vec3 A)
 {
     const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
     return v;
 }
-static vec_dd times(double power, vec_dd a)
+static vec_dd scale_exactly(double power, vec_dd a)
 {
     const vec_dd v = {dd_scale(power, a.x), dd_scale(power, a.y), dd_scale(power, a.z)};
     return v;
 }
-static void set_constants(kr_tangent *g, const kr_motion *motion)
+/* Sets the constants of a struct from the motion. */
+static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
 {
     const kr_vec3 A = motion->inertia, none = {0.0, 0.0, 0.0}, one = {1.0, 1.0, 1.0};
-    const double rate = path_of(motion)->rate;
+    const double rate = series_work(motion)->rate;
     const vec_dd ahead = {two_sum(A.x, -A.z), two_sum(A.y, -A.x), two_sum(A.z, -A.y)},
                  behind = {ahead.y, ahead.z, ahead.x},
-                 c = times(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low)),
+                 c = scale_exactly(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low)),
                  up = {c.y, c.z, c.x}, down = {dd_neg(c.z), dd_neg(c.x), dd_neg(c.y)};
-    put_four(motion, g->ahead, over(ahead, A));
-    put_four(motion, g->behind, over(behind, A));
-    put_four(motion, g->per, over(v_dd(one, none), A));
-    put_four(motion, g->drag, times(1.0 / rate, v_dd(motion->damping, none)));
+    put_four(motion, g->ahead, divide_by_inertia(ahead, A));
+    put_four(motion, g->behind, divide_by_inertia(behind, A));
+    put_four(motion, g->per, divide_by_inertia(v_dd(one, none), A));
+    put_four(motion, g->drag, scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
     put_four(motion, g->up, up);
     put_four(motion, g->down, down);
     g->damped = v_largest(motion->damping);
 }
-/* Sets what a parameter changes. */
-static void set_changes(const place *at, const kr_motion *motion, const kr_seed *seed)
+/* Sets the changes of lever and moments by the deviation's parameter. */
+static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
-    const double rate = path_of(motion)->rate, *B = seed->moments;
+    const double rate = series_work(motion)->rate, *B = seed->moments;
     kr_tangent *g = at->from;
     const double most = fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
-    put_vector(motion, at, g->lever, 0, times(1.0 / (rate * rate), seed->lever));
+    put_components(motion, at, g->lever, 0, scale_exactly(1.0 / (rate * rate), seed->lever));
     if (at->apart > 0)
-        for (size_t k = 0; k < 6; k++) *component(at, g->moment, k) = B[k];
+        for (size_t k = 0; k < 6; k++) *component_address(at, g->moment, k) = B[k];
     v_put(g->moments[0] + 1, v3(B[0], B[1], B[2]));
     v_put(g->moments[1] + 1, v3(B[5], B[3], B[4]));
     v_put(g->moments[2] + 1, v3(B[4], B[5], B[3]));
     g->changes = fmax(g->changes, fmax(most, v_largest(vdd_high(seed->lever))));
 }
-/* The attitude where the path stands. */
-static quat_dd attitude(const kr_motion *motion)
+/* Returns the attitude at the end of the path's last step. */
+static quat_dd path_attitude(const kr_motion *motion)
 {
-    const kr_series *s = path_of(motion)->series;
+    const kr_series *s = series_work(motion)->series;
     const double *high = s[0].end_x, *low = s[1].end_x;
     return qdd_unit(
         q_dd(q4(high[0], v3(high[1], high[2], high[3])), q4(low[0], v3(low[1], low[2], low[3]))));
 }
-static void begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
+/* Starts n deviations at the end of the path's last step. */
+static void tangents_begin(const kr_motion *motion, double *memory, size_t n, const kr_seed seeds[])
 {
     const size_t words = words_of(motion->digits);
-    const quat_dd to_body = qdd_conj(attitude(motion));
-    memset(memory, 0, doubles(motion->digits, n) * sizeof(double));
-    ((kr_taylor *)motion->work)->is_followed = 1.0;
-    carrier_of(memory)->from = carrier_of(memory)->to = path_of(motion)->series->end;
-    for (size_t i = 0; i < structs(n); i++) set_constants(tangent(motion, memory, i), motion);
+    const quat_dd to_body = qdd_conj(path_attitude(motion));
+    memset(memory, 0, count_doubles(motion->digits, n) * sizeof(double));
+    ((kr_taylor *)motion->work)->has_tangents = 1.0;
+    tangent_work_of(memory)->from = tangent_work_of(memory)->to = series_work(motion)->series->end;
+    for (size_t i = 0; i < count_structs(n); i++)
+        set_tangent_constants(tangent(motion, memory, i), motion);
     for (size_t i = 0; i < n; i++) {
-        const place to = place_of(motion, memory, n, i);
+        const deviation_address to = address_of(motion, memory, n, i);
         const kr_deviation *start = &seeds[i].at_start;
         set_changes(&to, motion, &seeds[i]);
-        put_vector(motion, &to, to.from->end, 0, start->turn);
-        put_vector(motion, &to, to.from->end, 3,
-                   times(1.0 / path_of(motion)->rate, qdd_turn(to_body, start->push)));
+        put_components(motion, &to, to.from->end, 0, start->turn);
+        put_components(
+            motion, &to, to.from->end, 3,
+            scale_exactly(1.0 / series_work(motion)->rate, qdd_turn(to_body, start->push)));
     }
-    for (size_t i = 0; i < structs(n) * words; i++) {
+    for (size_t i = 0; i < count_structs(n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
-        g->t = path_of(motion)->series[i % words].end;
+        g->t = series_work(motion)->series[i % words].end;
         memcpy(g->x[0], g->end, sizeof g->end);
         memcpy(g->begin, g->end, sizeof g->end);
     }
 }
 
-static double square_of(const place *at, double *numbers)
+/* Returns the squared size of a deviation. */
+static double square_of(const deviation_address *at, double *numbers)
 {
     double sum = 0.0;
     for (size_t k = 0; k < 6; k++) {
-        const double x = *component(at, numbers, k);
+        const double x = *component_address(at, numbers, k);
         sum += x * x;
     }
     return sum;
 }
-/* Sums all series at the time `at` of the path about the part. Returns the largest last term there,
- * over the size of its deviation; infinity where one is not finite. */
-static double sum_all(const kr_motion *motion, double *memory, size_t n)
+/* Sums all series at the time `at` of the path about the part. Returns the largest last term
+ * relative to its deviation; INFINITY if one is not finite. */
+static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);
-    const double *to = &carrier_of(memory)->path->at;
+    const double *to = &tangent_work_of(memory)->path->at;
     const double power = pow(*to - tangent(motion, memory, 0)->t, order);
     double worst = 0.0;
-    for (size_t i = 0; i < structs(n); i++) {
+    for (size_t i = 0; i < count_structs(n); i++) {
         kr_tangent *g = tangent(motion, memory, i);
-        kernel_of(motion)->sum(g, order, to, g->end);
+        tangent_kernel(motion)->sum(g, order, to, g->end);
     }
     for (size_t i = 0; i < n; i++) {
-        const place at = place_of(motion, memory, n, i);
+        const deviation_address at = address_of(motion, memory, n, i);
         const double size = square_of(&at, at.from->end),
                      last = power * power * square_of(&at, at.from->x[order]);
         if (!isfinite(size)) return INFINITY;
@@ -204,126 +228,130 @@ static double sum_all(const kr_motion *motion, double *memory, size_t n)
     return worst;
 }
 /* Computes the coefficients of all deviations. */
-static void expand_all(const kr_motion *motion, double *memory, size_t n)
+static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
 {
-    const kr_tangents_kernel *kernel = kernel_of(motion);
-    const kr_series *path = carrier_of(memory)->path;
+    const kr_tangents_kernel *kernel = tangent_kernel(motion);
+    const kr_series *path = tangent_work_of(memory)->path;
     kr_tangent *first = tangent(motion, memory, 0),
-               *rest_of_them = tangent(motion, memory, KR_BUNDLE_OF * bundles(n));
-    if (bundles(n) > 0) kernel->expand_bundles(path, first, bundles(n), order_of(motion));
-    if (alone(n) > 0) kernel->expand(path, rest_of_them, alone(n), order_of(motion));
+               *rest_of_them =
+                   tangent(motion, memory, KR_DEVIATION_BATCH_STRUCTS * count_batches(n));
+    if (count_batches(n) > 0)
+        kernel->expand_batches(path, first, count_batches(n), order_of(motion));
+    if (count_single(n) > 0) kernel->expand(path, rest_of_them, count_single(n), order_of(motion));
 }
-/* Expands the path anew about the time `at`, and lets the tangents begin there. */
-static void go_on_from_there(const kr_motion *motion, double *memory, size_t n)
+/* Expands the path about the time `at`, and starts the tangents there. */
+static void restart_series(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_kernel *kernel = motion->aux;
-    kr_series *part = carrier_of(memory)->path;
+    kr_series *part = tangent_work_of(memory)->path;
     const size_t words = words_of(motion->digits);
-    kernel->look(part);
+    kernel->evaluate(part);
     for (size_t word = 0; word < words; word++) {
         memcpy(part[word].end_x, part[word].at_x, sizeof part->end_x);
         memcpy(part[word].end_w, part[word].at_w, sizeof part->end_w);
         part[word].end = part[word].at;
     }
-    kernel->advance(part, path_of(motion)->log2_tol, 1.0);
-    for (size_t i = 0; i < structs(n) * words; i++) {
+    kernel->advance(part, series_work(motion)->log2_tol, 1.0);
+    for (size_t i = 0; i < count_structs(n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = part[i % words].t;
         memcpy(g->x[0], g->end, sizeof g->end);
     }
 }
-/* Shorten a part, whose largest last term at `to` is `worst`, until that is at most `most`. Returns
- * the largest last term at its end. */
+/* Shortens a part until the largest last term at its end is at most `most`. `worst` is that at
+ * `to`. Returns the largest last term at the new end. */
 static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
                       double most)
 {
-    carrier *c = carrier_of(memory);
+    tangent_work *c = tangent_work_of(memory);
     const double from = tangent(motion, memory, 0)->t;
     const int order = order_of(motion);
     double h = to - from;
     c->path[1].at = 0.0;
-    for (int i = 0; i < TRIES && !(worst <= most); i++) {
+    for (int i = 0; i < MAX_SHORTENINGS && !(worst <= most); i++) {
         const double share = pow(most / worst, 1.0 / order);
         h = share > 0.01 ? h * 0.9 * share : 0.01 * h;
         c->path[0].at = from + h;
-        worst = sum_all(motion, memory, n);
+        worst = sum_tangents(motion, memory, n);
     }
     return worst;
 }
-/* Carry all tangents from the begin of the path's last step to a time inside it, which is given in
- * two words. Returns the largest last term of all parts; infinity where the tangents outgrow
- * doubles or a part cannot be made short enough. */
-static double carry(const kr_motion *motion, double *memory, size_t n, double to, double to_low)
+/* Propagates all tangents from the begin of the path's last step to a time inside it, given in two
+ * words. Returns the largest last term of all parts. Returns INFINITY if the tangents exceed the
+ * range of doubles, or if no part is short enough. */
+static double carry_tangents(const kr_motion *motion, double *memory, size_t n, double to,
+                             double to_low)
 {
     const size_t words = words_of(motion->digits);
-    const double most = allowed * exp2(path_of(motion)->log2_tol);
-    carrier *c = carrier_of(memory);
+    const double most = rest_over_tolerance * exp2(series_work(motion)->log2_tol);
+    tangent_work *c = tangent_work_of(memory);
     double rest = 0.0;
-    for (size_t i = 0; i < structs(n) * words; i++) {
+    for (size_t i = 0; i < count_structs(n) * words; i++) {
         kr_tangent *g = tangent(motion, memory, 0) + i;
         g->t = i % words ? 0.0 : c->from;
         memcpy(g->x[0], g->begin, sizeof g->begin);
     }
-    memcpy(c->path, path_of(motion)->series, words * sizeof(kr_series));
-    for (int parts = 1; parts <= PARTS; parts++) {
-        expand_all(motion, memory, n);
+    memcpy(c->path, series_work(motion)->series, words * sizeof(kr_series));
+    for (int parts = 1; parts <= MAX_PARTS; parts++) {
+        expand_tangents(motion, memory, n);
         c->path[0].at = to;
         c->path[1].at = to_low;
         c->parts = parts;
-        double worst = sum_all(motion, memory, n);
+        double worst = sum_tangents(motion, memory, n);
         if (worst <= most) return fmax(rest, worst);
         worst = shorten(motion, memory, n, to, worst, most);
         if (!(worst <= most)) return INFINITY;
         rest = fmax(rest, worst);
-        go_on_from_there(motion, memory, n);
+        restart_series(motion, memory, n);
     }
     return INFINITY;
 }
-/* Carry as above, and where that fails make the tangents there no numbers. */
-static double carry_or_spoil(const kr_motion *motion, double *memory, size_t n, double to,
-                             double to_low)
+/* Propagates as carry_tangents; on failure sets the tangents to NaN. */
+static double carry_or_mark(const kr_motion *motion, double *memory, size_t n, double to,
+                            double to_low)
 {
-    const double rest = carry(motion, memory, n, to, to_low);
-    const size_t all = structs(n) * words_of(motion->digits);
+    const double rest = carry_tangents(motion, memory, n, to, to_low);
+    const size_t all = count_structs(n) * words_of(motion->digits);
     for (size_t i = 0; i < all && !(rest < INFINITY); i++)
         for (int k = 0; k < 8; k++) tangent(motion, memory, 0)[i].end[k] = NAN;
     return rest;
 }
-static kr_status follow(const kr_motion *motion, double *memory, size_t n)
+/* Propagates n deviations over the path's last step. */
+static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t n)
 {
-    const kr_series *s = path_of(motion)->series;
+    const kr_series *s = series_work(motion)->series;
     const size_t words = words_of(motion->digits);
-    carrier *c = carrier_of(memory);
+    tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
-    for (size_t i = 0; i < structs(n) * words; i++)
+    for (size_t i = 0; i < count_structs(n) * words; i++)
         memcpy(first[i].begin, first[i].end, sizeof first->end);
     c->from = s->t;
     c->to = s->end;
-    const double last = carry_or_spoil(motion, memory, n, s->end, 0.0);
-    if (last > first->rest) first->rest = last;
+    const double last = carry_or_mark(motion, memory, n, s->end, 0.0);
+    if (last > first->truncation) first->truncation = last;
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Sums all tangents at the time `at` of the path, inside its last step, into `at`. */
-static void look(const kr_motion *motion, double *memory, size_t n)
+/* Writes all tangents at the time `at` of the path, inside its last step, to their `at`. */
+static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
-    const kr_series *s = path_of(motion)->series;
+    const kr_series *s = series_work(motion)->series;
     const size_t words = words_of(motion->digits);
-    carrier *c = carrier_of(memory);
+    tangent_work *c = tangent_work_of(memory);
     kr_tangent *first = tangent(motion, memory, 0);
     const int at_end = s->at == c->to && (words == 1 || s[1].at == 0.0);
     if (c->parts < 2.0 && !at_end) {
-        for (size_t i = 0; i < structs(n); i++)
-            kernel_of(motion)->sum(first + i * words, order_of(motion), &s->at,
-                                   first[i * words].at);
+        for (size_t i = 0; i < count_structs(n); i++)
+            tangent_kernel(motion)->sum(first + i * words, order_of(motion), &s->at,
+                                        first[i * words].at);
         return;
     }
-    for (size_t i = 0; i < structs(n) * words; i++)
+    for (size_t i = 0; i < count_structs(n) * words; i++)
         memcpy(first[i].at, first[i].end, sizeof first->end);
     if (at_end) return;
     const double parts = c->parts;
-    carry_or_spoil(motion, memory, n, s->at, s[1].at);
-    for (size_t i = 0; i < structs(n) * words; i++)
+    carry_or_mark(motion, memory, n, s->at, s[1].at);
+    for (size_t i = 0; i < count_structs(n) * words; i++)
         for (int k = 0; k < 8; k++) {
             const double end = first[i].at[k];
             first[i].at[k] = first[i].end[k];
@@ -331,22 +359,25 @@ static void look(const kr_motion *motion, double *memory, size_t n)
         }
     c->parts = parts;
 }
-static void at(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[])
+/* Writes n deviations at `clock` inside the last step. */
+static void tangents_at(kr_motion *motion, double clock, double *memory, size_t n,
+                        kr_deviation out[])
 {
     kr_state state;
     kr_method_taylor.at(motion, clock, &state);
     const quat_dd q = q_dd(state.q, motion->low.q);
-    look(motion, memory, n);
+    evaluate_tangents(motion, memory, n);
     for (size_t i = 0; i < n; i++) {
-        const place from = place_of(motion, memory, n, i);
-        const vec_dd push = get_vector(motion, &from, from.from->at, 3);
-        out[i].turn = get_vector(motion, &from, from.from->at, 0);
-        out[i].push = times(path_of(motion)->rate, qdd_turn(q, push));
+        const deviation_address from = address_of(motion, memory, n, i);
+        const vec_dd push = get_components(motion, &from, from.from->at, 3);
+        out[i].turn = get_components(motion, &from, from.from->at, 0);
+        out[i].push = scale_exactly(series_work(motion)->rate, qdd_turn(q, push));
     }
 }
-static double rest(const kr_motion *motion, double *memory)
+static double tangents_truncation(const kr_motion *motion, double *memory)
 {
-    return tangent(motion, memory, 0)->rest;
+    return tangent(motion, memory, 0)->truncation;
 }
 
-const kr_tangent_way kr_taylor_tangents = {doubles, begin, follow, at, rest};
+const kr_tangent_ops kr_taylor_tangents = {count_doubles, tangents_begin, tangents_follow,
+                                           tangents_at, tangents_truncation};

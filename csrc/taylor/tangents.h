@@ -10,31 +10,30 @@
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Series of eight numbers, on a piece of path from t on: a step of the path, or the last part of
- * one, where the deviations' series ask for shorter ones. The numbers are those of one deviation,
- * (0, theta | 0, N); or, where many ride along, six such structs are a bundle of eight deviations:
- * struct k has the component k of (theta, N) of each, and what belongs to a deviation lies so, too.
- * Both have the same bits. For 20 and 30 digits each is an array of two: the high words, then the
- * low words, as far behind as those of a series are. */
+/* Series of eight numbers about the time t: on a step of the path, or on the last part of one if
+ * the deviations need shorter parts. The numbers are those of one deviation, (0, theta | 0, N).
+ * Many deviations form batches instead: six structs hold eight deviations, and struct k holds
+ * component k of (theta, N) of each. Both layouts have the same bits. For 20 and 30 digits each
+ * struct is an array of two, high words and low words, at the distance of a kr_series. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
-    double end[8], at[8];           /* sums where the step ends, and where it was looked at */
-    double begin[8];                /* what they are where the step begins */
+    double end[8], at[8];           /* sums at the end of the step, and at the sampled time */
+    double begin[8];                /* values at the begin of the step */
     double ahead[4], behind[4];     /* (Ax - Az) / Ax, (Ay - Ax) / Ax; and cyclic */
     double per[4], drag[4];         /* 1 / A, D */
     double up[4], down[4];          /* next(c), -prev(c) */
-    double lever[8];                /* (0, b); in a bundle the component k of each b, for k < 3 */
+    double lever[8];                /* (0, b); in a batch component k of each b, for k < 3 */
     double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
-    double moment[8];               /* in a bundle: the k-th of xx, yy, zz, yz, zx, xy of each B */
-    double t;                       /* where the piece begins */
-    double damped, changes;         /* whether D is not zero; whether b and B are not */
-    double rest;                    /* the largest last term so far, over its deviation's size */
+    double moment[8];               /* in a batch: the k-th of xx, yy, zz, yz, zx, xy of each B */
+    double t;                       /* time of the expansion */
+    double damped, changes;         /* whether D, and b or B, are not zero */
+    double truncation;              /* largest relative last term so far */
     double unused[120];
 } kr_tangent;
 enum {
-    KR_BUNDLE = 8,   /* deviations in a bundle */
-    KR_BUNDLED = 5,  /* so many are worth one */
-    KR_BUNDLE_OF = 6 /* structs it is made of */
+    KR_DEVIATION_BATCH = 8,        /* deviations in a batch */
+    KR_DEVIATION_BATCH_MIN = 5,    /* fewer deviations are propagated singly */
+    KR_DEVIATION_BATCH_STRUCTS = 6 /* structs of a batch */
 };
 typedef char kr_tangent_is_as_long_as_a_series[sizeof(kr_tangent) == sizeof(kr_series) ? 1 : -1];
 #endif

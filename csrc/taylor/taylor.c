@@ -1,17 +1,16 @@
-/* The Taylor method, for any top and any accuracy down to rounding and beyond. A step computes a
- * piece of path as long as its tolerance allows, whatever times were asked for; these are then read
- * off inside the piece, each for the price of one sum. The equations stand in taylor.h, the step
- * size is that of Jorba and Zou (2005). It keeps nothing but what the tolerance keeps. Time is
- * counted in powers of two so long that W stays below one: no coefficient overflows, and no
- * threshold has a dimension. */
+/* The Taylor method, for any top and any accuracy down to rounding and beyond. A step is as long as
+ * the tolerance allows, whatever times are requested. States inside it cost one sum each. The
+ * equations are in taylor.h; the step size follows Jorba and Zou (2005). Nothing is conserved
+ * beyond the tolerance. The unit of time is a power of two so long that W stays below one: no
+ * coefficient overflows, and no threshold has a dimension. */
 #include <float.h>
 #include "math/su2_dd.h"
 #include "slow.h"
 
-typedef kr_taylor path;
+typedef kr_taylor taylor_work;
 
-static path *path_of(const kr_motion *motion) { return (path *)motion->work; }
-static const kr_kernel *kernel_of(const kr_motion *motion) { return motion->aux; }
+static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
+static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
 const kr_isa *kr_taylor_isa(int i)
 {
@@ -27,19 +26,18 @@ const kr_isa *kr_taylor_isa(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns log2 of the tolerance of a step. Doubles give 16 digits; 20 and 30 need the tolerances
- * that validation/studies/taylor_kernel_study.py depth has measured. */
+/* Returns log2 of the tolerance of a step. Doubles give 16 digits; the tolerances for 20 and 30
+ * digits were measured by validation/studies/taylor_kernel_study.py depth. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel of the order that is fastest at this tolerance, and lowers the tolerance to
- * what its steps have to aim at: where their last terms are of one size, a higher order leaves the
- * larger error, down to rounding. validation/studies/taylor_kernel_study.py orders has measured
- * both. */
-static const kr_kernel *kernel_for(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
+/* Returns the kernel of the fastest order for this tolerance, and lowers the tolerance to the
+ * target of its steps: for equal last terms a higher order leaves a larger error, down to rounding.
+ * Both were measured by validation/studies/taylor_kernel_study.py orders. */
+static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
         double until, less;
@@ -50,32 +48,33 @@ static const kr_kernel *kernel_for(const kr_isa *isa, const kr_motion *motion, d
     if (motion->digits > 16) return &isa->deep[motion->digits > 20 ? KR_DIGITS_30 : KR_DIGITS_20];
     while (tol < by_order[i].until) i++;
     *log2_tol = fmin(tol, fmax(tol - by_order[i].less, -53.0));
-    return motion->leave_heading ? &isa->headless[i] : &isa->plain[i];
+    return motion->skip_heading ? &isa->headless[i] : &isa->plain[i];
 }
-void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol)
+void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol)
 {
     motion->aux = (void *)kernel;
-    path_of(motion)->log2_tol = log2_tol;
+    work_of(motion)->log2_tol = log2_tol;
 }
 
-/* Writes a vector into the lanes of a quaternion without real part. */
+/* Writes a vector into the lanes of a pure quaternion. */
 static void set_lanes(double lanes[4], kr_vec3 v)
 {
     lanes[0] = 0.0;
     v_put(lanes + 1, v);
 }
-static void set_vector(double high[4], double low[4], vec_dd v)
+/* Writes high and low words of a vector into lanes. */
+static void set_vector_words(double high[4], double low[4], vec_dd v)
 {
     set_lanes(high, vdd_high(v));
     set_lanes(low, vdd_low(v));
 }
-/* Divides axis by axis, as the moments of inertia do. */
-static vec_dd over(vec_dd a, kr_vec3 A)
+/* Divides each component by a moment of inertia. */
+static vec_dd divide_by_axes(vec_dd a, kr_vec3 A)
 {
     const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
     return v;
 }
-/* Multiplies by a rate exactly, because it is a power of two. */
+/* Multiplies by a power of two. */
 static vec_dd at_rate(double rate, vec_dd a)
 {
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
@@ -94,42 +93,42 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
     frexp(fmax(drag, sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z)))), &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets k, up, down, drag and fall of the series, whose vectors c and D are those of its own unit of
- * time. */
+/* Sets the constants k, up, down, drag and fall of the series, whose vectors c and D use its own
+ * unit of time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 A = motion->inertia;
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
     const vec_dd c = at_rate(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low));
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
-    set_vector(s[0].k, s[1].k, over(pair, A));
-    set_vector(s[0].up, s[1].up, over(up, A));
-    set_vector(s[0].down, s[1].down, over(down, A));
+    set_vector_words(s[0].k, s[1].k, divide_by_axes(pair, A));
+    set_vector_words(s[0].up, s[1].up, divide_by_axes(up, A));
+    set_vector_words(s[0].down, s[1].down, divide_by_axes(down, A));
     const kr_vec3 none = {0.0, 0.0, 0.0}, drag = v_scale(-1.0 / rate, motion->damping);
-    set_vector(s[0].drag, s[1].drag, over(v_dd(drag, none), A));
+    set_vector_words(s[0].drag, s[1].drag, divide_by_axes(v_dd(drag, none), A));
     s[0].damped = v_largest(drag);
-    const double rates = v_largest(vdd_high(over(up, A))) + v_largest(vdd_high(over(down, A)));
+    const double rates =
+        v_largest(vdd_high(divide_by_axes(up, A))) + v_largest(vdd_high(divide_by_axes(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
-/* Returns the attitude. Without the heading, the shortest turn that lifts P to the vertical stands
- * for all that do. P is of unit length but for the tolerance, so two terms of 1 / |P| do, which
- * take neither a root nor a quotient. */
-static kr_quat attitude(const kr_motion *motion, const double x[8])
+/* Returns the attitude. Without the heading, the shortest rotation of P to the vertical represents
+ * all others. P has unit length up to the tolerance, so two terms of 1 / |P| suffice. */
+static kr_quat series_attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
-    return motion->leave_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
-                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
+    return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
+                                : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-/* Gives the state in doubles, from sums (q | P) and W of the series. */
-static void plain_state(const path *p, const kr_motion *motion, const double x[8],
+/* Writes the state in doubles, from sums (q | P) and W of the series. */
+static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {
     const kr_vec3 M = v_times(motion->inertia, v_scale(p->rate, v3(w[1], w[2], w[3])));
-    s->q = attitude(motion, x);
+    s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, M);
 }
-/* Gives the state in double-double, from the sums at `at`; its low words go into motion->low. */
-static void deep_state(const path *p, kr_motion *motion, kr_state *s)
+/* Writes the state in double-double, from the sums at `at`; its low words go to motion->low. */
+static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
                  *low_w = p->series[1].at_w;
@@ -145,15 +144,16 @@ static void deep_state(const path *p, kr_motion *motion, kr_state *s)
     motion->low.m = vdd_low(m);
 }
 
-static int is_finite(const kr_series *s)
+/* Returns 1 if the sums at the end of the step are finite. */
+static int is_series_finite(const kr_series *s)
 {
     double sum = 0.0;
     for (int i = 0; i < 4; i++)
         sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
     return isfinite(sum);
 }
-/* Makes the piece one of no length, where it began. */
-static void stay(kr_series s[2])
+/* Makes the step one of length 0 at its begin. */
+static void reset_to_begin(kr_series s[2])
 {
     for (int i = 0; i < 2; i++) {
         memcpy(s[i].end_x, s[i].x[0], sizeof s->end_x);
@@ -164,112 +164,115 @@ static void stay(kr_series s[2])
     s->end = s->t;
 }
 
-static void set_start(path *p, const kr_motion *motion, const kr_state *start)
+/* Sets the series to a state. */
+static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
     const quat_dd q = q_dd(start->q, motion->low.q);
     const vec_dd vertical = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
     const vec_dd m = v_dd(start->m, motion->low.m),
                  M = motion->digits > 16 ? m : qdd_turn(qdd_conj(q), m),
-                 W = over(M, motion->inertia);
+                 W = divide_by_axes(M, motion->inertia);
     const kr_quat q_high = qdd_high(q), q_low = qdd_low(q);
     p->rate = p->first_rate = rate_for(motion, vdd_high(W));
-    if (!motion->leave_heading) {
+    if (!motion->skip_heading) {
         memcpy(high->x[0], &q_high, sizeof q_high);
         memcpy(low->x[0], &q_low, sizeof q_low);
     }
-    set_vector(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
-    set_vector(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
+    set_vector_words(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
+    set_vector_words(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
     kr_taylor_set_constants(p->series, motion, p->rate);
     high->t = p->rate * motion->clock;
-    stay(p->series);
+    reset_to_begin(p->series);
 }
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {
     double log2_tol = log2_tolerance(motion);
     int i = 0;
     while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: not where the first one runs */
-    const kr_kernel *kernel = kernel_for(kr_taylor_isa(i), motion, &log2_tol);
-    kr_taylor_use(motion, kernel, log2_tol);
-    set_start(path_of(motion), motion, start);
+    const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
+    kr_taylor_set_kernel(motion, kernel, log2_tol);
+    set_start(work_of(motion), motion, start);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status taylor_step(kr_motion *motion, double until)
 {
-    path *p = path_of(motion);
+    taylor_work *p = work_of(motion);
     kr_series *s = p->series;
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     double log2_tol;
     (void)until;
     /* No step in doubles can meet such a tolerance. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
-    if (!kr_slow_step(motion, kernel_of(motion), &log2_tol))
-        kernel_of(motion)->advance(s, log2_tol, forward);
+    if (!kr_slow_step(motion, kernel_of_motion(motion), &log2_tol))
+        kernel_of_motion(motion)->advance(s, log2_tol, forward);
     motion->stats.evaluations++;
-    const kr_status status = !is_finite(s)                     ? KR_ERR_NOT_FINITE
+    const kr_status status = !is_series_finite(s)              ? KR_ERR_NOT_FINITE
                              : forward * (s->end - s->t) > 0.0 ? KR_OK
                                                                : KR_ERR_STEP;
     if (status == KR_OK)
         motion->clock = s->end / p->rate;
     else
-        stay(s);
+        reset_to_begin(s);
     return status;
 }
-static void read(const kr_motion *motion, kr_state *s)
+static void taylor_read(const kr_motion *motion, kr_state *s)
 {
-    const path *p = path_of(motion);
+    const taylor_work *p = work_of(motion);
     plain_state(p, motion, p->series->end_x, p->series->end_w, s);
 }
-static void at(kr_motion *motion, double clock, kr_state *s)
+static void taylor_at(kr_motion *motion, double clock, kr_state *s)
 {
-    path *p = path_of(motion);
+    taylor_work *p = work_of(motion);
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
-    /* Only the rounding of a time can put it beside the piece, where the series does not hold: then
-     * the nearer end is meant. */
+    /* Only the rounding of a time can put it outside the step, where the series is invalid. The
+     * nearer end is meant. */
     const double before = begin - p->series->at, behind = p->series->at - end;
     if (before * behind < 0.0) {
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;
         p->series[1].at = 0.0;
     }
-    kernel_of(motion)->look(p->series);
+    kernel_of_motion(motion)->evaluate(p->series);
     if (motion->digits > 16)
-        deep_state(p, motion, s);
+        extended_state(p, motion, s);
     else
         plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
-static int is_in(const kr_kernel *kernels, int n, const kr_kernel *wanted)
+/* Returns 1 if `wanted` is one of n kernels. */
+static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
+/* Returns the instruction set of the motion's kernel; NULL if it belongs to none. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
 {
-    const kr_kernel *k = kernel_of(motion);
+    const kr_kernel *k = kernel_of_motion(motion);
     const kr_isa *isa = kr_taylor_isa(0);
     for (int i = 1; isa; isa = kr_taylor_isa(i++))
-        if (is_in(isa->plain, KR_ORDERS, k) || is_in(isa->headless, KR_ORDERS, k) ||
-            is_in(isa->deep, KR_DEPTHS, k))
+        if (is_in_table(isa->plain, KR_ORDERS, k) || is_in_table(isa->headless, KR_ORDERS, k) ||
+            is_in_table(isa->deep, KR_DEPTHS, k))
             break;
     return isa;
 }
-static const char *kernel(const kr_motion *motion, int *order)
+static const char *taylor_kernel(const kr_motion *motion, int *order)
 {
     const kr_isa *isa = kr_taylor_isa_of(motion);
-    *order = kernel_of(motion)->order;
+    *order = kernel_of_motion(motion)->order;
     return isa ? isa->name : "other";
 }
-static kr_piece piece(const kr_motion *motion)
+static kr_step_polynomial taylor_polynomial(const kr_motion *motion)
 {
-    const path *p = path_of(motion);
+    const taylor_work *p = work_of(motion);
     const kr_series *s = p->series;
     const kr_isa *isa = kr_taylor_isa_of(motion);
-    kr_piece piece = {.order = kernel_of(motion)->order,
-                      .x = s->x,
-                      .w = s->w,
-                      .rate = p->rate,
-                      .begin = s->t / p->rate};
+    kr_step_polynomial piece = {.order = kernel_of_motion(motion)->order,
+                                .x = s->x,
+                                .w = s->w,
+                                .rate = p->rate,
+                                .begin = s->t / p->rate};
     memcpy(piece.end_x, s->end_x, sizeof piece.end_x);
     memcpy(piece.end_w, s->end_w, sizeof piece.end_w);
     piece.end = s->end / p->rate;
@@ -285,13 +288,14 @@ const kr_method kr_method_taylor = {
     .conserves = "nothing",
     .reference = "Jorba and Zou, Exp. Math. 14, 2005",
     .order = 0,
-    .flags = KR_ADAPTIVE | KR_DIGITS | KR_HEADLESS | KR_DAMPED | KR_TANGENTS,
-    .work = sizeof(path) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
-    .at = at,
-    .kernel = kernel,
-    .piece = piece,
+    .flags = KR_METHOD_ADAPTIVE | KR_METHOD_DIGITS | KR_METHOD_SKIPS_HEADING | KR_METHOD_DAMPED |
+             KR_METHOD_TANGENTS,
+    .work = sizeof(taylor_work) / sizeof(double),
+    .reset = taylor_reset,
+    .step = taylor_step,
+    .read = taylor_read,
+    .at = taylor_at,
+    .kernel = taylor_kernel,
+    .polynomial = taylor_polynomial,
     .tangents = &kr_taylor_tangents,
 };

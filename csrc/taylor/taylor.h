@@ -31,20 +31,19 @@
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
-/* A piece of path, from the time t to `end`. It is fastest on a multiple of 64 bytes. In
- * double-double it is an array of two: the high words, then the low words. One vector of eight
- * lanes is (q | P): P fills idle lanes at no cost, because right products with i, j, k move the
- * lanes of q and of P, a quaternion without real part, alike and differ only in signs. Without the
- * heading the lanes of q are zero. */
+/* One step of the path, from the time t to `end`. Fastest at a multiple of 64 bytes. In
+ * double-double it is an array of two, high words and low words. A vector of eight lanes is (q |
+ * P). P fills idle lanes at no cost: right products with i, j, k move the lanes of q and of the
+ * pure quaternion P alike, up to signs. Without the heading the lanes of q are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
-    double end_x[8], at_x[8];       /* sums at `end`, where the next piece begins, and at `at` */
+    double end_x[8], at_x[8];       /* sums at `end`, where the next step begins, and at `at` */
     double w[KR_TAYLOR_MAX + 1][4]; /* coefficients of W: (0, x, y, z) */
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
     double drag[4];              /* -Dx / Ax; and cyclic */
     double t, end, at, damped;
-    double fall; /* the least time in which it can fall to e times its lean */
+    double fall; /* shortest time in which a fall can grow e-fold */
     double unused[7];
 } kr_series;
 
@@ -52,33 +51,33 @@ typedef struct kr_series {
 typedef struct kr_taylor {
     kr_series series[2]; /* high and low words */
     double log2_tol;
-    double rate;        /* the series' unit of time is 1 / rate of the motion's */
-    double first_rate;  /* the one with which it began; strong damping lowers `rate` (slow.h) */
-    double is_followed; /* not 0: tangents ride along, which steps on the slow manifold leave */
+    double rate;         /* the series' unit of time is 1 / rate of the motion's */
+    double first_rate;   /* initial rate; strong damping lowers `rate` (slow.h) */
+    double has_tangents; /* nonzero: tangents follow, which excludes the slow manifold */
 } kr_taylor;
 
 /* One order on one instruction set. */
 typedef struct kr_kernel {
     int order;
-    /* Computes the next piece: from the end of this one as far as the tolerance allows, forward or
+    /* Makes the next step: from the end of the last one as far as the tolerance allows, forward or
      * (direction -1) backward. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
-    /* Sums the series at the time `at` inside the piece, into at_x and at_w. */
-    void (*look)(kr_series *s);
+    /* Sums the series at the time `at` inside the step, into at_x and at_w. */
+    void (*evaluate)(kr_series *s);
 } kr_kernel;
 
-/* What moves tangents (tangents.h) on one instruction set. */
+/* Propagates tangents (tangents.h) on one instruction set. */
 struct kr_tangent;
 typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents, size_t n,
                                 int order);
 typedef struct kr_tangents_kernel {
-    /* Compute the coefficients of n tangents, or bundles of them, that follow on those at t. */
-    kr_tangents_expand *expand, *expand_bundles;
-    /* Sums those of one struct at a time. */
+    /* Compute the coefficients of n tangents, or of n batches, from those at t. */
+    kr_tangents_expand *expand, *expand_batches;
+    /* Sums the eight series of one struct. */
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
-/* The terms behind a head in double-double, which are doubles. */
+/* The terms behind a double-double head, in doubles. */
 typedef struct kr_tail {
     void (*expand)(kr_series *s);
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);
@@ -92,15 +91,15 @@ enum { KR_DIGITS_20, KR_DIGITS_30, KR_DEPTHS };
     extern const kr_kernel kr_kernel_dd_##isa[KR_DEPTHS];                                          \
     extern const kr_tail kr_tail_##isa[KR_DEPTHS];                                                 \
     extern const kr_tangents_kernel kr_tangents_##isa, kr_tangents_dd_##isa;                       \
-    kr_tangents_expand kr_expand_bundles_##isa, kr_expand_bundles_dd_##isa;                        \
+    kr_tangents_expand kr_expand_batches_##isa, kr_expand_batches_dd_##isa;                        \
     void kr_product_##isa(const double *a, const double *b, int order, double *c);
 KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)
 KR_TAYLOR_ISA(avx512)
 
 /* An instruction set that was compiled in. `plain` and `headless` have KR_ORDERS kernels, with and
- * without the heading; `deep` has KR_DEPTHS, for 20 and 30 digits; `product` is that of a
- * kr_piece. */
+ * without the heading. `deep` has KR_DEPTHS kernels, for 20 and 30 digits. `product` serves
+ * kr_step_polynomial. */
 typedef struct kr_isa {
     const char *name;
     int (*runs_here)(void);
@@ -109,15 +108,13 @@ typedef struct kr_isa {
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_isa;
 
-extern const kr_tangent_way kr_taylor_tangents;
+extern const kr_tangent_ops kr_taylor_tangents;
 /* Sets all constants of a series for another rate. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
 /* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
 const kr_isa *kr_taylor_isa(int i);
-/* Returns the instruction set that a motion's kernel belongs to; NULL for one that is none of the
- * tables'. */
+/* Returns the instruction set of a motion's kernel; NULL for a kernel outside the tables. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
-/* Goes on with another kernel and tolerance than were chosen: this is for tests and
- * measurements. */
-void kr_taylor_use(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
+/* Sets another kernel and tolerance, for tests and measurements. */
+void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
 #endif

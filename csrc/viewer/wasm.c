@@ -1,21 +1,21 @@
-/* What the page calls beside kreisel.h: one stage, what is to be seen on it, and the numbers of the
- * core by which the page is made. It is built for WebAssembly only. A page has one stage, hence the
- * only global state there is. */
+/* Functions that the page calls besides kreisel.h: one simulation, its picture, and the numbers by
+ * which the page is built. Compiled for WebAssembly only. The simulation is the only global state,
+ * because a page has one. */
 #include <math.h>
 #include <stddef.h>
 #include "exact/kowalewski.h"
-#include "viewer/picture.h"
-#include "viewer/stage.h"
+#include "viewer/mesh.h"
+#include "viewer/simulation.h"
 #include "taylor/taylor.h"
 
-/* The driver knows kernels for 20 and 30 digits and for tangents, which are large. The stage asks
- * for no more digits than a double has and for no tangents, so the page is built without them:
- * these empty tables, which nothing reads, stand where the driver looks for them. */
+/* The driver refers to kernels for 20 and 30 digits and for tangents, which are large. The page
+ * requests neither, so it is built without them. These empty tables, which nothing reads, replace
+ * them. */
 #ifdef __wasm__
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 const kr_tangents_kernel kr_tangents_base, kr_tangents_dd_base;
-/* Nor has it the closed form of Kowalewski tops, which is as large as all else of the closed forms:
- * a plan of no size says so to kr_method_applies. */
+/* The closed form of Kowalewski tops is omitted too; it is as large as all other closed forms. A
+ * plan of size 0 tells kr_method_applies. */
 static size_t no_size(void) { return 0; }
 const kr_kowalewski_one kr_kowalewski_one_base = {.size = no_size};
 void kr_kowalewski_many_base(const kr_theta_sums *plan, size_t n, const double t[], kr_state out[])
@@ -24,14 +24,14 @@ void kr_kowalewski_many_base(const kr_theta_sums *plan, size_t n, const double t
 }
 #endif
 
-/* Begins a function that the page calls. No header declares it, for nothing in C calls it; so the
- * declaration that compilers want before a definition is written here. */
+/* Begins a function that the page calls. No header declares it, because nothing in C calls it; the
+ * macro writes the declaration that compilers require. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
-/* The page reads and writes these structures as rows of doubles, each part at its place in the row.
- * An array of a negative size does not compile. */
+/* The page reads and writes these structures as rows of doubles, with each member at a fixed index.
+ * An array of negative size does not compile. */
 #define PLACE(type, part, place)                                                                   \
     typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
 #define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
@@ -56,37 +56,36 @@ PLACE(kr_box, turn, 6);
 PLACE(kr_box, density, 10);
 SIZE(kr_box, 11);
 
-static kr_stage stage;
-static double measured[KR_STAGE_MEASURES];
+static kr_simulation simulation;
+static double measured[KR_SIMULATION_MEASURES];
 static kr_vec3 velocity;
 static double reach[2];
 static kr_box box;
 static double limits[6];
-static float points[KR_PICTURE_RINGS * KR_PICTURE_SIDES][3];
+static float points[KR_MESH_RINGS * KR_MESH_SIDES][3];
 
-/* Numbers and names */
-EXPORT(int, kr_page_ticks, (void)) { return KR_STAGE_TICKS; }
-EXPORT(int, kr_page_tops, (void)) { return KR_STAGE_TOPS; }
-EXPORT(int, kr_page_way_points, (void)) { return KR_PICTURE_POINTS; }
-EXPORT(int, kr_page_rod_rings, (void)) { return KR_PICTURE_RINGS; }
-EXPORT(int, kr_page_rod_sides, (void)) { return KR_PICTURE_SIDES; }
+/* Numbers and names. */
+EXPORT(int, kr_page_ticks, (void)) { return KR_SIMULATION_TICKS; }
+EXPORT(int, kr_page_tops, (void)) { return KR_SIMULATION_TOPS; }
+EXPORT(int, kr_page_way_points, (void)) { return KR_MESH_POINTS; }
+EXPORT(int, kr_page_rod_rings, (void)) { return KR_MESH_RINGS; }
+EXPORT(int, kr_page_rod_sides, (void)) { return KR_MESH_SIDES; }
 EXPORT(int, kr_page_adaptive, (const kr_method *method))
 {
-    return (kr_method_flags(method) & KR_ADAPTIVE) != 0;
+    return (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;
 }
 EXPORT(int, kr_page_restarts, (const kr_method *method))
 {
-    return (kr_method_flags(method) & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE;
+    return (kr_method_flags(method) & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE;
 }
 EXPORT(const char *, kr_page_kind, (const kr_body *body))
 {
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
 }
 
-/* How the axis of a symmetric top moves: the turning points and mean rates of its closed form.
- * These are the least and the greatest nutation, the critical spin, the mean precession and the
- * period of the nutation, NaN where there is none, and the spin; NULL for tops that are not
- * symmetric. */
+/* Writes the turning points and mean rates of a symmetric top: the smallest and largest nutation,
+ * the critical spin, the mean precession, the period of the nutation (NaN if none), and the spin.
+ * Returns NULL for other tops. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_turning turning;
@@ -104,96 +103,99 @@ EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 EXPORT(const char *, kr_page_course, (const kr_scene *scene))
 {
     kr_turning turning;
-    return kr_exact_turning(scene, &turning) == KR_OK ? turning.course : "";
+    return kr_exact_turning(scene, &turning) == KR_OK ? turning.motion_type : "";
 }
 
-/* The stage */
-EXPORT(void, kr_page_clear, (void)) { kr_stage_clear(&stage); }
+/* The simulation. */
+EXPORT(void, kr_page_clear, (void)) { kr_simulation_clear(&simulation); }
 EXPORT(kr_status, kr_page_add,
        (const kr_scene *scene, const kr_method *method, double step, double tol, int against))
 {
-    return kr_stage_add(&stage, scene, method, (int64_t)step, tol, against);
+    return kr_simulation_add(&simulation, scene, method, (int64_t)step, tol, against);
 }
 EXPORT(kr_status, kr_page_add_track,
        (const kr_scene *scene, const kr_state *track, int length, double step, int against))
 {
-    return kr_stage_add_track(&stage, scene, track, length, (int64_t)step, against);
+    return kr_simulation_add_track(&simulation, scene, track, length, (int64_t)step, against);
 }
 EXPORT(double, kr_page_advance, (double target, int most))
 {
-    return (double)kr_stage_advance(&stage, (int64_t)target, most);
+    return (double)kr_simulation_advance(&simulation, (int64_t)target, most);
 }
-EXPORT(int, kr_page_late, (void)) { return stage.is_late; }
-EXPORT(double, kr_page_common, (void)) { return (double)stage.common; }
-EXPORT(const kr_state *, kr_page_state, (int i)) { return &stage.actor[i].now; }
-EXPORT(kr_status, kr_page_status, (int i)) { return stage.actor[i].status; }
+EXPORT(int, kr_page_late, (void)) { return simulation.is_late; }
+EXPORT(double, kr_page_common, (void)) { return (double)simulation.common; }
+EXPORT(const kr_state *, kr_page_state, (int i)) { return &simulation.slots[i].now; }
+EXPORT(kr_status, kr_page_status, (int i)) { return simulation.slots[i].status; }
 EXPORT(const kr_vec3 *, kr_page_velocity, (int i))
 {
-    velocity = kr_state_velocity(&stage.actor[i].scene, &stage.actor[i].now);
+    velocity = kr_state_velocity(&simulation.slots[i].scene, &simulation.slots[i].now);
     return &velocity;
 }
 
-/* Measures and their record */
-EXPORT(int, kr_page_measures, (void)) { return KR_STAGE_MEASURES; }
+/* Measures and their record. */
+EXPORT(int, kr_page_measures, (void)) { return KR_SIMULATION_MEASURES; }
 EXPORT(const char *, kr_page_measure_name, (int k))
 {
-    const kr_quantity *quantity = kr_stage_quantity(k);
+    const kr_quantity *quantity = kr_simulation_quantity(k);
     if (quantity) return kr_quantity_name(quantity);
-    return k == KR_STAGE_ERROR ? "error" : "modified_energy";
+    return k == KR_SIMULATION_ERROR ? "error" : "modified_energy";
 }
 EXPORT(const char *, kr_page_measure_text, (int k))
 {
-    const kr_quantity *quantity = kr_stage_quantity(k);
+    const kr_quantity *quantity = kr_simulation_quantity(k);
     if (quantity) return kr_quantity_text(quantity);
-    return k == KR_STAGE_ERROR ? "attitude error against another top, in radians"
-                               : "the energy that bobenko_suris keeps at its step, in its place";
+    return k == KR_SIMULATION_ERROR
+               ? "attitude error against another top, in radians"
+               : "the energy that bobenko_suris keeps at its step, in its place";
 }
 EXPORT(int, kr_page_measure_kept, (int k))
 {
-    const kr_quantity *quantity = kr_stage_quantity(k);
-    return k == KR_STAGE_MODIFIED || (quantity && kr_quantity_flags(quantity) & KR_KEPT);
+    const kr_quantity *quantity = kr_simulation_quantity(k);
+    return k == KR_SIMULATION_MODIFIED ||
+           (quantity && kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED);
 }
 EXPORT(const double *, kr_page_measure, (int i))
 {
-    kr_stage_measure(&stage, i, measured);
+    kr_simulation_measure(&simulation, i, measured);
     return measured;
 }
-EXPORT(int, kr_page_rows, (void)) { return (int)stage.rows; }
-EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_row) / sizeof(double); }
-EXPORT(const double *, kr_page_times, (void)) { return &stage.row[0].time; }
-/* Where a measure of top i stands in the first row: its value, or if `side` is -1 or 1 the least or
- * the greatest since the row before. */
+EXPORT(int, kr_page_rows, (void)) { return (int)simulation.rows; }
+EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
+EXPORT(const double *, kr_page_times, (void)) { return &simulation.record[0].time; }
+/* Returns the address of a measure of top i in the first row: its value, or its minimum or maximum
+ * since the row before if `side` is -1 or 1. */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
-    const kr_row *row = &stage.row[0];
+    const kr_record_row *row = &simulation.record[0];
     return &(side < 0 ? row->low : side ? row->high : row->at)[i][measure];
 }
 
-/* What is to be seen */
+/* The picture. */
 EXPORT(const double *, kr_page_reach, (int i))
 {
-    kr_picture_reach(&stage.actor[i].scene, &reach[0], &reach[1]);
+    kr_mesh_limits(&simulation.slots[i].scene, &reach[0], &reach[1]);
     return reach;
 }
 EXPORT(const kr_box *, kr_page_box, (const kr_body *body))
 {
-    box = kr_picture_box(body);
+    box = kr_mesh_box(body);
     return &box;
 }
-static kr_trail trail(const kr_actor *a)
+static kr_trail trail(const kr_simulation_slot *a)
 {
-    const kr_trail t = {a->trace, KR_STAGE_TRACE, a->steps, (double)a->step / KR_STAGE_TICKS};
+    const kr_trail t = {a->trace, KR_SIMULATION_TRACE, a->steps,
+                        (double)a->step / KR_SIMULATION_TICKS};
     return t;
 }
 EXPORT(const float *, kr_page_points, (void)) { return points[0]; }
 EXPORT(int, kr_page_way, (int i, double radius))
 {
-    const kr_trail t = trail(&stage.actor[i]);
-    return kr_picture_way(&stage.actor[i].scene.body, &t, radius, points);
+    const kr_trail t = trail(&simulation.slots[i]);
+    return kr_mesh_trail(&simulation.slots[i].scene.body, &t, radius, points);
 }
 EXPORT(int, kr_page_rod, (int i, double scale, double radius, double power))
 {
-    const kr_body *body = &stage.actor[i].scene.body;
-    const kr_trail t = trail(&stage.actor[i]);
-    return KR_PICTURE_SIDES * kr_picture_rod(body, &t, scale, radius, power, points);
+    const kr_body *body = &simulation.slots[i].scene.body;
+    const kr_trail t = trail(&simulation.slots[i]);
+    return KR_MESH_SIDES * kr_mesh_rod(body, &t, scale, radius, power, points);
 }

@@ -7,7 +7,7 @@
 static inline kr_term term(double factor, const char *of, const char *times)
 {
     const kr_term t = {factor, kr_component_find(of), kr_component_find(times)};
-    IS(t.of >= 0 && t.times >= 0);
+    IS(t.first >= 0 && t.second >= 0);
     return t;
 }
 static inline kr_top *watched(const kr_scene *s, kr_config config, kr_event *events, size_t n)

@@ -6,7 +6,7 @@ int main(void)
 {
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        if (!(kr_method_flags(method) & KR_ALGEBRAIC)) continue;
+        if (!(kr_method_flags(method) & KR_METHOD_ALGEBRAIC)) continue;
         for (int which = 0; which < 4; which++) {
             const kr_scene s = golden_scene(which);
             const kr_config config = {.step = 0.01};

@@ -31,7 +31,7 @@ static uint64_t way(const kr_scene *scene, kr_config config, const kr_kernel *ke
     kr_state states[80]; /* and what their doubles leave out */
     kr_top *top = NULL;
     must(kr_top_create(scene, kr_method_find("taylor"), config, &top) == KR_OK, "no top");
-    kr_taylor_use(&top->main, kernel, log2_tol);
+    kr_taylor_set_kernel(&top->main, kernel, log2_tol);
     for (int i = 0; i < 40; i++) {
         must(kr_top_advance(top, 0.5 * (i + 1)) == KR_OK, "a top has not come to its time");
         states[2 * i] = kr_top_state(top);
@@ -44,7 +44,7 @@ static void alone(const kr_isa *isa, int which)
 {
     const kr_scene s = golden_scene(which);
     for (int i = 0; i < KR_ORDERS; i++) {
-        const kr_config whole = {0}, headless = {.leave_heading = 1};
+        const kr_config whole = {0}, headless = {.skip_heading = 1};
         say(isa->name, "whole", isa->plain[i].order, golden_names[which],
             way(&s, whole, &isa->plain[i], -40.0));
         say(isa->name, "headless", isa->headless[i].order, golden_names[which],
@@ -83,12 +83,12 @@ static void in_lanes(const kr_lanes_isa *isa, kr_config config, const char *what
     for (int k = 0; k < TIMES; k++) t[k] = k + 1.0;
     must(kr_worker_create(kr_method_find("taylor"), config, 0, NULL, &worker) == KR_OK,
          "no worker");
-    kr_fleet_use(worker, isa, 20, -53.0);
+    kr_scheduler_set_kernel(worker, isa, 20, -53.0);
     must(kr_worker_run(worker, &tops) == KR_OK, "tops in lanes have not come to their times");
     kr_worker_free(worker);
     say(isa->name, what, 20, golden_names[which], hash_of(&came, size));
 }
-static void closed(const kr_exact_isa *isa, const kr_exact_width *width, int which)
+static void closed(const kr_exact_isa *isa, const kr_exact_batch_isa *width, int which)
 {
     enum { TIMES = 200 };
     static double t[TIMES];
@@ -96,19 +96,19 @@ static void closed(const kr_exact_isa *isa, const kr_exact_width *width, int whi
     const kr_scene s = golden_scene(which);
     kr_exact plan;
     kr_status status = KR_OK;
-    const kr_exact_asked asked = {
+    const kr_exact_request asked = {
         .n = 1, .scenes = &s, .times = TIMES, .t = t, .states = same, .status = &status};
     for (int k = 0; k < TIMES; k++) t[k] = 0.375 * (k - 50);
     memset(&plan, 0, sizeof plan);
-    must(isa->one->plan(&s, 0, &plan) == KR_OK, "no closed form");
-    isa->many(&plan, TIMES, t, states);
-    width->all(width->one, &asked);
+    must(isa->scalar->plan(&s, 0, &plan) == KR_OK, "no closed form");
+    isa->evaluate(&plan, TIMES, t, states);
+    width->batch(width->scalar, &asked);
     must(status == KR_OK && memcmp(same, states, sizeof states) == 0, "tops and times differ");
     say(isa->name, "closed", TIMES, golden_names[which], hash_of(states, sizeof states));
 }
 int main(void)
 {
-    const kr_config whole = {0}, growing = {.leave_heading = 1, .tangents = KR_TANGENT_GROWTH};
+    const kr_config whole = {0}, growing = {.skip_heading = 1, .tangents = KR_TANGENT_GROWTH};
     for (int which = 0; which < 4; which++) {
         for (int i = 0; kr_taylor_isa(i); i++)
             if (kr_taylor_isa(i)->runs_here()) alone(kr_taylor_isa(i), which);
@@ -119,7 +119,7 @@ int main(void)
             }
         for (int i = 0; which != 2 && kr_exact_isa_at(i); i++)
             if (kr_exact_isa_at(i)->runs_here())
-                closed(kr_exact_isa_at(i), kr_exact_width_at(i), which);
+                closed(kr_exact_isa_at(i), kr_exact_batch_isa_at(i), which);
     }
     return 0;
 }

@@ -82,7 +82,7 @@ static void methods(void)
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
         const char *name = kr_method_name(method);
-        const int is_adaptive = (kr_method_flags(method) & KR_ADAPTIVE) != 0;
+        const int is_adaptive = (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;
         int which = 0;
         kr_scene s = scene_at(which);
         if (strncmp(name, "gsl", 3) == 0) continue;
@@ -100,7 +100,7 @@ static void tangents(void)
     const kr_scene s = scene_at(GENERAL);
     for (int i = 0; i < 5; i++) {
         const unsigned by = 1u << i;
-        double out[6 * KR_TANGENT_MOST];
+        double out[6 * KR_TANGENT_COLUMNS_MAX];
         kr_top *top = top_of(&s, "taylor", (kr_config){.tangents = by});
         must(kr_top_advance(top, 3.0));
         must(kr_top_tangents(top, out, NULL));
@@ -116,7 +116,7 @@ static void taylor(void)
     must(kr_top_advance(precise, 3.0));
     row("general", "taylor 30 digits", "low word of m_x(3)", kr_top_low(precise).m.x);
     kr_top_free(precise);
-    kr_top *headless = top_of(&s, "taylor", (kr_config){.leave_heading = 1});
+    kr_top *headless = top_of(&s, "taylor", (kr_config){.skip_heading = 1});
     must(kr_top_advance(headless, 3.0));
     const kr_state state = kr_top_state(headless);
     row("general", "taylor headless", "nutation(3)", kr_state_nutation(&s, &state));
@@ -158,14 +158,14 @@ static void closed_forms(void)
 static void events(void)
 {
     const kr_scene s = scene_at(GENERAL);
-    const kr_term height = {1.0, kr_component_find("apex_z"), KR_ONE},
+    const kr_term height = {1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE},
                   product[2] = {
                       {2.0, kr_component_find("body_velocity_x"), kr_component_find("q_w")},
-                      {-0.5, kr_component_find("apex_x"), KR_ONE}};
+                      {-0.5, kr_component_find("apex_x"), KR_COMPONENT_ONE}};
     kr_event event[2] = {{.terms = &height, .count = 1, .extremum = 1},
                          {.terms = product, .count = 2, .direction = -1}};
     const char *const names[2] = {"time of extremum", "time of product = 0"};
-    kr_hit hit;
+    kr_event_hit hit;
     for (int i = 0; i < 2; i++) {
         kr_top *top = top_of(&s, "taylor", (kr_config){0});
         must(kr_top_watch(top, 1, &event[i]));
@@ -214,14 +214,14 @@ static void growth(void)
     kr_worker *worker = worker_of("taylor", config, 0, NULL, t);
     must(kr_worker_run(worker, &tops));
     must(outcome.status);
-    for (int i = 0; i <= KR_GROWTH_MOST; i++)
+    for (int i = 0; i <= KR_GROWTH_MAX; i++)
         row("general", "worker", names[i], out[(TIMES - 1) * KR_GROWTH_COUNT + i]);
     kr_worker_free(worker);
 }
 static void section(void)
 {
     const kr_scene s = scene_at(GENERAL);
-    const kr_term spin = {1.0, kr_component_find("body_velocity_x"), KR_ONE};
+    const kr_term spin = {1.0, kr_component_find("body_velocity_x"), KR_COMPONENT_ONE};
     const kr_event event = {.terms = &spin, .count = 1, .direction = 1};
     const double wait = 50.0;
     double t[TIMES];

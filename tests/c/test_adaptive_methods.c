@@ -56,7 +56,7 @@ static kr_motion open_motion(const kr_method *method, const problem *p, double s
 }
 static void close_motion(const kr_method *method, kr_motion *motion)
 {
-    if (method->done) method->done(motion);
+    if (method->release) method->release(motion);
     free(motion->work);
 }
 static kr_state to(const kr_method *method, kr_motion *motion, double until)
@@ -363,7 +363,7 @@ int main(void)
     set_problems();
     for (size_t i = 0; i < METHODS; i++) {
         const kr_method *method = methods[i];
-        IS(method->flags & KR_ADAPTIVE && method->flags & KR_ABSOLUTE);
+        IS(method->flags & KR_METHOD_ADAPTIVE && method->flags & KR_METHOD_ABSOLUTE);
         test_free_top(method);
         test_steady_precession(method);
         test_long_steps(method);

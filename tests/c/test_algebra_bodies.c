@@ -96,9 +96,10 @@ static void test_tensors(void)
 static void test_exact_kinds(void)
 {
     kr_body b;
-    IS(kr_body_symmetric(2.0, 2.0, 1.0, 0.5, &b) == KR_OK && kr_body_kind(&b, 0.0) == KR_LAGRANGE);
+    IS(kr_body_symmetric(2.0, 2.0, 1.0, 0.5, &b) == KR_OK &&
+       kr_body_kind(&b, 0.0) == KR_KIND_LAGRANGE);
     b.com = v3(0.5, 0.0, 0.0);
-    IS(kr_body_kind(&b, 0.0) == KR_KOWALEWSKI);
+    IS(kr_body_kind(&b, 0.0) == KR_KIND_KOWALEWSKI);
 }
 static void test_bodies(void)
 {
@@ -109,26 +110,27 @@ static void test_bodies(void)
     NEAR(b.mass, 5.12, 1e-15);
     NEAR(b.inertia.x, 5.12 / 3 * (0.64 + 4.0), 1e-14);
     NEAR(b.inertia.z, 5.12 / 3 * 1.28, 1e-14);
-    IS(b.com.z == 1.0 && b.axes.w == 1.0 && kr_body_kind(&b, 1e-12) == KR_LAGRANGE);
+    IS(b.com.z == 1.0 && b.axes.w == 1.0 && kr_body_kind(&b, 1e-12) == KR_KIND_LAGRANGE);
     IS(kr_body_cuboid(1.0, v3(sqrt(3.0), 1.0, 0.5), v3(0, 0, -0.5), &b) == KR_OK &&
-       kr_body_kind(&b, 1e-12) == KR_KOWALEWSKI);
+       kr_body_kind(&b, 1e-12) == KR_KIND_KOWALEWSKI);
     IS(kr_body_cuboid(1.0, v3(sqrt(7.0), 1.0, 0.5), v3(0, 0, -0.5), &b) == KR_OK &&
-       kr_body_kind(&b, 1e-12) == KR_GORYACHEV_CHAPLYGIN);
+       kr_body_kind(&b, 1e-12) == KR_KIND_GORYACHEV_CHAPLYGIN);
     IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0.1, -0.2, -1.0), &b) == KR_OK &&
-       kr_body_kind(&b, 1e-12) == KR_GENERAL);
+       kr_body_kind(&b, 1e-12) == KR_KIND_GENERAL);
     NEAR(described(&b, 0, 1), b.mass * 0.1 * 0.2, 1e-14);
     NEAR(described(&b, 1, 2), -b.mass * 0.2 * 1.0, 1e-14);
     IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0, 0, 0), &b) == KR_OK &&
-       kr_body_kind(&b, 1e-12) == KR_EULER);
+       kr_body_kind(&b, 1e-12) == KR_KIND_EULER);
     IS(kr_body_from_com(15.0, about_com, v3(0, 1, 0), v3(0, 0, 0), &b) == KR_OK);
     IS(b.inertia.x == 15.234375 && b.inertia.y == 0.46875 && b.axes.w == 1.0 &&
-       kr_body_kind(&b, 1e-12) == KR_LAGRANGE);
+       kr_body_kind(&b, 1e-12) == KR_KIND_LAGRANGE);
     NEAR(off(kr_body_working(&b).com, v3(0, 0, 1)), 0.0, 0.0);
     IS(kr_body_from_tensor(1.0, diagonal, v3(0.3, 0, 0), &b) == KR_OK &&
-       kr_body_kind(&b, 1e-12) == KR_GENERAL);
-    IS(kr_body_symmetric(1.0, 1.0, 1.0, 0.0, &b) == KR_OK && kr_body_kind(&b, 1e-12) == KR_EULER);
+       kr_body_kind(&b, 1e-12) == KR_KIND_GENERAL);
+    IS(kr_body_symmetric(1.0, 1.0, 1.0, 0.0, &b) == KR_OK &&
+       kr_body_kind(&b, 1e-12) == KR_KIND_EULER);
     b.com = v3(0.3, -0.4, 1.2);
-    IS(kr_body_kind(&b, 1e-12) == KR_LAGRANGE);
+    IS(kr_body_kind(&b, 1e-12) == KR_KIND_LAGRANGE);
     NEAR(off(kr_body_working(&b).com, v3(0, 0, 1.3)), 0.0, 1e-15);
     IS(kr_body_symmetric(1.0, 1.0, 2.0, 1.0, &b) == KR_OK); /* a plate */
     IS(kr_body_symmetric(1.0, 1.0, 2.0 * (1 + 1e-11), 1.0, &b) == KR_ERR_BODY);
@@ -174,13 +176,13 @@ static void test_body_can_be(void)
             const double moment = (i ? 0.99 : 1.0) * utmost * ldexp(1.0, 5 * k);
             const kr_body b = {
                 mass, {moment, moment, 1e-9 * moment}, {0, 0, 3.0 * size}, {1, 0, 0, 0}, 0.0};
-            IS(kr_body_can_be(&b) == (i == 0));
+            IS(kr_body_is_physical(&b) == (i == 0));
         }
     }
     const kr_body plate = {1.0, {1.0, 2.0, 3.0}, {0.5, 0.5, 0.0}, {1, 0, 0, 0}, 0.0};
     kr_body beside = plate;
     beside.com.z = 0.01;
-    IS(kr_body_can_be(&plate) && !kr_body_can_be(&beside));
+    IS(kr_body_is_physical(&plate) && !kr_body_is_physical(&beside));
 }
 
 static void test_quantities(void)

@@ -17,14 +17,14 @@ static int stop(void *context) { return ++*(int *)context > 2; }
 static void life(const kr_method *method, const kr_scene *s)
 {
     static unsigned char saved[MOST];
-    const kr_term turning[] = {{1.0, kr_component_find("apex_z"), KR_ONE}};
+    const kr_term turning[] = {{1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE}};
     kr_event event = {.terms = turning, .count = 1, .extremum = 1};
     int calls = 0;
     const kr_config config = {.step = 0.05, .max_steps = 300, .poll = stop, .context = &calls},
                     wrong = {.step = NAN};
     kr_scene bad = *s;
     kr_state out[2];
-    kr_hit hit;
+    kr_event_hit hit;
     size_t done;
     const double t[2] = {0.5, 1e3};
     kr_top *top = NULL, *none = NULL;

@@ -1,7 +1,7 @@
 /* Failing allocations, one after the other. The linker redirects calloc to this file. */
 #include <stdlib.h>
 #include "method.h"
-#include "viewer/stage.h"
+#include "viewer/simulation.h"
 #include "tops.h"
 
 void *__real_calloc(size_t n, size_t size);
@@ -71,14 +71,14 @@ static void test_worker_without_memory(const kr_method *method, int needs)
 }
 static void test_stage_without_memory(void)
 {
-    static kr_stage stage;
+    static kr_simulation stage;
     const kr_scene s = tilted();
-    IS(kr_stage_add(&stage, &s, taylor(), 10000, 0.0, -1) == KR_OK);
+    IS(kr_simulation_add(&stage, &s, taylor(), 10000, 0.0, -1) == KR_OK);
     left = 0;
-    IS(kr_stage_add(&stage, &s, taylor(), 10000, 0.0, 0) == KR_ERR_MEMORY && stage.tops == 1);
-    IS(kr_stage_add(&stage, &s, taylor(), 10000, 0.0, 0) == KR_OK && stage.tops == 2);
-    IS(kr_stage_advance(&stage, 100000, 100) == 100000);
-    kr_stage_clear(&stage);
+    IS(kr_simulation_add(&stage, &s, taylor(), 10000, 0.0, 0) == KR_ERR_MEMORY && stage.count == 1);
+    IS(kr_simulation_add(&stage, &s, taylor(), 10000, 0.0, 0) == KR_OK && stage.count == 2);
+    IS(kr_simulation_advance(&stage, 100000, 100) == 100000);
+    kr_simulation_clear(&stage);
 }
 
 int main(void)

@@ -48,7 +48,7 @@ static grid grid_of(int order, int is_reversible)
 static void converges(const kr_method *method, const kr_scene *s)
 {
     const int order = kr_method_order(method),
-              is_reversible = (kr_method_flags(method) & KR_REVERSIBLE) != 0;
+              is_reversible = (kr_method_flags(method) & KR_METHOD_REVERSIBLE) != 0;
     const grid g = grid_of(order, is_reversible);
     const double momentum = v_length(s->start.m);
     const kr_state end = state_at(SPAN, s, taylor(), (kr_config){.digits = 30});
@@ -76,7 +76,7 @@ int main(void)
     scenes[2].body.com = v3(0.0, 0.0, 0.0);
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        if (kr_method_flags(method) & KR_ADAPTIVE) continue;
+        if (kr_method_flags(method) & KR_METHOD_ADAPTIVE) continue;
         methods++;
         for (int k = 0; k < 3; k++)
             if (kr_method_suits(method, &scenes[k])) converges(method, &scenes[k]);

@@ -116,7 +116,7 @@ static void test_reversal(void)
     const kr_state more = state_at(8.0, &s, taylor(), deep);
     NEAR(distance(more, state_at(8.0, &s, taylor(), less)), 0.0, 0.0);
     NEAR(distance(more, state_at(8.0, &s, taylor(), PLAIN)), 0.0, 1e-13);
-    const kr_config level = {.leave_heading = 1};
+    const kr_config level = {.skip_heading = 1};
     const kr_state headless = state_at(8.0, &s, taylor(), level);
     NEAR(off(body_velocity(&s, &more), body_velocity(&s, &headless)), 0.0, 1e-13);
 }
@@ -168,7 +168,7 @@ static void test_refusals(void)
     IS(kr_exact_map_plan(&s, 0.01, &map) == KR_ERR_METHOD);
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        const int moves = (kr_method_flags(method) & KR_DAMPED) != 0;
+        const int moves = (kr_method_flags(method) & KR_METHOD_DAMPED) != 0;
         const kr_config config = {.step = 0.01};
         kr_top *top = NULL;
         IS(kr_method_suits(method, &s) == moves);
@@ -209,10 +209,10 @@ static void test_half_momentum(void)
         const kr_term terms[] = {{1.0, kr_component_find(names[i]), kr_component_find("1")},
                                  {-half[i], kr_component_find("1"), kr_component_find("1")}};
         kr_event event = {.terms = terms, .count = 2};
-        kr_hit hit = {0};
+        kr_event_hit hit = {0};
         kr_top *top = make(&s, taylor(), PLAIN);
         IS(kr_top_watch(top, 1, &event) == KR_OK && kr_top_seek(top, 20.0, &hit) == KR_OK);
-        IS(hit.which == 0 && hit.direction == (i == 1 ? 1 : -1));
+        IS(hit.index == 0 && hit.direction == (i == 1 ? 1 : -1));
         NEAR(kr_top_state(top).t, I / D * log(2.0), 1e-13);
         kr_top_free(top);
     }

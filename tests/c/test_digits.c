@@ -227,7 +227,7 @@ static void test_digits_between(void)
 /* All that taylor can do is done by the kernels of one instruction set. */
 static void test_instruction_sets(void)
 {
-    static const kr_config configs[4] = {{0}, {.leave_heading = 1}, {.digits = 20}, {.digits = 30}};
+    static const kr_config configs[4] = {{0}, {.skip_heading = 1}, {.digits = 20}, {.digits = 30}};
     const kr_scene s = heavy();
     const char *name = NULL;
     for (int i = 0; i < 4; i++) {

@@ -3,7 +3,7 @@
  * about 1e6 steps. */
 #include "check.h"
 #include "math/dd_functions.h"
-#include "math/parts.h"
+#include "math/split_double.h"
 
 static dd pair(double hi, double lo) { return dd_make(hi, lo); }
 static double apart(dd a, dd b) { return fabs(dd_sub(a, b).hi / (b.hi == 0.0 ? 1.0 : b.hi)); }
@@ -112,21 +112,22 @@ static void test_cancellations(void)
                      {3.0, 0x1p-80, 0.0},    {-4.0, 0.0, 0.0},     {0x1p-120, 0.0, 0.0},
                      {-0x1p-60, 1e300, 1.0}, {5.0, -1e300, -1.0},  {0x1p-130, 1e16, 0.0},
                      {-5.0, -1e16, 0x1p-500}};
-    const parts sum = parts_sum(x, 10);
-    const dd first = parts_dd(&sum, 0), second = parts_dd(&sum, 1);
+    const split_vec sum = split_sum(x, 10);
+    const dd first = split_dd(&sum, 0), second = split_dd(&sum, 1);
     IS(first.hi == 0x1p-120 + 0x1p-130 && first.lo == -0x1p-190);
-    IS(second.hi == 0.1 && second.lo == 0x1p-80 && parts_dd(&sum, 2).hi == 0x1p-500);
+    IS(second.hi == 0.1 && second.lo == 0x1p-80 && split_dd(&sum, 2).hi == 0x1p-500);
 }
 /* The vector (8, 0, 6) from a frame turned about y by twice the angle whose tangent is 1 / 3: its x
  * becomes 8 * 0.8 - 6 * 0.6 and its z 8 * 0.6 + 6 * 0.8, times 10; and z where it all but goes. */
 static void test_inverse_turns(void)
 {
     const kr_quat q = {3.0, 0.0, 1.0, 0.0};
-    const parts v = parts_of(v3(8.0, 0.0, 6.0)), across = parts_of(v3(-8.0, 0.0, 6.0 + 0x1p-50));
-    const parts seen = parts_turned_back(q, &v), all_but = parts_turned_back(q, &across);
-    IS(parts_dd(&seen, 0).hi == 28.0 && parts_dd(&seen, 1).hi == 0.0);
-    IS(parts_dd(&seen, 2).hi == 96.0);
-    IS(parts_dd(&all_but, 2).hi == 8.0 * 0x1p-50 && parts_dd(&all_but, 2).lo == 0.0);
+    const split_vec v = split_of(v3(8.0, 0.0, 6.0)),
+                    across = split_of(v3(-8.0, 0.0, 6.0 + 0x1p-50));
+    const split_vec seen = split_turn_back(q, &v), all_but = split_turn_back(q, &across);
+    IS(split_dd(&seen, 0).hi == 28.0 && split_dd(&seen, 1).hi == 0.0);
+    IS(split_dd(&seen, 2).hi == 96.0);
+    IS(split_dd(&all_but, 2).hi == 8.0 * 0x1p-50 && split_dd(&all_but, 2).lo == 0.0);
 }
 
 int main(void)

@@ -24,8 +24,8 @@ typedef struct {
     kr_state states[TOPS * TIMES];
     kr_outcome outcomes[TOPS];
     kr_tops tops;
-} fleet;
-static void ask(fleet *f, size_t n)
+} ensemble;
+static void ask(ensemble *f, size_t n)
 {
     const kr_tops tops = {.n = n,
                           .scenes = f->scenes,
@@ -39,7 +39,7 @@ static void ask(fleet *f, size_t n)
     memset(f->outcomes, 0, sizeof f->outcomes);
 }
 /* Each top has times of its own, in either direction, and some are asked for their start. */
-static void random_fleet(fleet *f)
+static void random_ensemble(ensemble *f)
 {
     for (int i = 0; i < TOPS; i++) {
         const double span = uniform(0.5, 30.0) * (i % 5 == 2 ? -1.0 : 1.0);
@@ -55,16 +55,16 @@ static kr_worker *made(const kr_method *method, kr_config config)
     IS(kr_worker_create(method, config, 0, NULL, &worker) == KR_OK && worker);
     return worker;
 }
-static int same_row(const fleet *f, size_t i, const fleet *g, size_t j)
+static int same_row(const ensemble *f, size_t i, const ensemble *g, size_t j)
 {
     const size_t row = TIMES * sizeof(kr_state);
     return memcmp(f->states + i * TIMES, g->states + j * TIMES, row) == 0 &&
            same_outcome(&f->outcomes[i], &g->outcomes[j]);
 }
-/* Moves one top of a fleet, and no other. */
-static fleet one_of(const fleet *f, size_t i, const kr_method *method, kr_config config)
+/* Moves one top of a ensemble, and no other. */
+static ensemble one_of(const ensemble *f, size_t i, const kr_method *method, kr_config config)
 {
-    fleet one;
+    ensemble one;
     kr_worker *worker = made(method, config);
     one.scenes[0] = f->scenes[i];
     memcpy(one.t, f->t + i * TIMES, TIMES * sizeof *one.t);
@@ -75,14 +75,14 @@ static fleet one_of(const fleet *f, size_t i, const kr_method *method, kr_config
 }
 static void test_independence(const kr_method *method, kr_config config)
 {
-    fleet f, g;
-    random_fleet(&f);
+    ensemble f, g;
+    random_ensemble(&f);
     g = f;
     ask(&g, TOPS);
     kr_worker *worker = made(method, config);
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     for (size_t i = 0; i < TOPS; i++) {
-        const fleet one = one_of(&f, i, method, config);
+        const ensemble one = one_of(&f, i, method, config);
         IS(f.outcomes[i].status == KR_OK && f.outcomes[i].done == TIMES);
         IS(same_row(&f, i, &one, 0));
     }
@@ -107,8 +107,8 @@ static void test_independence(const kr_method *method, kr_config config)
 static void test_instruction_sets(void)
 {
     const kr_config config = {0};
-    fleet f, g;
-    random_fleet(&f);
+    ensemble f, g;
+    random_ensemble(&f);
     g = f;
     ask(&g, TOPS);
     kr_worker *worker = made(taylor(), config);
@@ -118,7 +118,7 @@ static void test_instruction_sets(void)
         const kr_lanes_isa *isa = kr_lanes_isa_at(i);
         const int is_fused = strcmp(isa->name, "base") != 0;
         if (!isa->runs_here()) continue;
-        kr_fleet_use(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
+        kr_scheduler_set_kernel(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
         IS(kr_worker_run(worker, &g.tops) == KR_OK);
         for (size_t k = 0; k < TOPS; k++) {
             IS(!is_fused || strcmp(kr_lanes_isa_at(0)->name, "base") == 0 ||
@@ -132,14 +132,14 @@ static void test_instruction_sets(void)
 static void test_accuracy_of_lanes(double tol)
 {
     const kr_config config = {.tol = tol};
-    fleet f;
-    random_fleet(&f);
+    ensemble f;
+    random_ensemble(&f);
     double lanes = 0.0, alone = 0.0;
     kr_worker *worker = made(taylor(), config);
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
     for (size_t i = 0; i < TOPS; i++) {
         const double t = f.t[i * TIMES + TIMES - 1];
-        const double led = kr_step_led(0.0, t < 0.0);
+        const double led = kr_step_directed(0.0, t < 0.0);
         const kr_config there = {.step = led, .digits = 20}, same_way = {.step = led, .tol = tol};
         const kr_state truth = state_at(t, &f.scenes[i], taylor(), there),
                        one = state_at(t, &f.scenes[i], taylor(), same_way);
@@ -155,7 +155,7 @@ static void test_accuracy_of_lanes(double tol)
 static void test_methods_without_lanes(const kr_method *method)
 {
     kr_scene s[2] = {tilted(), tilted()};
-    const kr_config config = {.step = kr_method_flags(method) & KR_ADAPTIVE ? 0.0 : 0.01};
+    const kr_config config = {.step = kr_method_flags(method) & KR_METHOD_ADAPTIVE ? 0.0 : 0.01};
     const double t[TIMES] = {0.0, 0.01, 0.3, 0.305, 1.0, 1.0, 2.0};
     kr_state out[2 * TIMES], alone[TIMES];
     kr_outcome outcomes[2];
@@ -180,8 +180,8 @@ static void test_methods_without_lanes(const kr_method *method)
 /* What stands in the way of one top is told of that top; its good states are kept. */
 static void test_failures(void)
 {
-    fleet f;
-    random_fleet(&f);
+    ensemble f;
+    random_ensemble(&f);
     const kr_config limited = {.max_steps = 9};
     kr_worker *worker = made(taylor(), limited);
     IS(kr_worker_run(worker, &f.tops) == KR_OK);
@@ -191,7 +191,7 @@ static void test_failures(void)
         kr_state states[TIMES];
         size_t done;
         kr_config config = limited;
-        config.step = kr_step_led(0.0, f.t[i * TIMES + TIMES - 1] < 0.0);
+        config.step = kr_step_directed(0.0, f.t[i * TIMES + TIMES - 1] < 0.0);
         if (o->status == KR_OK) continue;
         failed++;
         kr_top *top = make(&f.scenes[i], taylor(), config);
@@ -207,12 +207,12 @@ static void test_failures(void)
     kr_worker_free(worker);
 }
 
-static double nutation_of(const fleet *f, size_t i, size_t k)
+static double nutation_of(const ensemble *f, size_t i, size_t k)
 {
     return kr_state_nutation(&f->scenes[i], &f->states[i * TIMES + k]);
 }
 /* What is kept of a top is what its states say. */
-static void is_what_states_say(const fleet *f, size_t i, const double row[7])
+static void is_what_states_say(const ensemble *f, size_t i, const double row[7])
 {
     const kr_state *last = &f->states[i * TIMES + TIMES - 1];
     size_t low = 0, high = 0;
@@ -243,8 +243,8 @@ static void test_reductions(void)
         {apex, 2, KR_REDUCE_LAST},
     };
     enum { ALL = sizeof r / sizeof *r };
-    fleet f;
-    random_fleet(&f);
+    ensemble f;
+    random_ensemble(&f);
     double rows[TOPS * ALL], again[TOPS * ALL];
     kr_worker *worker = NULL;
     const kr_config config = {0};
@@ -265,9 +265,9 @@ static void test_reductions(void)
 
 static void test_headless(void)
 {
-    const kr_config whole = {0}, level = {.leave_heading = 1};
-    fleet f, g;
-    random_fleet(&f);
+    const kr_config whole = {0}, level = {.skip_heading = 1};
+    ensemble f, g;
+    random_ensemble(&f);
     g = f;
     ask(&g, TOPS);
     kr_worker *a = made(taylor(), whole), *b = made(taylor(), level);
@@ -290,8 +290,8 @@ static int stop_at(void *context) { return --*(int *)context < 0; }
 static int interrupted(int after)
 {
     int left = after, on_the_way = 0, lanes;
-    fleet f;
-    random_fleet(&f);
+    ensemble f;
+    random_ensemble(&f);
     const kr_config config = {.poll = stop_at, .context = &left}, free = {0};
     kr_worker *worker = made(NULL, config);
     memset(f.outcomes, 0, sizeof f.outcomes);
@@ -301,7 +301,7 @@ static int interrupted(int after)
         const kr_outcome *o = &f.outcomes[i];
         done += o->status == KR_OK;
         IS(o->status == KR_OK ? o->done == TIMES : o->status == KR_ERR_INTERRUPTED);
-        const fleet one = one_of(&f, i, NULL, free);
+        const ensemble one = one_of(&f, i, NULL, free);
         IS(memcmp(one.states, f.states + i * TIMES, o->done * sizeof(kr_state)) == 0);
         IS(o->done == TIMES || isnan(f.states[i * TIMES + o->done].q.w));
         on_the_way += o->status != KR_OK && o->done > 0;
@@ -343,8 +343,8 @@ static void test_refusals(void)
     const kr_reduction none = {NULL, 0, KR_REDUCE_MIN},
                        beyond = {kr_quantity_find("apex"), 3, KR_REDUCE_MIN},
                        kind = {kr_quantity_find("apex"), 0, KR_REDUCE_COUNT};
-    fleet f;
-    random_fleet(&f);
+    ensemble f;
+    random_ensemble(&f);
     IS(kr_worker_create(taylor(), no_tol, 0, NULL, &worker) == KR_ERR_ARGUMENT);
     IS(kr_worker_create(taylor(), digits, 0, NULL, &worker) == KR_ERR_ARGUMENT);
     IS(kr_worker_create(kr_method_find("rk4"), config, 0, NULL, &worker) == KR_ERR_NO_STEP);

@@ -1,5 +1,5 @@
 /* Event search: the times found, the unchanged path, refusals and failures. */
-#include "events/terms.h"
+#include "events/event_polynomial.h"
 #include "model/quantities.h"
 #include "random.h"
 #include "taylor/taylor.h"
@@ -17,11 +17,11 @@ static kr_scene scene_of(int i)
     return s;
 }
 /* Writes the times of the events up to `end`, at most MANY, and returns how many there are. */
-static int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
+static int seek_all(kr_top *top, double end, double *t, kr_event_hit *hits)
 {
     int n = 0;
-    kr_hit hit;
-    while (n < MANY && kr_top_seek(top, end, &hit) == KR_OK && hit.which >= 0) {
+    kr_event_hit hit;
+    while (n < MANY && kr_top_seek(top, end, &hit) == KR_OK && hit.index >= 0) {
         t[n] = kr_top_state(top).t;
         if (hits) hits[n] = hit;
         n++;
@@ -40,7 +40,7 @@ static void test_headless(void)
     kr_event e = {.terms = g, .count = 3, .extremum = 1}, f = e;
     double t[MANY], u[MANY];
     kr_top *whole = watched(&s, (kr_config){0}, &e, 1),
-           *level = watched(&s, (kr_config){.leave_heading = 1}, &f, 1);
+           *level = watched(&s, (kr_config){.skip_heading = 1}, &f, 1);
     const int n = seek_all(whole, 20.0, t, NULL);
     IS(n > 5 && seek_all(level, 20.0, u, NULL) == n);
     for (int i = 0; i < n; i++) NEAR(u[i], t[i], 1e-11);
@@ -86,12 +86,12 @@ static void test_unchanged_path(void)
                          {.terms = &height, .count = 1, .extremum = 1}};
         const kr_config config = {.digits = digits};
         kr_top *top = watched(&s, config, e, 2), *plain = watched(&s, config, NULL, 0);
-        kr_hit hit = {-1, 0};
+        kr_event_hit hit = {-1, 0};
         int found = 0;
         for (int i = 1; i <= 200; i++) {
             const double t = 0.1 * i;
-            while (kr_top_seek(top, t, &hit) == KR_OK && hit.which >= 0) found++;
-            IS(hit.which == -1 && kr_top_advance(plain, t) == KR_OK);
+            while (kr_top_seek(top, t, &hit) == KR_OK && hit.index >= 0) found++;
+            IS(hit.index == -1 && kr_top_advance(plain, t) == KR_OK);
             const kr_state a[2] = {kr_top_state(top), kr_top_low(top)};
             const kr_state b[2] = {kr_top_state(plain), kr_top_low(plain)};
             IS(memcmp(a, b, sizeof a) == 0);
@@ -140,10 +140,10 @@ static void test_passed_events(void)
         for (double gap = 1e-6; gap < 20.0; gap *= 2.0) {
             const double before = all[i] - 1e-6, after = all[i] + gap;
             int next = i + 1;
-            kr_hit hit;
+            kr_event_hit hit;
             kr_top *top = watched(&s, (kr_config){0}, &f, 1);
             IS(kr_top_advance(top, before) == KR_OK);
-            IS(kr_top_seek(top, before + 1e-9, &hit) == KR_OK && hit.which < 0);
+            IS(kr_top_seek(top, before + 1e-9, &hit) == KR_OK && hit.index < 0);
             IS(kr_top_advance(top, after) == KR_OK);
             while (next < n && all[next] < after) next++;
             IS(kr_top_seek(top, 20.0, &hit) == KR_OK || after > 20.0);
@@ -157,7 +157,7 @@ static void test_two_in_one_step(void)
     const kr_scene s = scene_of(1);
     kr_event top_most = {.terms = &height, .count = 1, .extremum = 1, .direction = -1};
     double at[MANY], t[MANY];
-    kr_hit hits[MANY];
+    kr_event_hit hits[MANY];
     kr_top *top = watched(&s, (kr_config){0}, &top_most, 1);
     const int n = seek_all(top, 40.0, at, NULL);
     IS(n > 5);
@@ -166,7 +166,7 @@ static void test_two_in_one_step(void)
         const double steps[] = {1e-2, 1e-4, 1e-6};
         kr_top *to = watched(&s, (kr_config){0}, NULL, 0);
         IS(kr_top_advance(to, at[i]) == KR_OK);
-        const kr_piece piece = to->method->piece(&to->main);
+        const kr_step_polynomial piece = to->method->polynomial(&to->main);
         const double length = (piece.end - piece.begin) * to->time_unit;
         const kr_state peak = kr_top_state(to);
         for (int k = 0; k < 3; k++) {
@@ -208,8 +208,8 @@ static void test_events_at_the_start(void)
     IS(memcmp(t, u, (size_t)n * sizeof *t) == 0);
     IS(kr_top_reset(top, &s.start) == KR_OK);
     for (int i = 0; i < n; i++) {
-        kr_hit hit;
-        IS(kr_top_seek(top, 30.0, &hit) == KR_OK && hit.which == 0);
+        kr_event_hit hit;
+        IS(kr_top_seek(top, 30.0, &hit) == KR_OK && hit.index == 0);
         NEAR(kr_top_state(top).t, t[i], 1e-13);
         IS(kr_top_watch(top, 1, e) == KR_OK);
     }
@@ -217,8 +217,8 @@ static void test_events_at_the_start(void)
     on.start = kr_top_state(top);
     on.start.q = q_unit(on.start.q);
     kr_top *again = watched(&on, (kr_config){0}, e, 1);
-    kr_hit hit;
-    IS(kr_top_seek(again, 60.0, &hit) == KR_OK && hit.which == 0 &&
+    kr_event_hit hit;
+    IS(kr_top_seek(again, 60.0, &hit) == KR_OK && hit.index == 0 &&
        kr_top_state(again).t > t[n - 1] + 0.1);
     kr_top_free(top);
     kr_top_free(other);
@@ -230,15 +230,15 @@ static void test_simultaneous_events(void)
     kr_event e[3] = {
         {.terms = &height, .count = 1, .extremum = 1},
         {.terms = &height, .count = 1, .extremum = 1},
-        {.terms = &height, .count = 1, .extremum = 1, .where = &height, .where_count = 1}};
+        {.terms = &height, .count = 1, .extremum = 1, .condition = &height, .condition_count = 1}};
     double t[MANY];
-    kr_hit hits[MANY];
+    kr_event_hit hits[MANY];
     int above = 0;
     kr_top *top = watched(&s, (kr_config){0}, e, 3);
     const int n = seek_all(top, 20.0, t, hits);
     for (int i = 0; i < n; i++) {
-        if (hits[i].which == 0) IS(hits[i + 1].which == 1 && t[i + 1] == t[i]);
-        above += hits[i].which == 2;
+        if (hits[i].index == 0) IS(hits[i + 1].index == 1 && t[i + 1] == t[i]);
+        above += hits[i].index == 2;
     }
     IS(above > 0 && above < n / 3);
     kr_top_free(top);
@@ -253,7 +253,7 @@ static void test_agreement_of_kernels(void)
         kr_event e = {.terms = g, .count = 2};
         kr_top *top = watched(&s, (kr_config){0}, &e, 1);
         if (kr_taylor_isa(i)->runs_here()) {
-            kr_taylor_use(&top->main, &kr_taylor_isa(i)->plain[KR_ORDER_28], -53.0);
+            kr_taylor_set_kernel(&top->main, &kr_taylor_isa(i)->plain[KR_ORDER_28], -53.0);
             const int m = seek_all(top, 10.0, n ? t : first, NULL);
             IS(m > 3 && (!n || m == n));
             for (int k = 0; n && k < n; k++) NEAR(t[k], first[k], 1e-11);
@@ -291,8 +291,8 @@ static void test_refusals(void)
 {
     const kr_scene s = scene_of(0);
     const kr_term nothing = term(0.0, "apex_z", "1"), bad = term(NAN, "apex_z", "1");
-    const kr_term odd = {1.0, kr_component_find("apex_z") + 100 * KR_QUANTITIES, KR_ONE},
-                  odder = {1.0, KR_ONE, odd.of};
+    const kr_term odd = {1.0, kr_component_find("apex_z") + 100 * KR_QUANTITIES, KR_COMPONENT_ONE},
+                  odder = {1.0, KR_COMPONENT_ONE, odd.first};
     const kr_term vast[2] = {term(1e308, "m_x", "1"), term(1e308, "m_y", "1")};
     kr_event good = {.terms = &height, .count = 1},
              wrong[] = {{.terms = NULL, .count = 1},
@@ -303,24 +303,24 @@ static void test_refusals(void)
                         {.terms = &odder, .count = 1},
                         {.terms = vast, .count = 2},
                         {.terms = &height, .count = 1, .direction = 2},
-                        {.terms = &height, .count = 1, .where = &bad, .where_count = 1}};
-    kr_hit hit = {7, 7};
+                        {.terms = &height, .count = 1, .condition = &bad, .condition_count = 1}};
+    kr_event_hit hit = {7, 7};
     kr_top *top = watched(&s, (kr_config){0}, &good, 1), *rk4 = NULL;
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
         IS(kr_top_watch(top, 1, &wrong[i]) == KR_ERR_ARGUMENT);
-    IS(top->watched == 1 && top->events == &good);
+    IS(top->event_count == 1 && top->events == &good);
     IS(kr_top_watch(NULL, 0, NULL) == KR_ERR_ARGUMENT &&
        kr_top_watch(top, 1, NULL) == KR_ERR_ARGUMENT);
     IS(kr_top_seek(NULL, 1.0, &hit) == KR_ERR_ARGUMENT &&
        kr_top_seek(top, 1.0, NULL) == KR_ERR_ARGUMENT);
     IS(kr_top_seek(top, NAN, &hit) == KR_ERR_ARGUMENT &&
        kr_top_seek(top, -1.0, &hit) == KR_ERR_TIME);
-    IS(hit.which == 7 && kr_top_watch(top, 0, NULL) == KR_OK);
-    IS(kr_top_seek(top, 50.0, &hit) == KR_OK && hit.which == -1 && kr_top_state(top).t == 50.0);
+    IS(hit.index == 7 && kr_top_watch(top, 0, NULL) == KR_OK);
+    IS(kr_top_seek(top, 50.0, &hit) == KR_OK && hit.index == -1 && kr_top_state(top).t == 50.0);
     kr_top_free(top);
     IS(kr_top_create(&s, kr_method_find("rk4"), (kr_config){.step = 0.1}, &rk4) == KR_OK);
     IS(kr_top_watch(rk4, 1, &good) == KR_ERR_METHOD && kr_top_watch(rk4, 0, NULL) == KR_OK);
-    IS(kr_top_seek(rk4, 1.0, &hit) == KR_OK && hit.which == -1 && kr_top_state(rk4).t == 1.0);
+    IS(kr_top_seek(rk4, 1.0, &hit) == KR_OK && hit.index == -1 && kr_top_state(rk4).t == 1.0);
     kr_top_free(rk4);
 }
 /* Whatever the memory holds that its user lends: every event is searched from the beginning. */
@@ -330,7 +330,7 @@ static void test_lent_memory(void)
     const kr_scene s = scene_of(0);
     const kr_term rise = term(1.0, "apex_z", "1");
     kr_event dirty[EVENTS], clean[EVENTS];
-    kr_hit hit, wanted;
+    kr_event_hit hit, wanted;
     kr_top *top = make(&s, taylor(), (kr_config){0}), *other = make(&s, taylor(), (kr_config){0});
     for (int i = 0; i < EVENTS; i++) {
         clean[i] = (kr_event){.terms = &rise, .count = 1, .extremum = 1, .direction = i - 1};
@@ -340,7 +340,7 @@ static void test_lent_memory(void)
     IS(kr_top_watch(top, EVENTS, dirty) == KR_OK && kr_top_watch(other, EVENTS, clean) == KR_OK);
     for (int i = 0; i < 8; i++) {
         IS(kr_top_seek(top, 30.0, &hit) == KR_OK && kr_top_seek(other, 30.0, &wanted) == KR_OK);
-        IS(hit.which == wanted.which && hit.direction == wanted.direction);
+        IS(hit.index == wanted.index && hit.direction == wanted.direction);
         IS(same(kr_top_state(top), kr_top_state(other)));
     }
     kr_top_free(top);
@@ -352,10 +352,10 @@ static void test_failures(void)
     const kr_term still = term(1.0, "m_z", "1");
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
                      {.terms = &still, .count = 1, .extremum = 1}};
-    kr_hit hit = {7, 7};
+    kr_event_hit hit = {7, 7};
     kr_top *top = watched(&s, (kr_config){.max_steps = 3}, e, 2);
-    for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.which = 7) IS(hit.which == 0);
-    IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.which == 7 &&
+    for (; kr_top_seek(top, 100.0, &hit) == KR_OK; hit.index = 7) IS(hit.index == 0);
+    IS(kr_top_seek(top, 100.0, &hit) == KR_ERR_LIMIT && hit.index == 7 &&
        kr_top_stats(top).steps == 3);
     kr_top *other = make(&s, kr_method_find("taylor"), (kr_config){.max_steps = 3});
     IS(kr_top_advance(other, 100.0) == KR_ERR_LIMIT);

@@ -12,10 +12,10 @@ static kr_scene scene(void)
     s.gravity = -2.5;
     return s;
 }
-static int seek_all(kr_top *top, double end, double *t, kr_hit *hits)
+static int seek_all(kr_top *top, double end, double *t, kr_event_hit *hits)
 {
     int n = 0;
-    while (n < MANY && kr_top_seek(top, end, &hits[n]) == KR_OK && hits[n].which >= 0)
+    while (n < MANY && kr_top_seek(top, end, &hits[n]) == KR_OK && hits[n].index >= 0)
         t[n++] = kr_top_state(top).t;
     return n;
 }
@@ -31,7 +31,7 @@ static void test_loaded_events(void)
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1}, {.terms = level, .count = 2}};
     kr_event f[2] = {e[0], e[1]};
     double t[MANY], u[MANY];
-    kr_hit hits[MANY], others[MANY];
+    kr_event_hit hits[MANY], others[MANY];
     kr_top *top = watched(&s, (kr_config){0}, e, 2), *other = watched(&s, (kr_config){0}, f, 2);
     const size_t size = kr_top_save_size(top);
     const int all = seek_all(other, 30.0, u, others);
@@ -41,8 +41,8 @@ static void test_loaded_events(void)
         for (int k = 0; k < 2; k++) IS(memcmp(&e[k].own, &f[k].own, sizeof e[k].own) == 0);
         const int n = seek_all(other, 30.0, t, hits);
         IS(n == all - i && memcmp(t, u + i, (size_t)n * sizeof *t) == 0);
-        for (int k = 0; k < n; k++) IS(hits[k].which == others[i + k].which);
-        IS(kr_top_seek(top, 30.0, hits) == KR_OK && hits->which == others[i].which);
+        for (int k = 0; k < n; k++) IS(hits[k].index == others[i + k].index);
+        IS(kr_top_seek(top, 30.0, hits) == KR_OK && hits->index == others[i].index);
         if (i % 3 == 0)
             IS(kr_top_advance(top, 0.5 * (u[i] + (i + 1 < all ? u[i + 1] : 30.0))) == KR_OK);
         IS(kr_top_save(top, size, memory) == KR_OK);
@@ -85,14 +85,14 @@ static void test_refused_load(void)
     const kr_event unlike[] = {
         {.terms = &height, .count = 1},
         {.terms = &height, .count = 1, .extremum = 1, .direction = 1},
-        {.terms = &height, .count = 1, .extremum = 1, .where = &height, .where_count = 1}};
+        {.terms = &height, .count = 1, .extremum = 1, .condition = &height, .condition_count = 1}};
     const kr_event_search odd[] = {
         {-2, 0.0, 0.0, 0, 0}, {1 << 20, 0.0, 0.0, 0, 0}, {0, NAN, 0.0, 0, 0}, {0, -1.0, 0.0, 0, 0},
         {0, 3.0, 0.0, 0, 0},  {0, 0.0, INFINITY, 0, 0},  {0, 0.0, 0.0, 2, 0}, {0, 0.0, 0.0, -2, 0},
         {0, 0.0, 0.0, 0, -2}, {0, 0.0, 0.0, 0, 2}};
     kr_top *top = watched(&s, (kr_config){0}, &e, 1);
     const size_t size = kr_top_save_size(top);
-    kr_hit hit;
+    kr_event_hit hit;
     IS(kr_top_seek(top, 9.0, &hit) == KR_OK && kr_top_save(top, size, before) == KR_OK);
     for (size_t i = 0; i < sizeof unlike / sizeof *unlike; i++) {
         kr_event f = unlike[i];
@@ -122,17 +122,17 @@ static void test_reset(void)
     kr_scene s = scene();
     kr_event e[2] = {{.terms = &height, .count = 1, .extremum = 1},
                      {.terms = &height, .count = 1, .extremum = 1}};
-    kr_hit hit;
+    kr_event_hit hit;
     kr_top *top = watched(&s, (kr_config){0}, e, 1);
-    IS(kr_top_seek(top, 30.0, &hit) == KR_OK && hit.which == 0);
+    IS(kr_top_seek(top, 30.0, &hit) == KR_OK && hit.index == 0);
     const double just_before = kr_top_state(top).t - 0.01;
     kr_top_free(top);
     s.start = state_at(just_before, &s, taylor(), (kr_config){0});
     top = watched(&s, (kr_config){0}, e, 2);
     for (int i = 0; i < 4; i++) {
-        IS(kr_top_seek(top, just_before + 0.02, &hit) == KR_OK && hit.which == 0);
+        IS(kr_top_seek(top, just_before + 0.02, &hit) == KR_OK && hit.index == 0);
         NEAR(kr_top_state(top).t, just_before + 0.01, 1e-12);
-        if (i % 2) IS(kr_top_seek(top, just_before + 0.02, &hit) == KR_OK && hit.which == 1);
+        if (i % 2) IS(kr_top_seek(top, just_before + 0.02, &hit) == KR_OK && hit.index == 1);
         IS(kr_top_stats(top).steps == 1 && kr_top_reset(top, &s.start) == KR_OK);
     }
     kr_top_free(top);

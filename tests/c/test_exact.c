@@ -306,20 +306,20 @@ static void test_instruction_sets(void)
         for (int k = 0; k < N; k++) t[k] = (k % 2 ? -1.0 : 1.0) * pow(10.0, uniform(-2, 9));
         kr_exact a = {0}, b = {0};
         kr_exact_map c = {.step = 0.0}, d = {.step = 0.0};
-        const kr_status made = kr_exact_one_base.plan(&s, 0, &a),
+        const kr_status made = kr_exact_scalar_base.plan(&s, 0, &a),
                         mapped = kr_exact_maps_base.plan(&s, 1e-3, &c);
         IS(kr_exact_map_plan(&s, 1e-3, &d) == mapped && memcmp(&d, &c, sizeof c) == 0);
         IS(mapped != KR_OK ||
            same(kr_exact_map_state(&c, 77 + i), kr_exact_maps_base.state(&c, 77 + i)));
-        kr_exact_many_base(&a, N, t, base);
+        kr_exact_evaluate_base(&a, N, t, base);
         for (int j = 0; kr_exact_isa_at(j); j++) {
             const kr_exact_isa *isa = kr_exact_isa_at(j);
             if (!isa->runs_here()) continue;
-            IS(made == KR_OK && isa->one->plan(&s, 0, &b) == KR_OK &&
+            IS(made == KR_OK && isa->scalar->plan(&s, 0, &b) == KR_OK &&
                memcmp(&b, &a, sizeof a) == 0);
-            isa->many(&a, N, t, out);
+            isa->evaluate(&a, N, t, out);
             for (int k = 0; k < N; k++)
-                IS(same(out[k], base[k]) && same(isa->one->state(&a, t[k]), base[k]));
+                IS(same(out[k], base[k]) && same(isa->scalar->state(&a, t[k]), base[k]));
         }
     }
 }
@@ -336,7 +336,7 @@ static void as_one_by_one(const kr_scene *scene, kr_state *out)
         const kr_state last = out[MANY - 1];
         if (!kr_exact_isa_at(j)->runs_here()) continue;
         memset(out, 0, MANY * sizeof *out);
-        kr_exact_isa_at(j)->many(&closed, MANY, many_times, out);
+        kr_exact_isa_at(j)->evaluate(&closed, MANY, many_times, out);
         IS(same(out[MANY - 1], last) && same(out[0], kr_exact_state(&closed, many_times[0])));
     }
 }

@@ -32,7 +32,7 @@ static void test_separatrix(void)
                               : i == 1 ? -aside
                                        : aside;
         kr_exact exact = {0};
-        IS(strcmp(r.course, "separatrix") == 0 && r.t_least == INFINITY);
+        IS(strcmp(r.motion_type, "separatrix") == 0 && r.t_least == INFINITY);
         if (i == 1) IS(r.t_greatest == INFINITY);
         if (i != 1) NEAR(r.t_greatest, lowest, 1e-9);
         IS(kr_exact_plan(&tops[i], &exact) == KR_OK);
@@ -51,9 +51,9 @@ static void test_courses_at_poles(void)
     const kr_scene hanging = top_of(1.0, low, v3(0.0, 0.0, 0.0)),
                    through = top_of(1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(0.5, -0.25, 1.0)),
                    over = top_of(1.0, q_one(), v3(0.5, -0.25, 1.0));
-    IS(strcmp(turning_of(&hanging).course, "hanging") == 0);
-    IS(strcmp(turning_of(&through).course, "rosette") == 0);
-    IS(strcmp(turning_of(&over).course, "rosette") == 0);
+    IS(strcmp(turning_of(&hanging).motion_type, "hanging") == 0);
+    IS(strcmp(turning_of(&through).motion_type, "rosette") == 0);
+    IS(strcmp(turning_of(&over).motion_type, "rosette") == 0);
 }
 /* The map of a free symmetric body whose axis rests, leaning: without momentum, turning about it,
  * and about the vertical. */
@@ -142,9 +142,9 @@ static void test_axis_beside_the_centre(void)
         kr_body b = {0};
         for (int k = 0; k < 9; k++) j[k] = (k % 4 == 0) + (i ? 1e-6 : -1e-6) * e[k / 3] * e[k % 3];
         IS(kr_body_from_tensor(1.0, j, v_axpy(5e-9, beside, a), &b) == KR_OK);
-        IS(kr_body_kind(&b, KR_KIND_RTOL) == KR_LAGRANGE);
+        IS(kr_body_kind(&b, KR_KIND_RTOL) == KR_KIND_LAGRANGE);
         IS(kr_body_from_tensor(1.0, j, v_axpy(2e-8, beside, a), &b) == KR_OK);
-        IS(kr_body_kind(&b, KR_KIND_RTOL) != KR_LAGRANGE);
+        IS(kr_body_kind(&b, KR_KIND_RTOL) != KR_KIND_LAGRANGE);
     }
 }
 /* Three moments that differ by roundings are taken for their mean, because the axes turn. */

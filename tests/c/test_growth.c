@@ -14,7 +14,7 @@ typedef struct {
 
 static kr_worker *worker_with(uint64_t tangents, int64_t max_steps)
 {
-    const kr_config config = {.tangents = tangents, .leave_heading = 1, .max_steps = max_steps};
+    const kr_config config = {.tangents = tangents, .skip_heading = 1, .max_steps = max_steps};
     kr_worker *worker = NULL;
     IS(kr_worker_create(taylor(), config, 0, NULL, &worker) == KR_OK && worker);
     return worker;
@@ -55,7 +55,7 @@ static void test_independence(void)
         IS(memcmp(alone.rows, with.rows[i * TIMES], sizeof alone.rows[0] * TIMES) == 0);
         IS(with.outcomes[i].status == KR_OK && with.rows[i * TIMES][KR_GROWTH_LOG] == 0.0);
         for (size_t k = i * TIMES; k < (i + 1) * TIMES; k++)
-            for (int form = KR_GROWTH_ENERGY; form <= KR_GROWTH_REST; form++)
+            for (int form = KR_GROWTH_ENERGY; form <= KR_GROWTH_TRUNCATION; form++)
                 IS(with.rows[k][form] < 1e-13);
     }
     kr_worker_free(worker);
@@ -70,7 +70,7 @@ static void test_instruction_sets(void)
     for (int i = 0; (isa = kr_lanes_isa_at(i)) != NULL; i++) {
         kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
         if (isa->runs_here()) {
-            kr_fleet_use(worker, isa, 20, -53.0);
+            kr_scheduler_set_kernel(worker, isa, 20, -53.0);
             run(worker, scenes, TOPS, i == 0 ? &first : &other);
             if (i > 0 && strcmp(isa->name, "base") != 0)
                 IS(memcmp(first.rows, other.rows, sizeof first.rows) == 0);
@@ -168,7 +168,7 @@ static void test_empty_lanes(void)
     kr_worker *worker = worker_with(KR_TANGENT_GROWTH, 0);
     run(worker, &scene, 1, &got);
     const kr_growth *end = &worker->lanes->tangents->end;
-    for (int lane = 0; lane < KR_LANES_MOST; lane++) {
+    for (int lane = 0; lane < KR_LANES_MAX; lane++) {
         for (int i = 0; i < 6; i++) IS(end->d[i / 3][i % 3][lane] == (i == 0));
         IS(end->scale[lane] == 1.0 && end->power[lane] == 0.0);
     }
@@ -198,7 +198,7 @@ static void test_means(const kr_scene *scene, double end)
         most = fmax(most, own);
     }
     NEAR(rows[MANY - 1][KR_GROWTH_MEGNO], 2.0 * sum / MANY, 1e-4);
-    NEAR(rows[MANY - 1][KR_GROWTH_MOST], most, 2e-3);
+    NEAR(rows[MANY - 1][KR_GROWTH_MAX], most, 2e-3);
 }
 /* How the tangent grows of a top at rest with its axis upright, of which the flow is nothing; the
  * squares of its two rates are torque over moment, 1 or -1. */
@@ -224,12 +224,12 @@ static void test_equilibria(void)
     for (int i = 1; i < LOOKS; i++) {
         NEAR(rows[i][KR_GROWTH_LOG] - rows[0][KR_GROWTH_LOG], late[i] - 30.0, 1e-9);
         NEAR(rows[i][KR_GROWTH_MEGNO] / late[i], 0.5, 1.0 / late[i]);
-        IS(rows[i][KR_GROWTH_MOST] == rows[i][KR_GROWTH_LOG]);
+        IS(rows[i][KR_GROWTH_MAX] == rows[i][KR_GROWTH_LOG]);
     }
     at_rest(-2.0, turns, rows);
     for (int i = 0; i < LOOKS; i++) {
         NEAR(rows[i][KR_GROWTH_LOG], 0.0, 1e-12);
-        IS(rows[i][KR_GROWTH_MOST] >= 0.0 && rows[i][KR_GROWTH_MOST] < 2.0);
+        IS(rows[i][KR_GROWTH_MAX] >= 0.0 && rows[i][KR_GROWTH_MAX] < 2.0);
         NEAR(rows[i][KR_GROWTH_MEGNO], 0.0, 2.0);
     }
 }
@@ -258,7 +258,7 @@ static void test_steady_rotations(void)
             const double rate = is_unstable ? v_length(s.start.m) / 1.5 / sqrt(8.0) : 0.0;
             grow(&s, 1, &t[k], row);
             NEAR(row[0][KR_GROWTH_LOG], rate * fabs(t[k]), 10.0);
-            IS(row[0][KR_GROWTH_REST] > 0.0 && row[0][KR_GROWTH_REST] < 1e-13);
+            IS(row[0][KR_GROWTH_TRUNCATION] > 0.0 && row[0][KR_GROWTH_TRUNCATION] < 1e-13);
         }
     }
 }
@@ -277,10 +277,10 @@ static void test_unreachable_tolerance(void)
                           .growth = got.rows[0]};
     some(scenes);
     worker->tops = &tops;
-    kr_fleet_begin(worker);
-    for (size_t i = 0; i < 2; i++) kr_fleet_add(worker, i);
-    worker->lanes->tangents->rest = -1.0;
-    kr_fleet_finish(worker);
+    kr_scheduler_reset(worker);
+    for (size_t i = 0; i < 2; i++) kr_scheduler_add(worker, i);
+    worker->lanes->tangents->truncation_limit = -1.0;
+    kr_scheduler_drain(worker);
     for (int i = 0; i < 2; i++) {
         IS(got.outcomes[i].status == KR_ERR_TANGENT && got.outcomes[i].done == 0);
         for (int k = 0; k < TIMES; k++) IS(isnan(got.rows[i * TIMES + k][KR_GROWTH_LOG]));

@@ -22,7 +22,7 @@ static void test_invariants(const kr_scene *s, double t_end, double bound)
 {
     static kr_state whole[LOOKS], some[LOOKS];
     static double t[LOOKS];
-    const kr_config with = {.step = t_end}, without = {.step = t_end, .leave_heading = 1};
+    const kr_config with = {.step = t_end}, without = {.step = t_end, .skip_heading = 1};
     kr_top *a = make(s, taylor(), with), *b = make(s, taylor(), without);
     for (int i = 0; i < LOOKS; i++) t[i] = t_end * (i + 1) / LOOKS;
     IS(kr_top_record(a, LOOKS, t, whole, NULL) == KR_OK &&
@@ -48,7 +48,7 @@ static void test_hanging_and_upright(void)
 {
     for (int i = 0; i < 2; i++) {
         kr_scene s = kr_scene_default();
-        const kr_config config = {.leave_heading = 1};
+        const kr_config config = {.skip_heading = 1};
         s.start.q = i ? q4(0, v3(1, 0, 0)) : q_one();
         s.start.m = v3(0, 0, 3);
         kr_top *top = make(&s, taylor(), config);
@@ -62,8 +62,8 @@ static void test_hanging_and_upright(void)
 /* Units, resets and single steps leave the bits as they are; the way back leads to the start. */
 static void test_driver(void)
 {
-    const kr_config config = {.leave_heading = 1, .tol = 1e-11},
-                    back = {.leave_heading = 1, .step = -1.0};
+    const kr_config config = {.skip_heading = 1, .tol = 1e-11},
+                    back = {.skip_heading = 1, .step = -1.0};
     kr_scene s = scene(1), scaled = s;
     kr_top *top = make(&s, taylor(), config), *other;
     IS(kr_top_advance(top, 5.0) == KR_OK);
@@ -97,15 +97,15 @@ static void test_driver(void)
 static void test_refusals(void)
 {
     const kr_scene s = kr_scene_default();
-    const kr_config deep = {.leave_heading = 1, .digits = 20},
-                    plain = {.leave_heading = 1, .digits = 16};
+    const kr_config deep = {.skip_heading = 1, .digits = 20},
+                    plain = {.skip_heading = 1, .digits = 16};
     kr_top *top = NULL;
     IS(kr_top_create(&s, taylor(), deep, &top) == KR_ERR_ARGUMENT && top == NULL);
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        const kr_config config = {.leave_heading = 1, .step = 0.1};
+        const kr_config config = {.skip_heading = 1, .step = 0.1};
         if (method == taylor()) continue;
-        IS(!(kr_method_flags(method) & KR_HEADLESS));
+        IS(!(kr_method_flags(method) & KR_METHOD_SKIPS_HEADING));
         IS(kr_top_create(&s, method, config, &top) == KR_ERR_ARGUMENT && top == NULL);
     }
     IS(kr_top_create(&s, taylor(), plain, &top) == KR_OK);

@@ -27,7 +27,7 @@ static void test_refusals(const kr_method *method)
     kr_scene s = scene_for(method);
     const double sign = random_bits() % 2 ? 1.0 : -1.0, horizon = kr_scene_horizon(&s);
     const double far[] = {horizon, 2.0 * horizon, DBL_MAX, INFINITY, NAN};
-    const int dense = (kr_method_flags(method) & KR_DENSE) != 0;
+    const int dense = (kr_method_flags(method) & KR_METHOD_DENSE) != 0;
     const kr_config config = {.step = sign * horizon * 0x1p-50};
     kr_top *top = NULL;
     horizon_of(&s);
@@ -37,9 +37,9 @@ static void test_refusals(const kr_method *method)
     const double time = kr_top_time(top);
     for (int i = 0; i < 5; i++) {
         const kr_status want = isfinite(far[i]) ? KR_ERR_RESOLUTION : KR_ERR_ARGUMENT;
-        kr_hit hit = {7, 7};
+        kr_event_hit hit = {7, 7};
         IS(kr_top_advance(top, sign * far[i]) == want);
-        IS(kr_top_seek(top, sign * far[i], &hit) == want && hit.which == 7);
+        IS(kr_top_seek(top, sign * far[i], &hit) == want && hit.index == 7);
         IS(same(kr_top_state(top), was) && kr_top_time(top) == time);
     }
     kr_state late = s.start;
@@ -97,7 +97,7 @@ static void test_times_beside_a_step(double step)
     kr_top *top = make(&s, kr_method_find("taylor"), (kr_config){.step = step});
     kr_state begin, before, end, behind;
     IS(kr_top_step(top) == KR_OK && kr_top_step(top) == KR_OK);
-    const kr_piece piece = top->method->piece(&top->main);
+    const kr_step_polynomial piece = top->method->polynomial(&top->main);
     const double length = piece.end - piece.begin;
     top->method->at(&top->main, piece.begin, &begin);
     top->method->at(&top->main, piece.begin - 9.0 * length, &before);

@@ -3,7 +3,7 @@
 #include "check.h"
 #include "exact/phase.h"
 #include "exact/theta.h"
-#include "math/binary.h"
+#include "math/exponent.h"
 #include "random.h"
 
 static double of_any_size(double least, double most) { return pow(10.0, uniform(least, most)); }

@@ -19,16 +19,18 @@ static void test_flags(void)
         IS(kr_flag_find(kr_flag_name(flag)) == flag && strlen(kr_flag_text(flag)) > 10);
         all |= flag;
     }
-    IS(kr_flag_find("adaptive") == KR_ADAPTIVE && kr_flag_find("headless") == KR_HEADLESS);
+    IS(kr_flag_find("adaptive") == KR_METHOD_ADAPTIVE &&
+       kr_flag_find("skips_heading") == KR_METHOD_SKIPS_HEADING);
     IS(kr_flag_find("slow") == 0 && kr_flag_find(NULL) == 0);
-    IS(!kr_flag_name(0) && !kr_flag_name(KR_ADAPTIVE | KR_DENSE) && !kr_flag_text(~all));
+    IS(!kr_flag_name(0) && !kr_flag_name(KR_METHOD_ADAPTIVE | KR_METHOD_DENSE) &&
+       !kr_flag_text(~all));
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
         IS((kr_method_flags(method) & ~all) == 0);
-        IS(((kr_method_flags(method) & KR_DENSE) != 0) == (method->at != NULL));
+        IS(((kr_method_flags(method) & KR_METHOD_DENSE) != 0) == (method->at != NULL));
     }
-    IS(kr_method_flags(kr_method_find("taylor")) & KR_DENSE);
-    IS(!(kr_method_flags(kr_method_find("rk4")) & KR_DENSE));
+    IS(kr_method_flags(kr_method_find("taylor")) & KR_METHOD_DENSE);
+    IS(!(kr_method_flags(kr_method_find("rk4")) & KR_METHOD_DENSE));
 }
 static void test_statuses(void)
 {

@@ -1,6 +1,6 @@
 /* Polynomials of an event within a step: sign changes, and the products of two components. */
-#include "events/roots.h"
-#include "events/terms.h"
+#include "events/sign_changes.h"
+#include "events/event_polynomial.h"
 #include "model/quantities.h"
 #include "random.h"
 #include "tops.h"
@@ -10,13 +10,13 @@ enum { MANY = 64 };
 /* Finds where scale * prod (s - root) changes its sign, and returns how often that is. */
 static int roots_of(int n, const double *root, double scale, double *found)
 {
-    double c[KR_PIECE_MOST + 1] = {scale};
+    double c[KR_POLYNOMIAL_ORDER_MAX + 1] = {scale};
     for (int k = 0; k < n; k++)
         for (int i = k + 1; i >= 0; i--) c[i] = (i > 0 ? c[i - 1] : 0.0) - root[k] * c[i];
-    kr_search r = {
+    kr_sign_search r = {
         .c = c, .degree = n, .noise = fabs(scale) * 0x1p-48, .start_noise = fabs(scale) * 0x1p-40};
     int count = 0;
-    while (count < MANY && kr_roots_next(&r)) found[count++] = r.root;
+    while (count < MANY && kr_search_next_sign_change(&r)) found[count++] = r.root;
     return count;
 }
 static void test_named_roots(void)
@@ -66,19 +66,19 @@ static void test_not_finite(void)
     const double none[] = {NAN, INFINITY, -INFINITY};
     for (int i = 0; i < 12; i++) {
         double c[4] = {-0.3, 1.0, 0.1, 0.05};
-        kr_search r = {.c = c, .degree = 3, .noise = 0x1p-48, .start_noise = 0x1p-40};
+        kr_sign_search r = {.c = c, .degree = 3, .noise = 0x1p-48, .start_noise = 0x1p-40};
         c[i / 3] = none[i % 3];
-        IS(!kr_roots_next(&r));
+        IS(!kr_search_next_sign_change(&r));
     }
 }
 /* No term is forgotten where it is asked whether there can be a change of sign at all. */
 static void test_single_terms(void)
 {
-    for (int n = 1; n <= KR_PIECE_MOST; n++) {
-        double c[KR_PIECE_MOST + 1] = {1.0};
+    for (int n = 1; n <= KR_POLYNOMIAL_ORDER_MAX; n++) {
+        double c[KR_POLYNOMIAL_ORDER_MAX + 1] = {1.0};
         c[n] = -1.5;
-        kr_search r = {.c = c, .degree = n, .noise = 0x1p-48, .start_noise = 0x1p-40};
-        IS(kr_roots_next(&r));
+        kr_sign_search r = {.c = c, .degree = n, .noise = 0x1p-48, .start_noise = 0x1p-40};
+        IS(kr_search_next_sign_change(&r));
         NEAR(r.root, pow(1.0 / 1.5, 1.0 / n), 1e-14);
     }
 }
@@ -88,7 +88,7 @@ static int all_components(int *component)
 {
     int n = 0;
     for (int number = 0; number <= KR_QUANTITIES * KR_AXES && n < MANY; number++)
-        if (kr_component_is(number)) component[n++] = number;
+        if (kr_component_is_valid(number)) component[n++] = number;
     IS(n > 20 && n < MANY);
     return n;
 }
@@ -105,11 +105,12 @@ static void test_products(const kr_scene *s, int digits)
                        rate = {.terms = &product, .count = 1, .extremum = 1};
         double c[KR_TERMS_ROOM], d[KR_TERMS_ROOM], there = 0.0;
         IS(kr_top_advance(top, 0.05 * i) == KR_OK);
-        const kr_piece piece = top->method->piece(&top->main);
+        const kr_step_polynomial piece = top->method->polynomial(&top->main);
         const kr_state inside = kr_top_state(top);
-        const double size = kr_terms_size(top, &piece, 1, &product);
+        const double size = kr_terms_bound(top, &piece, 1, &product);
         const double at =
-            i == 0 ? 0.0 : (top->asked / top->time_unit - piece.begin) / (piece.end - piece.begin);
+            i == 0 ? 0.0
+                   : (top->requested / top->time_unit - piece.begin) / (piece.end - piece.begin);
         const int degree = kr_terms_polynomial(top, &piece, &g, c);
         for (int n = degree; n >= 0; n--) there = there * at + c[n];
         NEAR(there, kr_terms_value(s, &inside, 1, &product), 1e-14 * size);
@@ -129,11 +130,11 @@ static void test_continuity_of_steps(const kr_scene *s, double tol)
     IS(kr_top_watch(top, 0, NULL) == KR_OK);
     for (int step = 0; step < 20; step++) {
         IS(kr_top_step(top) == KR_OK);
-        const kr_piece piece = top->method->piece(&top->main);
+        const kr_step_polynomial piece = top->method->polynomial(&top->main);
         for (int i = 0; i < 2 * components; i++) {
             const kr_term product = {0.7, component[i / 2], component[(7 * i + 3) % components]};
             const kr_event g = {.terms = &product, .count = 1, .extremum = i % 2};
-            const double size = kr_terms_size(top, &piece, 1, &product),
+            const double size = kr_terms_bound(top, &piece, 1, &product),
                          per = i % 2 ? piece.span : 1.0;
             double end = 0.0;
             const int degree = kr_terms_polynomial(top, &piece, &g, c);

@@ -49,7 +49,7 @@ static void test_table(void)
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *q = kr_quantity_at(i);
         const size_t n = kr_quantity_doubles(q);
-        IS(kr_quantity_find(kr_quantity_name(q)) == q && n >= 1 && n <= KR_QUANTITY_MOST);
+        IS(kr_quantity_find(kr_quantity_name(q)) == q && n >= 1 && n <= KR_QUANTITY_DOUBLES_MAX);
         IS(strlen(kr_quantity_text(q)) > 10 && strlen(kr_quantity_dimension(q)) < 12);
         for (size_t k = 0; k < n; k++)
             IS(strlen(kr_quantity_axis(q, k)) == (n == 1 ? 0 : n == 9 ? 3 : 2));
@@ -70,7 +70,7 @@ static void test_rows(void)
     }
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const size_t n = kr_quantity_doubles(kr_quantity_at(i));
-        double all[STATES * KR_QUANTITY_MOST], one[KR_QUANTITY_MOST];
+        double all[STATES * KR_QUANTITY_DOUBLES_MAX], one[KR_QUANTITY_DOUBLES_MAX];
         kr_quantity_values(kr_quantity_at(i), &s, STATES, states, all);
         for (size_t k = 0; k < STATES; k++) {
             kr_quantity_values(kr_quantity_at(i), &s, 1, &states[k], one);
@@ -109,14 +109,14 @@ static void test_flags(void)
         const kr_quantity *quantity = kr_quantity_at(i);
         const size_t n = kr_quantity_doubles(quantity);
         kr_scene s = random_scene();
-        double before[KR_QUANTITY_MOST], after[KR_QUANTITY_MOST], change = 0.0;
+        double before[KR_QUANTITY_DOUBLES_MAX], after[KR_QUANTITY_DOUBLES_MAX], change = 0.0;
         kr_quantity_values(quantity, &s, 1, &s.start, before);
         const kr_quat turn = about(v3(0, 0, 1), 0.9);
         s.start.q = q_mul(turn, s.start.q);
         s.start.m = q_turn(turn, s.start.m);
         kr_quantity_values(quantity, &s, 1, &s.start, after);
         for (size_t k = 0; k < n; k++) change = fmax(change, fabs(after[k] - before[k]));
-        IS(kr_quantity_flags(quantity) & KR_TURNS ? change > 1e-3 : change < 1e-14);
+        IS(kr_quantity_flags(quantity) & KR_QUANTITY_TURNS ? change > 1e-3 : change < 1e-14);
     }
 }
 static void test_integrals(void)
@@ -130,12 +130,12 @@ static void test_integrals(void)
     const kr_state then = kr_top_state(top);
     for (size_t i = 0; i < kr_quantity_count(); i++) {
         const kr_quantity *quantity = kr_quantity_at(i);
-        double before[KR_QUANTITY_MOST], after[KR_QUANTITY_MOST];
+        double before[KR_QUANTITY_DOUBLES_MAX], after[KR_QUANTITY_DOUBLES_MAX];
         kr_quantity_values(quantity, &s, 1, &s.start, before);
         kr_quantity_values(quantity, &s, 1, &then, after);
         if (isnan(*before)) continue;
         /* of a body with two equal moments, the spin about its axis is one, too */
-        const int kept = kr_quantity_flags(quantity) & KR_KEPT ||
+        const int kept = kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED ||
                          strcmp(kr_quantity_name(quantity), "spin") == 0;
         IS(kept ? fabs(*after - *before) < 1e-13 : fabs(*after - *before) > 1e-3);
     }
@@ -230,21 +230,23 @@ static void test_components(void)
                                        "spin_x",   "energy",  "vertical_x", "velocity_x",
                                        "frame_Nx", "apex_zz", "11"};
     const kr_scene s = random_scene();
-    IS(kr_component_find("1") == KR_ONE && kr_component_value(KR_ONE, &s, &s.start) == 1.0);
+    IS(kr_component_find("1") == KR_COMPONENT_ONE &&
+       kr_component_value(KR_COMPONENT_ONE, &s, &s.start) == 1.0);
     for (size_t i = 0; i < sizeof none / sizeof *none; i++) IS(kr_component_find(none[i]) == -1);
-    IS(kr_component_find(NULL) == -1 && !kr_component_is(-1) && !kr_component_is(INT32_MIN) &&
-       !kr_component_is(INT32_MAX));
+    IS(kr_component_find(NULL) == -1 && !kr_component_is_valid(-1) &&
+       !kr_component_is_valid(INT32_MIN) && !kr_component_is_valid(INT32_MAX));
     IS(kr_component_value(kr_component_find("q_w"), &s, &s.start) == s.start.q.w);
     IS(kr_component_value(kr_component_find("q_z"), &s, &s.start) == s.start.q.z);
     IS(kr_component_value(kr_component_find("m_y"), &s, &s.start) == s.start.m.y);
     IS(kr_component_value(kr_component_find("spin"), &s, &s.start) == value("spin", &s));
     IS(kr_component_value(kr_component_find("body_vertical_x"), &s, &s.start) ==
        vector("body_vertical", &s).x);
-    IS(kr_component_turns(kr_component_find("apex_x")) &&
-       kr_component_turns(kr_component_find("q_z")));
-    IS(!kr_component_turns(kr_component_find("apex_z")) &&
-       !kr_component_turns(kr_component_find("m_z")));
-    IS(!kr_component_turns(kr_component_find("body_vertical_x")) && !kr_component_turns(KR_ONE));
+    IS(kr_component_is_turned(kr_component_find("apex_x")) &&
+       kr_component_is_turned(kr_component_find("q_z")));
+    IS(!kr_component_is_turned(kr_component_find("apex_z")) &&
+       !kr_component_is_turned(kr_component_find("m_z")));
+    IS(!kr_component_is_turned(kr_component_find("body_vertical_x")) &&
+       !kr_component_is_turned(KR_COMPONENT_ONE));
 }
 
 /* A body that is held at its centre of mass has an apex too: its third axis. */

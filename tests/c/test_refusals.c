@@ -3,7 +3,7 @@
 #include <stddef.h>
 #include <string.h>
 #include "driver/top.h"
-#include "events/terms.h"
+#include "events/event_polynomial.h"
 #include "random.h"
 #include "tops.h"
 
@@ -133,14 +133,14 @@ static void test_queries(void)
 /* Quantities of other tops are no number. */
 static void test_quantities(void)
 {
-    const kr_term none = {1.0, 100000, KR_ONE};
+    const kr_term none = {1.0, 100000, KR_COMPONENT_ONE};
     kr_scene s = asymmetric();
     IS(isnan(kr_state_kowalewski(&s, &s.start)) &&
        isnan(kr_state_goryachev_chaplygin(&s, &s.start)));
     IS(isnan(kr_state_modified_energy(&s, &s.start, 0.1)));
     IS(isnan(kr_state_modified_energy4(&s, &s.start, 0.1)));
     IS(isnan(kr_terms_value(&s, &s.start, 1, &none)) && kr_component_find("none") < 0);
-    const kr_term other = {1.0, KR_ONE, 100000};
+    const kr_term other = {1.0, KR_COMPONENT_ONE, 100000};
     IS(!kr_terms_are_linear(1, &none) && !kr_terms_are_linear(1, &other));
     s.body = thesis_body();
     IS(isnan(kr_state_kowalewski(&s, &s.start)) &&
@@ -182,7 +182,7 @@ static void test_more_digits(void)
     const kr_scene s = tilted();
     const kr_config configs[5] = {{.digits = 0},
                                   {.digits = 30},
-                                  {.leave_heading = 1},
+                                  {.skip_heading = 1},
                                   {.tangents = KR_TANGENT_GRAVITY},
                                   {.tangents = KR_TANGENT_MASS}};
     kr_top *tops[5];
@@ -202,7 +202,8 @@ static void test_missing_top(void)
     IS(kr_top_record(NULL, 0, NULL, NULL, &done) == KR_ERR_ARGUMENT && done == 0);
     IS(kr_top_record(NULL, 1, NULL, NULL, NULL) == KR_ERR_ARGUMENT);
     double out[6];
-    IS(kr_top_tangents(NULL, out, NULL) == KR_ERR_ARGUMENT && kr_top_tangent_rest(NULL) == 0.0);
+    IS(kr_top_tangents(NULL, out, NULL) == KR_ERR_ARGUMENT &&
+       kr_top_tangent_truncation(NULL) == 0.0);
 }
 
 int main(void)

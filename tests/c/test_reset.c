@@ -58,7 +58,7 @@ static void test_reset_states(const kr_method *method, kr_config config)
     }
     as_created(top, s, method, config, &s.start);
     /* So fast that most methods fail on the way. */
-    for (int power = 3; power < 60 && !(kr_method_flags(method) & KR_ADAPTIVE); power += 7) {
+    for (int power = 3; power < 60 && !(kr_method_flags(method) & KR_METHOD_ADAPTIVE); power += 7) {
         const kr_state start = {0.0, s.start.q, v_scale(ldexp(1.0, power), s.start.m)};
         as_created(top, s, method, config, &start);
     }
@@ -126,19 +126,20 @@ static void test_checkpoint_before(const kr_method *method)
 /* Events are watched on, in the units of the new start. */
 static void test_events(void)
 {
-    const kr_term vertical[] = {{1.0, kr_component_find("apex_z"), KR_ONE}, {-0.5, KR_ONE, KR_ONE}};
+    const kr_term vertical[] = {{1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE},
+                                {-0.5, KR_COMPONENT_ONE, KR_COMPONENT_ONE}};
     kr_event one = {.terms = vertical, .count = 2}, other = one;
     const kr_config config = {0};
     kr_scene s = tilted();
     kr_top *top = make(&s, taylor(), config);
-    kr_hit hit = {-1, 0}, wanted = {-1, 0};
+    kr_event_hit hit = {-1, 0}, wanted = {-1, 0};
     IS(kr_top_watch(top, 1, &one) == KR_OK && kr_top_seek(top, 50.0, &hit) == KR_OK);
     s.start.m = v_scale(100.0, s.start.m);
     kr_top *fresh = make(&s, taylor(), config);
     IS(kr_top_watch(fresh, 1, &other) == KR_OK && kr_top_reset(top, &s.start) == KR_OK);
     for (int i = 0; i < 10; i++) {
         IS(kr_top_seek(top, 50.0, &hit) == KR_OK && kr_top_seek(fresh, 50.0, &wanted) == KR_OK);
-        IS(hit.which == wanted.which && hit.direction == wanted.direction);
+        IS(hit.index == wanted.index && hit.direction == wanted.direction);
         IS(same(kr_top_state(top), kr_top_state(fresh)));
     }
     kr_top_free(top);
@@ -147,17 +148,17 @@ static void test_events(void)
 /* In the units of this start the event is beyond all numbers: to look for it is refused. */
 static void test_event_out_of_reach(void)
 {
-    const kr_term fast[] = {{1e200, kr_component_find("body_velocity_x"), KR_ONE}};
+    const kr_term fast[] = {{1e200, kr_component_find("body_velocity_x"), KR_COMPONENT_ONE}};
     kr_event event = {.terms = fast, .count = 1};
     const kr_config config = {0};
     kr_scene s = tilted();
-    kr_hit hit = {7, 7};
+    kr_event_hit hit = {7, 7};
     s.gravity = 0.0;
     kr_top *top = make(&s, taylor(), config);
     IS(kr_top_watch(top, 1, &event) == KR_OK);
     s.start.m = v_scale(1e120, s.start.m);
     IS(kr_top_reset(top, &s.start) == KR_OK && kr_top_watch(top, 1, &event) == KR_ERR_ARGUMENT);
-    IS(kr_top_seek(top, 1e-120, &hit) == KR_ERR_ARGUMENT && hit.which == 7);
+    IS(kr_top_seek(top, 1e-120, &hit) == KR_ERR_ARGUMENT && hit.index == 7);
     kr_top_free(top);
 }
 
@@ -165,7 +166,7 @@ int main(void)
 {
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
-        const int adaptive = (kr_method_flags(method) & KR_ADAPTIVE) != 0;
+        const int adaptive = (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;
         for (double sign = 1.0; sign > -2.0; sign -= 2.0)
             test_reset_states(method,
                               (kr_config){.step = sign * 0.03, .tol = adaptive ? 1e-7 : 0.0});
@@ -175,7 +176,7 @@ int main(void)
     }
     for (int digits = 16; digits <= 30; digits += 7)
         test_reset_states(taylor(), (kr_config){.digits = digits});
-    test_reset_states(taylor(), (kr_config){.leave_heading = 1});
+    test_reset_states(taylor(), (kr_config){.skip_heading = 1});
     test_events();
     test_event_out_of_reach();
     return check_result();

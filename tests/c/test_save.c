@@ -18,7 +18,7 @@ static kr_scene scene_for(const kr_method *method)
 }
 static kr_config config_for(const kr_method *method, double sign, int digits)
 {
-    const int adaptive = (kr_method_flags(method) & KR_ADAPTIVE) != 0;
+    const int adaptive = (kr_method_flags(method) & KR_METHOD_ADAPTIVE) != 0;
     const kr_config config = {
         .step = sign * 0.0625, .tol = adaptive && !digits ? 1e-8 : 0.0, .digits = digits};
     return config;
@@ -40,7 +40,7 @@ static void test_continuation(const kr_method *method, double sign, int digits, 
     kr_config config = config_for(method, sign, digits);
     kr_state whole[BEFORE + AFTER], low[BEFORE + AFTER], part, rest;
     double t[BEFORE + AFTER];
-    config.leave_heading = leave_heading;
+    config.skip_heading = leave_heading;
     kr_top *top = make(&s, method, config), *one = make(&s, method, config);
     for (int i = 0; i < BEFORE + AFTER; i++) t[i] = sign * times[i];
     IS(kr_top_record_low(top, BEFORE + AFTER, t, whole, low, NULL) == KR_OK);
@@ -198,7 +198,7 @@ static void test_foreign_checkpoint(void)
 
 static void forget_pointers(kr_top *top)
 {
-    kr_motion *motions[] = {&top->main, &top->side, &top->kept};
+    kr_motion *motions[] = {&top->main, &top->side, &top->saved};
     top->method = NULL;
     top->config.poll = NULL;
     top->config.context = NULL;
@@ -231,7 +231,7 @@ static void test_format(const kr_method *method)
     IS(kr_top_save(top, size, saved) == KR_OK);
     IS(memcmp(saved, "kreisel top\0\0\0\0\0" KR_VERSION, 16 + sizeof KR_VERSION) == 0);
     IS(same_bytes(saved + HEADER + TOP, top->main.work, work));
-    if (!method->at) IS(same_bytes(saved + HEADER + TOP + work, top->kept.work, work));
+    if (!method->at) IS(same_bytes(saved + HEADER + TOP + work, top->saved.work, work));
     IS(double_at(saved, HEADER) == s.body.mass && double_at(saved, HEADER + 1160) == 5.01);
     IS(double_at(saved, HEADER + 1168) == 5.01 &&
        double_at(saved, HEADER + 1168 + 40) == kr_top_state(top).m.x);
@@ -242,7 +242,7 @@ static void test_format(const kr_method *method)
 #undef X
 #define X(field, at)                                                                               \
     IS(same_bytes(saved + MAIN + (at), &image.main.field, sizeof image.main.field));               \
-    IS(same_bytes(saved + KEPT + (at), &image.kept.field, sizeof image.kept.field));
+    IS(same_bytes(saved + KEPT + (at), &image.saved.field, sizeof image.saved.field));
     KR_SAVED_MOTION(X)
 #undef X
     kr_top_free(top);
@@ -273,7 +273,7 @@ static void test_hostile_counts(const kr_method *method)
     const int64_t endless = ((int64_t)1 << 62) + 1, back = (int64_t)0xbff0000000000000u;
     save(top, saved);
     for (int kept = 0; kept < (method->at ? 1 : 2); kept++) {
-        const size_t motion = HEADER + (kept ? offsetof(kr_top, kept) : offsetof(kr_top, main));
+        const size_t motion = HEADER + (kept ? offsetof(kr_top, saved) : offsetof(kr_top, main));
         for (int i = 0; i < 7; i++) {
             memcpy(bad, saved, size);
             forge(bad, size, motion + (i == 6 ? step : stats + 8 + 8 * ((size_t)i % 3)),
@@ -285,7 +285,7 @@ static void test_hostile_counts(const kr_method *method)
         }
     }
     const size_t places[] = {HEADER + offsetof(kr_top, steps),
-                             HEADER + offsetof(kr_top, kept_steps),
+                             HEADER + offsetof(kr_top, saved_steps),
                              HEADER + offsetof(kr_scene, start.q)};
     for (int i = 0; i < 3; i++) {
         memcpy(bad, saved, size);
@@ -345,7 +345,7 @@ static void test_hostile_times(const kr_method *method)
     forge(bad, size, HEADER + offsetof(kr_top, steps), (int64_t)1 << 40, 8);
     IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     forge(bad, size, HEADER + offsetof(kr_top, steps), ((int64_t)1 << 53) + 1, 8);
-    forge(bad, size, HEADER + offsetof(kr_top, kept_steps), ((int64_t)1 << 53) + 1, 8);
+    forge(bad, size, HEADER + offsetof(kr_top, saved_steps), ((int64_t)1 << 53) + 1, 8);
     IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     kr_top_free(top);
 }

@@ -1,7 +1,7 @@
 /* Sections of a worker: states depend on their own top alone, none is missed, and a top whose
  * event does not occur is reported. */
 #include "ensemble/worker.h"
-#include "events/terms.h"
+#include "events/event_polynomial.h"
 #include "random.h"
 #include "event_helpers.h"
 
@@ -72,13 +72,13 @@ static void is_complete(const cut *c, size_t i, const kr_event *event)
     const kr_outcome *o = &c->outcomes[i];
     const double wait = c->wait[i];
     kr_event mine = *event;
-    kr_top *top = watched(s, (kr_config){.step = kr_step_led(0.0, wait < 0.0)}, &mine, 1);
+    kr_top *top = watched(s, (kr_config){.step = kr_step_directed(0.0, wait < 0.0)}, &mine, 1);
     kr_state last = s->start;
-    kr_hit hit;
+    kr_event_hit hit;
     for (size_t k = 0; k < o->done; k++) {
         const kr_state *x = &c->states[i * MOST + k];
         IS(kr_top_reset(top, &last) == KR_OK);
-        IS(kr_top_seek(top, last.t + wait, &hit) == KR_OK && hit.which == 0);
+        IS(kr_top_seek(top, last.t + wait, &hit) == KR_OK && hit.index == 0);
         NEAR(kr_top_state(top).t - last.t, x->t - last.t, 1e-7 * fabs(x->t - last.t));
         if (!event->extremum)
             NEAR(kr_terms_value(s, x, event->count, event->terms), 0.0,
@@ -87,7 +87,7 @@ static void is_complete(const cut *c, size_t i, const kr_event *event)
     }
     if (o->status == KR_ERR_EVENT) {
         IS(kr_top_reset(top, &last) == KR_OK && o->done < MOST);
-        IS(kr_top_seek(top, last.t + wait, &hit) == KR_OK && hit.which < 0);
+        IS(kr_top_seek(top, last.t + wait, &hit) == KR_OK && hit.index < 0);
         NEAR(o->last.t, last.t + wait, 1e-12 * fabs(o->last.t));
         IS(isnan(c->states[i * MOST + o->done].t) && isnan(c->states[i * MOST + o->done].q.w));
     }
@@ -147,7 +147,7 @@ static void test_instruction_sets(const kr_event *event)
         const kr_lanes_isa *isa = kr_lanes_isa_at(i);
         const int is_fused = strcmp(isa->name, "base") != 0;
         if (!isa->runs_here()) continue;
-        kr_fleet_use(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
+        kr_scheduler_set_kernel(worker, isa, worker->lanes->order, worker->lanes->log2_tol);
         const kr_tops tops = all_of(&d, TOPS);
         IS(kr_worker_section(worker, event, &tops) == KR_OK);
         for (size_t k = 0; k < TOPS; k++) {
@@ -263,7 +263,7 @@ static void test_refusals(const kr_event *good)
     }
     IS(kr_worker_create(NULL, (kr_config){0}, 0, NULL, &other) == KR_OK);
     IS(kr_worker_section(other, good, &tops) == KR_ERR_METHOD);
-    IS(kr_worker_create(taylor(), (kr_config){.leave_heading = 1}, 0, NULL, &level) == KR_OK);
+    IS(kr_worker_create(taylor(), (kr_config){.skip_heading = 1}, 0, NULL, &level) == KR_OK);
     IS(kr_worker_section(level, &turning, &tops) == KR_OK);
     IS(c.outcomes[0].status == KR_ERR_ARGUMENT);
     IS(kr_worker_section(level, good, &tops) == KR_OK && c.outcomes[0].status == KR_OK);
@@ -286,8 +286,8 @@ int main(void)
                    half = {.terms = &height,
                            .count = 1,
                            .extremum = 1,
-                           .where = above,
-                           .where_count = 1},
+                           .condition = above,
+                           .condition_count = 1},
                    products = {.terms = square, .count = 2, .extremum = 1},
                    turns = {.terms = turning, .count = 1, .direction = 1},
                    constant = {.terms = vertical, .count = 1};

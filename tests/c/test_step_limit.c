@@ -42,7 +42,7 @@ int main(void)
 {
     for (size_t i = 0; i < kr_method_count(); i++) {
         const unsigned flags = kr_method_flags(kr_method_at(i));
-        if (!(flags & KR_ADAPTIVE) || flags & KR_DENSE) continue;
+        if (!(flags & KR_METHOD_ADAPTIVE) || flags & KR_METHOD_DENSE) continue;
         test_turns(kr_method_at(i), 1e-4, 20.0);
         test_turns(kr_method_at(i), 1e-6, 100.0);
     }

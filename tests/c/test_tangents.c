@@ -44,17 +44,18 @@ static void test_unchanged_path(const kr_scene *s, int digits, double t)
 static void test_single_columns(const kr_scene *s)
 {
     static const uint64_t bits[] = {1, 2, 4, 8, 16};
-    double all[6 * KR_TANGENT_MOST], own[6 * KR_TANGENT_MOST];
+    double all[6 * KR_TANGENT_COLUMNS_MAX], own[6 * KR_TANGENT_COLUMNS_MAX];
     kr_top *every = top_with(s, ALL, 16, 0.0);
     size_t first = 0;
-    IS(kr_tangent_columns(ALL) == KR_TANGENT_MOST && kr_tangent_columns(0) == 0);
+    IS(kr_tangent_columns(ALL) == KR_TANGENT_COLUMNS_MAX && kr_tangent_columns(0) == 0);
     IS(kr_top_advance(every, 7.3) == KR_OK && kr_top_tangents(every, all, NULL) == KR_OK);
     for (int i = 0; i < 5; i++) {
         const size_t n = kr_tangent_columns(bits[i]);
         kr_top *top = top_with(s, bits[i], 16, 0.0);
         IS(kr_top_advance(top, 7.3) == KR_OK && kr_top_tangents(top, own, NULL) == KR_OK);
         for (size_t row = 0; row < 6; row++)
-            IS(memcmp(own + row * n, all + row * KR_TANGENT_MOST + first, n * sizeof *own) == 0);
+            IS(memcmp(own + row * n, all + row * KR_TANGENT_COLUMNS_MAX + first, n * sizeof *own) ==
+               0);
         first += n;
         kr_top_free(top);
     }
@@ -73,7 +74,7 @@ static kr_state beside(kr_scene s, size_t k, double by, double t)
 static void test_differences(const kr_scene *s, double t)
 {
     const double h = 0x1p-17;
-    double phi[6][KR_TANGENT_MOST];
+    double phi[6][KR_TANGENT_COLUMNS_MAX];
     kr_top *top = top_with(s, ALL, 16, t < 0.0 ? -0.1 : 0.0);
     IS(kr_top_advance(top, t) == KR_OK && kr_top_tangents(top, phi[0], NULL) == KR_OK);
     for (size_t k = 0; k < 11; k++) {
@@ -90,7 +91,7 @@ static void test_differences(const kr_scene *s, double t)
 /* Where one looks on the way, and in how many calls, changes nothing; nor does a checkpoint. */
 static void test_times_between(const kr_scene *s, int digits)
 {
-    double once[6 * KR_TANGENT_MOST], often[6 * KR_TANGENT_MOST];
+    double once[6 * KR_TANGENT_COLUMNS_MAX], often[6 * KR_TANGENT_COLUMNS_MAX];
     kr_top *one = top_with(s, ALL, digits, 0.0), *other = top_with(s, ALL, digits, 0.0);
     IS(kr_top_advance(one, 9.0) == KR_OK && kr_top_tangents(one, once, NULL) == KR_OK);
     for (int i = 1; i <= 64; i++) {
@@ -123,7 +124,7 @@ static void test_long_steps(void)
         IS(kr_top_tangents(fine, digits, NULL) == KR_OK);
         for (int i = 0; i < 36; i++) NEAR(doubles[i], digits[i], 2e-14 * (1.0 + fabs(digits[i])));
     }
-    IS(kr_top_tangent_rest(top) < 1e-12);
+    IS(kr_top_tangent_truncation(top) < 1e-12);
     kr_top_free(top);
     kr_top_free(fine);
 }
@@ -157,16 +158,17 @@ static void test_start_and_refusals(const kr_scene *s)
         for (int i = 0; i < 36; i++) NEAR(phi[i], i % 7 == 0 ? 1.0 : 0.0, 4e-16);
         IS(kr_top_advance(top, 3.0) == KR_OK && kr_top_reset(top, &s->start) == KR_OK);
     }
-    IS(kr_top_tangents(none, phi, low) == KR_ERR_ARGUMENT && kr_top_tangent_rest(none) == 0.0);
+    IS(kr_top_tangents(none, phi, low) == KR_ERR_ARGUMENT &&
+       kr_top_tangent_truncation(none) == 0.0);
     IS(kr_top_tangents(top, NULL, low) == KR_ERR_ARGUMENT);
     kr_top_free(top);
     kr_top_free(none);
     top = NULL;
     kr_config config = {.step = 0.1, .tangents = KR_TANGENT_START};
     IS(kr_top_create(s, kr_method_find("strang"), config, &top) == KR_ERR_ARGUMENT);
-    config.leave_heading = 1;
+    config.skip_heading = 1;
     IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT);
-    config.leave_heading = 0;
+    config.skip_heading = 0;
     config.tangents = ALL + 1;
     IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT && !top);
 }

@@ -60,7 +60,7 @@ static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
     for (int n = kernel->order; n >= 0; n--) sum = sum * s->end + s->x[n][0];
     NEAR(s->end_x[0], sum, 4e-16);
     s->at = s->end;
-    kernel->look(s);
+    kernel->evaluate(s);
     IS(s->end > 0.2 && memcmp(s->at_x, s->end_x, sizeof s->at_x) == 0 &&
        memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
     IS(isa->runs_here());
@@ -223,17 +223,17 @@ static void test_own_kernel(void)
 {
     const kr_scene s = tilted();
     const kr_kernel mine = kr_taylor_isa(0)->plain[KR_ORDER_28];
-    const kr_term height = {1.0, kr_component_find("apex_z"), KR_ONE};
+    const kr_term height = {1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE};
     double found[2];
     for (int i = 0; i < 2; i++) {
         kr_event event = {.terms = &height, .count = 1, .extremum = 1};
-        kr_hit hit = {0};
+        kr_event_hit hit = {0};
         int order;
         kr_top *top = make(&s, taylor(), (kr_config){0});
-        kr_taylor_use(&top->main, i ? &mine : &kr_taylor_isa(0)->plain[KR_ORDER_28], -53.0);
+        kr_taylor_set_kernel(&top->main, i ? &mine : &kr_taylor_isa(0)->plain[KR_ORDER_28], -53.0);
         IS(strcmp(kr_top_kernel(top, &order), i ? "other" : kr_taylor_isa(0)->name) == 0);
         IS(order == mine.order && kr_top_watch(top, 1, &event) == KR_OK);
-        IS(kr_top_seek(top, 20.0, &hit) == KR_OK && hit.which == 0);
+        IS(kr_top_seek(top, 20.0, &hit) == KR_OK && hit.index == 0);
         found[i] = kr_top_state(top).t;
         kr_top_free(top);
     }
@@ -243,12 +243,12 @@ static void test_own_kernel(void)
 static void test_search_to_the_end_of_a_step(void)
 {
     const kr_scene s = tilted();
-    const kr_term height = {1.0, kr_component_find("apex_z"), KR_ONE};
+    const kr_term height = {1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE};
     kr_event event = {.terms = &height, .count = 1};
-    kr_hit hit = {0};
+    kr_event_hit hit = {0};
     kr_top *top = make(&s, taylor(), (kr_config){0}), *twin = make(&s, taylor(), (kr_config){0});
     IS(kr_top_step(twin) == KR_OK && kr_top_watch(top, 1, &event) == KR_OK);
-    IS(kr_top_seek(top, kr_top_state(twin).t, &hit) == KR_OK && hit.which < 0);
+    IS(kr_top_seek(top, kr_top_state(twin).t, &hit) == KR_OK && hit.index < 0);
     IS(same(kr_top_state(top), kr_top_state(twin)));
     IS(kr_top_stats(top).steps == 1 && kr_top_stats(twin).steps == 1);
     kr_top_free(top);

@@ -33,11 +33,11 @@ static void use_top(const kr_method *method, kr_state out[TIMES + 3])
     static unsigned char nothing[8];
     const kr_config config = {.step = 0.05};
     unsigned char saved[40000];
-    kr_term terms[] = {height, {-0.5, KR_ONE, KR_ONE}};
-    terms[0].of = kr_component_find("apex_z");
+    kr_term terms[] = {height, {-0.5, KR_COMPONENT_ONE, KR_COMPONENT_ONE}};
+    terms[0].first = kr_component_find("apex_z");
     kr_event event = {.terms = terms, .count = 2};
     kr_top *top = top_of(method, config), *other = top_of(method, config);
-    kr_hit hit;
+    kr_event_hit hit;
     if (!top || !other) return;
     kr_top_record(top, TIMES, t, out, NULL);
     if (kr_top_watch(top, 1, &event) == KR_OK) kr_top_seek(top, 9.0, &hit);

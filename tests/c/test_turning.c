@@ -75,13 +75,13 @@ static void test_repeated_bits(void)
         IS(one.least == other.least && one.greatest == other.greatest);
         IS(one.t_least == 0x1p10 * other.t_least &&
            one.critical_spin == 0x1p-10 * other.critical_spin);
-        IS(one.course == other.course);
+        IS(one.motion_type == other.motion_type);
         for (int k = 0; kr_exact_isa_at(k); k++) {
             kr_turning here = {0};
             if (!kr_exact_isa_at(k)->runs_here()) continue;
-            IS(kr_exact_isa_at(k)->one->turning(&s, &here) == KR_OK);
-            IS(strcmp(here.course, one.course) == 0);
-            here.course = one.course; /* Each has names of its own. */
+            IS(kr_exact_isa_at(k)->scalar->turning(&s, &here) == KR_OK);
+            IS(strcmp(here.motion_type, one.motion_type) == 0);
+            here.motion_type = one.motion_type; /* Each has names of its own. */
             IS(memcmp(&here, &one, sizeof one) == 0);
         }
     }
@@ -107,8 +107,9 @@ static void test_courses(void)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const kr_scene s = top_of(1.0, cases[i].gravity, cases[i].q, cases[i].m);
         const kr_turning r = turning_of(&s);
-        if (strcmp(r.course, cases[i].name) != 0) printf("%s, not %s\n", r.course, cases[i].name);
-        IS(strcmp(r.course, cases[i].name) == 0);
+        if (strcmp(r.motion_type, cases[i].name) != 0)
+            printf("%s, not %s\n", r.motion_type, cases[i].name);
+        IS(strcmp(r.motion_type, cases[i].name) == 0);
     }
 }
 static void test_refusals(void)

@@ -1,13 +1,13 @@
-/* Tops described in another order of their axes: the motion is the same. */
+/* Tops described in another order of their axes must move alike. */
 #include <math.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
 
 static kr_vec3 next_axes(kr_vec3 v) { return v3(v.y, v.z, v.x); }
-/* Returns a scene with each axis in the place of the one before. */
+/* Returns `scene` with its axes permuted cyclically. */
 static kr_scene renamed(const kr_scene *scene)
 {
     kr_scene other = *scene;
@@ -17,7 +17,7 @@ static kr_scene renamed(const kr_scene *scene)
     other.damping = next_axes(scene->damping);
     return other;
 }
-/* Returns a bound of all rates but those of damping. */
+/* Returns a bound of all rates except those of damping. */
 static double fastest(const kr_scene *scene)
 {
     const kr_vec3 A = scene->body.inertia;
@@ -46,7 +46,7 @@ void call_axes(void)
     const kr_scene other = renamed(&scene);
     const int digits = odds(80) ? 16 : odds(50) ? 20 : 30;
     kr_state end[2];
-    call("move in another order of axes to %a with %d digits", t, digits);
+    print_call("move in another order of axes to %a with %d digits", t, digits);
     tell_scene(&scene);
     if (kr_scene_check(&other) != KR_OK) return;
     if (move(&scene, t, digits, &end[0]) != KR_OK || move(&other, t, digits, &end[1]) != KR_OK)

@@ -1,8 +1,7 @@
-/* The same rounds, of choices that libFuzzer makes: it looks for bytes that lead where no others
- * did. */
+/* The rounds of fuzz.c with choices by libFuzzer, which searches for bytes that reach new code. */
 #include <stdio.h>
 #include <stdlib.h>
-#include "choice.h"
+#include "random_values.h"
 #include "rounds.h"
 
 int LLVMFuzzerTestOneInput(const unsigned char *bytes, size_t size);

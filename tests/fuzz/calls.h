@@ -1,18 +1,18 @@
-/* The calls that a round is made of, by what they belong to. */
+/* The calls of a round, by subject. */
 #ifndef KR_CALLS_H
 #define KR_CALLS_H
 
-void call_bodies(void); /* makers, checks, kinds */
-void call_names(void);  /* tables that are read */
-void call_values(void); /* quantities and other functions of a state */
-void call_closed(void); /* closed forms and the map's */
-void call_axes(void);   /* one motion in two orders of axes */
-void call_many(void);   /* workers */
-void call_steady(void); /* motions that have a formula */
-void call_stage(void);  /* the stage of the page, and its pictures */
-void call_top(void);    /* one call of one of a few tops */
-/* Whether its tops may go so far that a call takes hundreds of steps, which most rounds forgo. */
-void go_far(int far);
+void call_bodies(void);       /* constructors, checks, kinds */
+void call_names(void);        /* reading of tables */
+void call_values(void);       /* quantities and other functions of a state */
+void call_closed_forms(void); /* closed forms of the motion and of the map */
+void call_axes(void);         /* one motion in two orders of axes */
+void call_ensembles(void);    /* workers */
+void call_steady(void);       /* motions given by a formula */
+void call_simulation(void);   /* the page's simulation and its pictures */
+void call_top(void);          /* one call for one of a few tops */
+/* Allows tops to move so far that a call takes hundreds of steps. Most rounds do not. */
+void allow_long_runs(int far);
 void clear_tops(void); /* frees them all */
-void clear_stage(void);
+void clear_simulation(void);
 #endif

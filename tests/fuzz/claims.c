@@ -2,13 +2,13 @@
 #include "claims.h"
 #include <math.h>
 #include <string.h>
-#include "counted.h"
+#include "call_counts.h"
 
 enum { MARK = 0xa5 };
 
-enum what_went_wrong went_wrong(kr_status status)
+enum error_kind error_category(kr_status status)
 {
-    static const enum what_went_wrong of[] = {
+    static const enum error_kind of[] = {
 #define X(name, what, text) what,
         KR_STATUS_LIST(X)
 #undef X
@@ -21,7 +21,7 @@ int same_bits(const void *one, const void *other, size_t size)
 {
     return memcmp(one, other, size) == 0;
 }
-void leave_mark(void *memory, size_t size) { memset(memory, MARK, size); }
+void fill_with_mark(void *memory, size_t size) { memset(memory, MARK, size); }
 int is_marked(const void *memory, size_t size)
 {
     const unsigned char *bytes = memory;
@@ -39,10 +39,10 @@ void tell_scene(const kr_scene *scene)
 {
     const kr_body *b = &scene->body;
     const kr_state *s = &scene->start;
-    tell("body %a, {%a, %a, %a}, {%a, %a, %a}, {%a, %a, %a, %a}", b->mass, b->inertia.x,
-         b->inertia.y, b->inertia.z, b->com.x, b->com.y, b->com.z, b->axes.w, b->axes.x, b->axes.y,
-         b->axes.z);
-    tell("damping %a, %a, %a", scene->damping.x, scene->damping.y, scene->damping.z);
-    tell("gravity %a, start %a, {%a, %a, %a, %a}, {%a, %a, %a}", scene->gravity, s->t, s->q.w,
-         s->q.x, s->q.y, s->q.z, s->m.x, s->m.y, s->m.z);
+    print_detail("body %a, {%a, %a, %a}, {%a, %a, %a}, {%a, %a, %a, %a}", b->mass, b->inertia.x,
+                 b->inertia.y, b->inertia.z, b->com.x, b->com.y, b->com.z, b->axes.w, b->axes.x,
+                 b->axes.y, b->axes.z);
+    print_detail("damping %a, %a, %a", scene->damping.x, scene->damping.y, scene->damping.z);
+    print_detail("gravity %a, start %a, {%a, %a, %a, %a}, {%a, %a, %a}", scene->gravity, s->t,
+                 s->q.w, s->q.x, s->q.y, s->q.z, s->m.x, s->m.y, s->m.z);
 }

@@ -1,6 +1,6 @@
-/* Random calls of the whole C API, held to the words of its header. `fuzz SEED CALLS` makes rounds
- * by the seeds SEED, SEED + 1, ... until so many calls are made, those of the checks counted with
- * them (counted.h); a round that fails is made once more and told. */
+/* Random calls of the whole C API, checked against the comments of its header. `fuzz SEED CALLS`
+ * makes rounds with the seeds SEED, SEED + 1, ... until the number of calls is reached, calls of
+ * the checks included (call_counts.h). A round that fails is repeated and printed. */
 #define _XOPEN_SOURCE 700
 #include <inttypes.h>
 #include <signal.h>
@@ -8,17 +8,17 @@
 #include <stdlib.h>
 #include <sys/time.h>
 #include <unistd.h>
-#include "choice.h"
+#include "random_values.h"
 #include "rounds.h"
 
-enum { PLACES = 64, PATIENCE = 60 /* seconds of work that a call may take */ };
+enum { PLACES = 64, PATIENCE = 60 /* seconds of computing for a call */ };
 static struct {
     uint64_t seed, at_last_tick;
     int ticks, failed_times[PLACES], places;
     failed_claim failed[PLACES];
 } now;
 
-/* Says whether it is the first time that this claim fails. */
+/* Returns 1 if this claim fails for the first time. */
 static int is_new(const failed_claim *claim)
 {
     int i = 0;
@@ -36,7 +36,7 @@ static void say(const failed_claim *claim)
            now.seed);
     fflush(stdout);
 }
-/* Makes the round of a seed; says whether all its claims held. */
+/* Makes the round of a seed. Returns 1 if all its claims held. */
 static int round_holds(uint64_t seed, int telling)
 {
     now.seed = seed;
@@ -50,7 +50,7 @@ static int round_holds(uint64_t seed, int telling)
     }
     return 0;
 }
-/* A second of work has gone: a call that has been at it for long will not end. */
+/* Counts a second of computing. A call that takes too many does not end. */
 static void tick(int signal_number)
 {
     (void)signal_number;
@@ -61,7 +61,7 @@ static void tick(int signal_number)
     fflush(stdout);
     _exit(2);
 }
-/* What ends the program by itself, as a sanitizer does, says where. */
+/* Prints the seed if a sanitizer ends the program. */
 static void say_where(void)
 {
     printf("stopped: seed %" PRIu64 "\n", now.seed);

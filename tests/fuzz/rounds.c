@@ -4,7 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 
 uint64_t calls_made, calls_chosen;
@@ -20,14 +20,14 @@ static void tell_list(const char *format, va_list list)
     printf("\n");
     fflush(stdout);
 }
-void tell(const char *format, ...)
+void print_detail(const char *format, ...)
 {
     va_list list;
     va_start(list, format);
     tell_list(format, list);
     va_end(list);
 }
-void call(const char *format, ...)
+void print_call(const char *format, ...)
 {
     va_list list;
     calls_chosen++;
@@ -55,18 +55,18 @@ static void one_of_all(void)
         break;
     case 3:
     case 4:
-        call_closed();
+        call_closed_forms();
         break;
     case 5:
     case 6:
-        call_stage();
+        call_simulation();
         break;
     case 8:
         call_axes();
         break;
     case 7:
         if (odds(98))
-            call_many();
+            call_ensembles();
         else
             call_steady();
         break;
@@ -78,7 +78,7 @@ static void one_of_all(void)
 static void make_calls(void)
 {
     const uint64_t most = 4 + choose(60);
-    go_far(odds(3));
+    allow_long_runs(odds(3));
     for (uint64_t i = 0; i < most; i++) one_of_all();
 }
 const failed_claim *make_round(int telling)
@@ -87,6 +87,6 @@ const failed_claim *make_round(int telling)
     failed.what = NULL;
     if (!setjmp(leave)) make_calls();
     clear_tops();
-    clear_stage();
+    clear_simulation();
     return failed.what ? &failed : NULL;
 }

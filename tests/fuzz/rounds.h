@@ -1,16 +1,16 @@
-/* A round: a few dozen calls, made of the choices that come next (choice.h). */
+/* A round: a few dozen calls, made of the next choices (random_values.h). */
 #ifndef KR_ROUNDS_H
 #define KR_ROUNDS_H
 #include <stdint.h>
 
-extern uint64_t calls_made;   /* all that compute, with those of the checks (counted.h) */
-extern uint64_t calls_chosen; /* those that rounds are made of */
+extern uint64_t calls_made; /* all computing calls, those of the checks included (call_counts.h) */
+extern uint64_t calls_chosen; /* calls chosen by rounds */
 
 typedef struct failed_claim {
     const char *file, *what;
     int line;
 } failed_claim;
-/* Makes a round, and tells its calls if it is asked to. Returns the claim that did not hold, with
- * which it ended; NULL if all did. */
+/* Makes a round, and prints its calls if `telling` is nonzero. Returns the claim that failed and
+ * ended it, or NULL. */
 const failed_claim *make_round(int telling);
 #endif

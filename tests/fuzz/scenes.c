@@ -1,7 +1,7 @@
 /* Scenes: see scenes.h. */
 #include "scenes.h"
 #include <math.h>
-#include "choice.h"
+#include "random_values.h"
 #include "math/su2.h"
 
 static kr_body known_kind(void)
@@ -22,7 +22,7 @@ static kr_body any_three_moments(void)
                           any_attitude(), 0.0};
     return body;
 }
-/* Moves moments and centre of mass a little, down to a rounding. */
+/* Changes moments and centre of mass slightly, down to rounding errors. */
 static void move_a_little(kr_body *body)
 {
     const double by = either_sign(spread(1e-17, 1e-5));
@@ -69,7 +69,7 @@ static double any_beginning(void)
 {
     return odds(60) ? 0.0 : odds(70) ? between(-9.0, 9.0) : either_sign(spread(1e3, 1e18));
 }
-/* Carries a scene into other units of mass, length and time. */
+/* Converts a scene to other units of mass, length and time. */
 static void change_units(kr_scene *scene)
 {
     const double mass = spread(1e-40, 1e40), length = spread(1e-30, 1e30),
@@ -82,7 +82,7 @@ static void change_units(kr_scene *scene)
     scene->damping = v_scale(moment / time, scene->damping);
     scene->start.t *= time;
 }
-/* Puts any double into the place of one number of the scene. */
+/* Replaces one number of the scene by an arbitrary double. */
 static void spoil(kr_scene *scene)
 {
     double *const place[] = {&scene->body.mass,  &scene->body.inertia.x, &scene->body.inertia.z,
@@ -105,7 +105,7 @@ kr_scene any_scene(void)
     if (odds(12)) spoil(&scene);
     return scene;
 }
-double pace_of(const kr_scene *scene)
+double time_scale(const kr_scene *scene)
 {
     const kr_body *body = &scene->body;
     const kr_vec3 A = body->inertia, D = scene->damping;

@@ -1,12 +1,13 @@
-/* Scenes of all sorts: of every kind and nearly so, at rest, near the motions that are not stable,
- * in units of any size, and some with a number that no scene has. */
+/* Random scenes of all kinds and nearly so, at rest, near unstable motions, in units of any size,
+ * and some with an invalid number. */
 #ifndef KR_SCENES_H
 #define KR_SCENES_H
 #include "kreisel.h"
 
 kr_scene any_scene(void);
-/* Another damping along each axis, some zero, from hardly any to far above all rates. */
+/* Returns another damping along each axis: zero, hardly any, or far above all rates. */
 kr_vec3 any_damping(const kr_scene *scene);
-/* A time in which such a top turns by about one radian, or is slowed down; 1 if there is none. */
-double pace_of(const kr_scene *scene);
+/* Returns the time in which the top turns by about one radian or is slowed down; 1 if there is
+ * none. */
+double time_scale(const kr_scene *scene);
 #endif

@@ -1,13 +1,13 @@
-/* Tops whose motion has a formula: tangents of steady rotations, and free bodies that leave their
- * middle axis. */
+/* Motions given by a formula: tangents of steady rotations, and free bodies that leave their middle
+ * axis. */
 #include <math.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
-#include "counted.h"
+#include "call_counts.h"
 
-/* A rotation about an axis that stays where it is, and the rate at which its tangents grow. */
+/* A rotation about a fixed axis, and the growth rate of its tangents. */
 typedef struct {
     kr_scene scene;
     double pace, growth; /* rates */
@@ -18,7 +18,7 @@ static kr_vec3 along_axis(int axis, double size)
 {
     return v3(axis == 0 ? size : 0.0, axis == 1 ? size : 0.0, axis == 2 ? size : 0.0);
 }
-/* A free body with three moments that differ by a tenth at least, in any order. */
+/* Returns a free body whose moments differ by at least a tenth, in any order. */
 static kr_body free_body(void)
 {
     const double low = 1.0, middle = between(1.1, 1.6), high = between(middle * 1.1, middle + 0.9);
@@ -28,14 +28,15 @@ static kr_body free_body(void)
     const kr_body body = {1.0, inertia, v3(0, 0, 0), q_one(), 0.0};
     return body;
 }
-/* Return the square of the rate at which a free body leaves an axis, negative for a stable one. */
+/* Returns the square of the rate at which a free body leaves an axis; negative for a stable axis.
+ * */
 static double square_rate(kr_vec3 A, int axis, double momentum)
 {
     const double own = component(A, axis), one = component(A, (axis + 1) % 3),
                  other = component(A, (axis + 2) % 3), spin = momentum / own;
     return spin * spin * (own - one) * (other - own) / (one * other);
 }
-/* An attitude that turns axes into axes without a rounding. */
+/* Returns an attitude that permutes the axes exactly. */
 static kr_quat exact_attitude(void)
 {
     const kr_quat all[4] = {q_one(), q4(0.0, v3(1.0, 0.0, 0.0)), q4(0.5, v3(0.5, 0.5, 0.5)),
@@ -54,7 +55,7 @@ static rotation about_principal_axis(void)
     r.growth = sqrt(fmax(0.0, square_rate(r.scene.body.inertia, axis, momentum)));
     return r;
 }
-/* A symmetric top that stands, fast enough not to fall or by far too slow, or hangs. */
+/* Returns a symmetric top that stands, far from the critical spin on either side, or hangs. */
 static rotation about_vertical(void)
 {
     const double inertia = between(0.5, 2.0), lever = between(0.5, 2.0);
@@ -73,7 +74,7 @@ static rotation about_vertical(void)
     r.growth = falls ? sqrt(lever / inertia - half * half) : 0.0;
     return r;
 }
-/* The logarithm of a tangent's size is that of the formula, up to what linear growth adds. */
+/* Claims that the logarithm of a tangent's size follows the formula, up to linear growth. */
 static void call_growth(void)
 {
     const rotation r = choose(2) ? about_principal_axis() : about_vertical();
@@ -82,21 +83,22 @@ static void call_growth(void)
     double growth[KR_GROWTH_COUNT];
     kr_outcome outcome;
     kr_worker *worker = NULL;
-    const kr_config config = {.tangents = KR_TANGENT_GROWTH, .leave_heading = odds(50)};
+    const kr_config config = {.tangents = KR_TANGENT_GROWTH, .skip_heading = odds(50)};
     const kr_tops tops = {
         .n = 1, .scenes = &r.scene, .times = 1, .t = &t, .outcomes = &outcome, .growth = growth};
     tell_scene(&r.scene);
-    call("growth of a steady rotation to %a, at the rate %g", t, r.growth);
+    print_call("growth of a steady rotation to %a, at the rate %g", t, r.growth);
     CLAIM(kr_worker_create(kr_method_find("taylor"), config, 0, NULL, &worker) == KR_OK);
     const kr_status status = kr_worker_run(worker, &tops);
     kr_worker_free(worker);
     CLAIM(status == KR_OK && outcome.status == KR_OK);
     const double more = growth[KR_GROWTH_LOG] - r.growth * fabs(t);
-    tell("off by %g", more);
+    print_detail("off by %g", more);
     CLAIM(fabs(more) <= 12.0 + log(1.0 + r.pace * fabs(t)));
-    for (int i = KR_GROWTH_ENERGY; i <= KR_GROWTH_REST; i++) CLAIM(growth[i] <= 1e-10);
+    for (int i = KR_GROWTH_ENERGY; i <= KR_GROWTH_TRUNCATION; i++) CLAIM(growth[i] <= 1e-10);
 }
-/* The closed form of a free body beside its middle axis is the state by taylor with 30 digits. */
+/* Claims that the closed form of a free body near its middle axis agrees with taylor at 30 digits.
+ * */
 static void call_beside_middle_axis(void)
 {
     const int axis = (int)choose(3), way = 1 + (int)choose(2);
@@ -113,7 +115,7 @@ static void call_beside_middle_axis(void)
                                 along_axis((axis + 2 * way) % 3, lean * between(-2.0, 2.0))));
     const double t = either_sign(between(0.0, 1.2) * -log(lean) / sqrt(square));
     tell_scene(&scene);
-    call("closed form of a body that leans by %g, at %a", lean, t);
+    print_call("closed form of a body that leans by %g, at %a", lean, t);
     CLAIM(kr_exact_plan(&scene, &exact) == KR_OK);
     const kr_config config = {.digits = 30, .step = t < 0.0 ? -1.0 : 0.0};
     CLAIM(kr_top_create(&scene, kr_method_find("taylor"), config, &top) == KR_OK);
@@ -123,7 +125,7 @@ static void call_beside_middle_axis(void)
     kr_top_free(top);
     kr_exact_states(&exact, 1, &t, many);
     CLAIM(status == KR_OK && same_bits(&one, many, sizeof one));
-    tell("off by %g", kr_attitude_error(one.q, truth.q));
+    print_detail("off by %g", kr_attitude_error(one.q, truth.q));
     CLAIM(kr_attitude_error(one.q, truth.q) <= 1e-12);
 }
 void call_steady(void)

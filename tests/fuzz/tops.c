@@ -1,20 +1,20 @@
-/* The tops of a round: they are made, chosen, and held to what is claimed after each call. */
+/* The tops of a round: they are created, chosen, and checked after each call. */
 #include "tops.h"
 #include <math.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
-#include "counted.h"
+#include "call_counts.h"
 
 enum { PLACES = 3 };
 static place places[PLACES];
-static kr_top *alike; /* made to be compared with one of them */
+static kr_top *alike; /* a top to compare with one of them */
 static int goes_far;
 
 double forward(const place *p) { return p->config.step < 0.0 ? -1.0 : 1.0; }
-size_t image_of(const kr_top *top, unsigned char *bytes)
+size_t save_image(const kr_top *top, unsigned char *bytes)
 {
     const size_t size = kr_top_save_size(top);
     CLAIM(size > 0 && size <= MOST_IMAGE);
@@ -35,7 +35,7 @@ void begin_call(place *p)
     p->was = kr_top_state(p->top);
     p->was_stats = kr_top_stats(p->top);
     p->imaged = odds(25);
-    if (p->imaged) image_of(p->top, p->was_image);
+    if (p->imaged) save_image(p->top, p->was_image);
 }
 static void claim_stats(const place *p, kr_status status)
 {
@@ -47,16 +47,18 @@ static void claim_stats(const place *p, kr_status status)
         CLAIM(stats.steps <= p->config.max_steps);
     const unsigned flags = kr_method_flags(p->method);
     if (status == KR_ERR_LIMIT)
-        CLAIM(p->config.max_steps > 0 || (flags & (KR_ADAPTIVE | KR_DENSE)) == KR_ADAPTIVE);
+        CLAIM(p->config.max_steps > 0 ||
+              (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE);
 }
-/* What is refused leaves every bit as it was; what fails leaves the top there, or further. */
+/* Claims that a refused call changes no bit, and that a failed one leaves the top there or further.
+ * */
 static void claim_failure(place *p, kr_status status)
 {
     static unsigned char image[MOST_IMAGE];
     const kr_state state = kr_top_state(p->top);
     if (status == KR_ERR_STEP_SIZE) CLAIM(same_bits(&state, &p->was, sizeof state));
-    if (went_wrong(status) == INPUT) {
-        const int is_same = !p->imaged || same_bits(image, p->was_image, image_of(p->top, image));
+    if (error_category(status) == INPUT) {
+        const int is_same = !p->imaged || same_bits(image, p->was_image, save_image(p->top, image));
         CLAIM(same_bits(&state, &p->was, sizeof state));
         if (status == KR_ERR_RESOLUTION || status == KR_ERR_STEP_SIZE) CLAIM(is_same);
         CLAIM(is_same);
@@ -70,8 +72,8 @@ void end_call(place *p, kr_status status)
 {
     const kr_state state = kr_top_state(p->top), low = kr_top_low(p->top);
     int order;
-    tell("%s: t %a, q %a %a %a %a, m %a %a %a", kr_status_text(status), state.t, state.q.w,
-         state.q.x, state.q.y, state.q.z, state.m.x, state.m.y, state.m.z);
+    print_detail("%s: t %a, q %a %a %a %a, m %a %a %a", kr_status_text(status), state.t, state.q.w,
+                 state.q.x, state.q.y, state.q.z, state.m.x, state.m.y, state.m.z);
     CLAIM(is_good(state));
     CLAIM(low.t == 0.0 && isfinite(low.q.w + low.q.x + low.m.x + low.m.y + low.m.z));
     CLAIM(kr_top_kernel(p->top, &order) != NULL && order >= 0);
@@ -79,30 +81,30 @@ void end_call(place *p, kr_status status)
     CLAIM((status == KR_ERR_INTERRUPTED) == (p->polls == p->patience));
     claim_stats(p, status);
     if (status != KR_OK) claim_failure(p, status);
-    if (status != KR_OK && went_wrong(status) != INPUT) p->landed = 0;
+    if (status != KR_OK && error_category(status) != INPUT) p->landed = 0;
 }
 
 static double any_step(double pace)
 {
     const double step = either_sign(pace * spread(odds(90) ? 1e-2 : 1e-4, 1.0));
-    return spoiled(odds(10) ? 0.0 : step, 4);
+    return maybe_arbitrary(odds(10) ? 0.0 : step, 4);
 }
 static kr_config any_config(const kr_scene *scene, const kr_method *method)
 {
     static const int digits[8] = {16, 20, 30, 17, 40, -1, 1, 29};
     const unsigned flags = method ? kr_method_flags(method) : 0;
-    kr_config config = {.step = any_step(pace_of(scene)), .poll = poll};
-    if (flags & KR_ADAPTIVE && odds(60)) config.step = 0.0;
+    kr_config config = {.step = any_step(time_scale(scene)), .poll = poll};
+    if (flags & KR_METHOD_ADAPTIVE && odds(60)) config.step = 0.0;
     if (odds(60)) config.tol = odds(30) ? between(0.0, 1.0) : spread(1e-16, 0.9);
-    config.tol = spoiled(config.tol, 3);
-    if (flags & KR_DIGITS ? odds(50) : odds(2)) {
+    config.tol = maybe_arbitrary(config.tol, 3);
+    if (flags & KR_METHOD_DIGITS ? odds(50) : odds(2)) {
         config.digits = digits[choose(odds(80) ? 3 : 8)];
         if (odds(90)) config.tol = 0.0;
     }
-    config.leave_heading = flags & KR_HEADLESS ? odds(40) : odds(2);
+    config.skip_heading = flags & KR_METHOD_SKIPS_HEADING ? odds(40) : odds(2);
     config.max_steps = odds(70) ? 0 : (int64_t)choose(goes_far ? 2000 : 20);
     if (odds(2)) config.max_steps = -(int64_t)choose(9);
-    if (flags & KR_TANGENTS && !config.leave_heading ? odds(30) : odds(2))
+    if (flags & KR_METHOD_TANGENTS && !config.skip_heading ? odds(30) : odds(2))
         config.tangents = odds(95) ? choose(2 * KR_TANGENT_MASS) : choose(UINT64_MAX);
     return config;
 }
@@ -115,11 +117,11 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     /* Some motions of Kowalewski tops have no closed form. */
     if (status == KR_ERR_METHOD)
         CLAIM(!kr_method_suits(p->method, &p->scene) ||
-              kr_body_kind(&p->scene.body, KR_KIND_RTOL) == KR_KOWALEWSKI);
+              kr_body_kind(&p->scene.body, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI);
     if (status != KR_OK) return;
     const kr_state state = kr_top_state(top);
     CLAIM(kr_method_suits(p->method, &p->scene));
-    const unsigned carries = kr_method_flags(p->method) & KR_TANGENTS;
+    const unsigned carries = kr_method_flags(p->method) & KR_METHOD_TANGENTS;
     if (p->config.tangents) CLAIM(carries && p->config.tangents < 2 * KR_TANGENT_MASS);
     CLAIM(same_bits(&state, &p->scene.start, sizeof state));
     CLAIM(kr_top_stats(top).steps == 0);
@@ -137,12 +139,13 @@ static void create(place *p)
     p->search[0].count = p->search[1].count = 0;
     p->watched = 0;
     tell_scene(&p->scene);
-    call("top %d: create %s, step %a, tol %a, digits %d, heading %d, tangents %llu, most %lld",
-         (int)(p - places), kr_method_name(p->method), p->config.step, p->config.tol,
-         p->config.digits, p->config.leave_heading, (unsigned long long)p->config.tangents,
-         (long long)p->config.max_steps);
+    print_call(
+        "top %d: create %s, step %a, tol %a, digits %d, heading %d, tangents %llu, most %lld",
+        (int)(p - places), kr_method_name(p->method), p->config.step, p->config.tol,
+        p->config.digits, p->config.skip_heading, (unsigned long long)p->config.tangents,
+        (long long)p->config.max_steps);
     const kr_status status = kr_top_create(&p->scene, p->method, p->config, &top);
-    const enum what_went_wrong wrong = went_wrong(status);
+    const enum error_kind wrong = error_category(status);
     CLAIM(wrong == NONE || wrong == INPUT || wrong == FAILURE);
     claim_created(p, status, top, mark);
 }
@@ -158,22 +161,22 @@ kr_top *make_alike(const place *p, uint64_t tangents)
     return alike;
 }
 
-void go_far(int far) { goes_far = far; }
+void allow_long_runs(int far) { goes_far = far; }
 int longest(void) { return goes_far ? 3000 : 100; }
-/* Whether the way to t takes so few steps that a round can afford it, or is refused. */
+/* Returns 1 if t is few enough steps away for a round, or refused. */
 static int is_near(const place *p, double t)
 {
-    const int fixed = !(kr_method_flags(p->method) & KR_ADAPTIVE), few = 24;
+    const int fixed = !(kr_method_flags(p->method) & KR_METHOD_ADAPTIVE), few = 24;
     const double way = forward(p) * (t - kr_top_state(p->top).t),
-                 step = fixed ? fabs(p->config.step) : pace_of(&p->scene);
+                 step = fixed ? fabs(p->config.step) : time_scale(&p->scene);
     const int is_limited = p->config.max_steps > 0 && p->config.max_steps < few;
     return is_limited || !(way < INFINITY) || way <= few * step;
 }
-/* Any time; often near, seldom none. */
+/* Returns any time: often near, rarely invalid. */
 static double wild_time(const place *p)
 {
     const kr_state now = kr_top_state(p->top);
-    const double pace = pace_of(&p->scene), far = forward(p) * pace * spread(1e-5, 30.0);
+    const double pace = time_scale(&p->scene), far = forward(p) * pace * spread(1e-5, 30.0);
     switch (choose(12)) {
     case 0:
         return now.t;
@@ -196,7 +199,7 @@ double any_time(const place *p)
     const double t = wild_time(p);
     if (goes_far || is_near(p, t)) return t;
     const double now = kr_top_state(p->top).t, step = fabs(p->config.step),
-                 reach = step > 0.0 ? step : pace_of(&p->scene);
+                 reach = step > 0.0 ? step : time_scale(&p->scene);
     return now + forward(p) * reach * spread(1e-3, 8.0);
 }
 void call_reset(place *p)
@@ -210,7 +213,7 @@ void call_reset(place *p)
     scene.start = start;
     begin_call(p);
     tell_scene(&scene);
-    call("top %d: reset", (int)(p - places));
+    print_call("top %d: reset", (int)(p - places));
     const kr_status would = kr_top_create(&scene, p->method, config, &other),
                     status = kr_top_reset(p->top, odds(2) ? NULL : &start);
     kr_top_free(other);
@@ -245,7 +248,7 @@ void call_top(void)
     if (!p->top)
         create(p);
     else {
-        tell("top %d:", (int)(p - places));
+        print_detail("top %d:", (int)(p - places));
         calls[choose(sizeof calls / sizeof *calls)](p);
     }
 }
@@ -254,5 +257,5 @@ void clear_tops(void)
     for (int i = 0; i < PLACES; i++) release(&places[i]);
     kr_top_free(alike);
     alike = NULL;
-    forget_saved();
+    discard_checkpoint();
 }

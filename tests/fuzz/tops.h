@@ -1,4 +1,4 @@
-/* The few tops of a round, and what is known of each beside what it says of itself. */
+/* The few tops of a round, and what the round knows of each. */
 #ifndef KR_FUZZ_TOPS_H
 #define KR_FUZZ_TOPS_H
 #include "kreisel.h"
@@ -14,45 +14,46 @@ typedef struct place {
     kr_scene scene; /* with the start that was last set */
     const kr_method *method;
     kr_config config;
-    int polls, patience; /* asked so often in this call; says stop when asked for the last time */
-    int forged;          /* its numbers are made up */
-    int landed;          /* it stands at a time that was asked for, not where a step ended */
-    kr_state was;        /* before the call that is made now */
+    int polls, patience; /* polls of this call; the last one stops it */
+    int forged;          /* its checkpoint was forged */
+    int landed;          /* it stands at a requested time, not at the end of a step */
+    kr_state was;        /* state before the present call */
     kr_stats was_stats;
-    int imaged; /* whether its bytes before that call are in was_image */
+    int imaged; /* whether was_image holds its bytes before the present call */
     unsigned char was_image[MOST_IMAGE];
-    search search[2]; /* that which is watched, and one to be filled */
+    search search[2]; /* the watched events, and others to be chosen */
     int watched;
 } place;
 
-/* 1 for forward in time, or -1. */
+/* Returns 1, or -1 backward in time. */
 double forward(const place *p);
-/* The bytes that a top is saved in, of any length; how many there are. */
-size_t image_of(const kr_top *top, unsigned char *bytes);
-/* Before a call of what moves a top, and after it: claims all that holds of every such call. */
+/* Saves a top. Returns the number of bytes. */
+size_t save_image(const kr_top *top, unsigned char *bytes);
+/* begin_call and end_call enclose a call that moves a top, and claim what holds for every such
+ * call. */
 void begin_call(place *p);
 void end_call(place *p, kr_status status);
-/* A time for such a top to go to, as far as the round goes. */
+/* Returns a time for a top, as far as the round allows. */
 double any_time(const place *p);
-/* So many steps at most are made once more, to compare what comes of them. */
+/* Returns the largest number of steps that a round repeats for comparison. */
 int longest(void);
-/* Makes a top alike, but with these tangents, which asks nobody and has no limits, and lives until
- * the next is made. */
+/* Returns a new top like that of `p` with other tangents, without poll and limits. It lives until
+ * the next call. */
 kr_top *make_alike(const place *p, uint64_t tangents);
 
 void call_step(place *p);
 void call_advance(place *p);
 void call_record(place *p);
-void call_compare(place *p); /* with a top that goes there at once */
+void call_compare(place *p); /* with a top that goes there directly */
 void call_tangents(place *p);
 void call_reset(place *p);
-void any_search(search *s); /* events, of which none may be one */
+void any_search(search *s); /* events, some of them invalid */
 void call_watch(place *p);
 void call_seek(place *p);
-void call_save(place *p);   /* keeps its bytes for later loads */
-void call_load(place *p);   /* the bytes kept last, of this top or another */
-void call_damage(place *p); /* bytes that are not as they were */
-void call_forge(place *p);  /* bytes that are not as they were, with a sum that is right */
-void call_repeat(place *p); /* the same way again, from a checkpoint */
-void forget_saved(void);
+void call_save(place *p);   /* saves the top for later loads */
+void call_load(place *p);   /* loads the last saved bytes, of this top or another */
+void call_damage(place *p); /* loads bytes that were changed */
+void call_forge(place *p);  /* loads changed bytes with a correct checksum */
+void call_repeat(place *p); /* the same trajectory again, from a checkpoint */
+void discard_checkpoint(void);
 #endif

@@ -1,17 +1,17 @@
-/* Calls without a top: makers of bodies, tables, functions of a state, closed forms. */
+/* Calls without a top: constructors of bodies, tables, functions of a state, closed forms. */
 #include <math.h>
 #include <stdio.h>
 #include "calls.h"
-#include "choice.h"
+#include "random_values.h"
 #include "claims.h"
 #include "math/su2.h"
 #include "scenes.h"
-#include "counted.h"
+#include "call_counts.h"
 
 static kr_vec3 spoiled_vector(double low, double high)
 {
     const kr_vec3 v = vector_between(low, high);
-    return v3(spoiled(v.x, 8), spoiled(v.y, 8), spoiled(v.z, 8));
+    return v3(maybe_arbitrary(v.x, 8), maybe_arbitrary(v.y, 8), maybe_arbitrary(v.z, 8));
 }
 static void any_tensor(double j[9])
 {
@@ -20,20 +20,22 @@ static void any_tensor(double j[9])
     for (int i = 0; i < 9; i++) j[i] = i % 4 ? off[i / 3 + i % 3 - 1] : between(0.5, 2.0);
     if (odds(30)) j[1] = j[2] = j[3] = j[5] = j[6] = j[7] = 0.0;
     if (odds(30)) j[0] = j[4] = j[8];
-    for (int i = 0; i < 9; i++) j[i] = spoiled(size * j[i], 2);
+    for (int i = 0; i < 9; i++) j[i] = maybe_arbitrary(size * j[i], 2);
 }
 void call_bodies(void)
 {
     double j[9];
     kr_body body;
     kr_status status;
-    const double mass = spoiled(spread(0.1, 10.0), 10), one = spoiled(spread(0.1, 10.0), 10),
-                 other = spoiled(spread(0.1, 10.0), 10), height = spoiled(between(-2.0, 2.0), 10);
+    const double mass = maybe_arbitrary(spread(0.1, 10.0), 10),
+                 one = maybe_arbitrary(spread(0.1, 10.0), 10),
+                 other = maybe_arbitrary(spread(0.1, 10.0), 10),
+                 height = maybe_arbitrary(between(-2.0, 2.0), 10);
     const kr_vec3 com = spoiled_vector(-2.0, 2.0), pivot = spoiled_vector(-2.0, 2.0);
     any_tensor(j);
-    leave_mark(&body, sizeof body);
+    fill_with_mark(&body, sizeof body);
     const int maker = (int)choose(5);
-    call("make body %d", maker);
+    print_call("make body %d", maker);
     if (maker == 0)
         status = kr_body_cuboid(mass, v3(one, other, fabs(height)), pivot, &body);
     else if (maker == 1)
@@ -43,13 +45,15 @@ void call_bodies(void)
     else if (maker == 3)
         status = kr_body_from_com(mass, j, com, pivot, &body);
     else
-        status = kr_body_from_rounded_tensor(mass, j, com, spoiled(spread(1e-16, 2.0), 10), &body);
-    const enum what_went_wrong wrong = went_wrong(status);
+        status = kr_body_from_rounded_tensor(mass, j, com, maybe_arbitrary(spread(1e-16, 2.0), 10),
+                                             &body);
+    const enum error_kind wrong = error_category(status);
     CLAIM(wrong == NONE || wrong == INPUT);
     CLAIM(status != KR_OK || kr_body_check(&body) == KR_OK);
     CLAIM(status == KR_OK || is_marked(&body, sizeof body));
-    if (status == KR_OK) CLAIM(kr_body_can_be(&body) == 0 || kr_body_can_be(&body) == 1);
-    if (status == KR_OK) CLAIM(kr_kind_name(kr_body_kind(&body, spoiled(1e-12, 5))) != NULL);
+    if (status == KR_OK) CLAIM(kr_body_is_physical(&body) == 0 || kr_body_is_physical(&body) == 1);
+    if (status == KR_OK)
+        CLAIM(kr_kind_name(kr_body_kind(&body, maybe_arbitrary(1e-12, 5))) != NULL);
 }
 
 static void check_quantity(const kr_quantity *quantity)
@@ -65,7 +69,8 @@ static void check_quantity(const kr_quantity *quantity)
         char name[64];
         snprintf(name, sizeof name, "%s%s", kr_quantity_name(quantity),
                  kr_quantity_axis(quantity, i));
-        CLAIM((kr_component_find(name) >= 0) == !!(kr_quantity_flags(quantity) & KR_SERIES));
+        CLAIM((kr_component_find(name) >= 0) ==
+              !!(kr_quantity_flags(quantity) & KR_QUANTITY_IN_EVENTS));
     }
 }
 static void check_method(const kr_method *method)
@@ -81,7 +86,7 @@ void call_names(void)
 {
     const unsigned flag = 1u << choose(32);
     char name[12] = {0};
-    call("read tables");
+    print_call("read tables");
     for (size_t i = 0; i + 1 < sizeof name; i++) name[i] = i ? (char)choose(256) : '?';
     CLAIM(!kr_quantity_find(name) && !kr_quantity_find(NULL));
     CLAIM(!kr_method_find(name) && !kr_method_find(NULL));
@@ -89,27 +94,26 @@ void call_names(void)
     CLAIM(kr_flag_find(name) == 0);
     CLAIM(!kr_flag_name(flag) == !kr_flag_text(flag));
     if (kr_flag_name(flag)) CLAIM(kr_flag_find(kr_flag_name(flag)) == flag);
-    CLAIM(kr_component_find("1") == KR_ONE);
+    CLAIM(kr_component_find("1") == KR_COMPONENT_ONE);
     CLAIM(!kr_quantity_at(kr_quantity_count()) && !kr_method_at(kr_method_count()));
     check_quantity(kr_quantity_at((size_t)choose(kr_quantity_count())));
     check_method(kr_method_at((size_t)choose(kr_method_count())));
 }
 
-/* A quantity writes as many doubles as it says, and none behind them. */
+/* Claims that a quantity writes its number of doubles, and none behind them. */
 static void value_of(const kr_quantity *quantity, const kr_scene *scene, const kr_state *state)
 {
     const size_t doubles = kr_quantity_doubles(quantity);
     const kr_state two[2] = {*state, scene->start};
     double out[20], one[10];
-    leave_mark(out, sizeof out);
-    call("values of %s", kr_quantity_name(quantity));
+    fill_with_mark(out, sizeof out);
+    print_call("values of %s", kr_quantity_name(quantity));
     kr_quantity_values(quantity, scene, 2, two, out);
     kr_quantity_values(quantity, scene, 1, &two[1], one);
     CLAIM(is_marked(out + 2 * doubles, (20 - 2 * doubles) * sizeof *out));
     CLAIM(same_bits(one, out + doubles, doubles * sizeof *out));
 }
-/* The attitudes of the body's axes and of the state may each lack so much of unit length, and turn
- * a vector by their squares. */
+/* Slack of the unit length of two attitudes, whose squares turn a vector. */
 static const double slack = 3.0 * KR_INPUT_RTOL;
 static void check_values(const kr_scene *scene, const kr_state *s)
 {
@@ -125,7 +129,8 @@ static void check_values(const kr_scene *scene, const kr_state *s)
 void call_values(void)
 {
     const kr_scene scene = any_scene();
-    kr_state s = {spoiled(between(-9.0, 9.0), 5), any_attitude(), vector_between(-3.0, 3.0)};
+    kr_state s = {maybe_arbitrary(between(-9.0, 9.0), 5), any_attitude(),
+                  vector_between(-3.0, 3.0)};
     kr_scene body_alone = scene;
     const kr_term terms[2] = {{between(-1.0, 1.0), 0, (int)choose(8)},
                               {between(-1.0, 1.0), (int)choose(8), 0}};

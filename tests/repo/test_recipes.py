@@ -20,12 +20,12 @@ def test_height_is_the_third_component_of_the_apex():
 METHOD = """/* Kick and free drift: the splitting of first order (splitting.h). Keeps <m,p>. */
 #include "splitting.h"
 
-static kr_status reset(kr_motion *motion, const kr_state *start)
+static kr_status kick_drift_reset(kr_motion *motion, const kr_state *start)
 {
     splitting_begin((splitting *)motion->work, motion, start);
     return KR_OK;
 }
-static kr_status step(kr_motion *motion, double until)
+static kr_status kick_drift_step(kr_motion *motion, double until)
 {
     splitting *s = (splitting *)motion->work;
     (void)until;
@@ -35,7 +35,7 @@ static kr_status step(kr_motion *motion, double until)
     motion->stats.evaluations++;
     return KR_OK;
 }
-static void read(const kr_motion *motion, kr_state *out)
+static void kick_drift_read(const kr_motion *motion, kr_state *out)
 {
     splitting_read((const splitting *)motion->work, motion, 0.0, out);
 }
@@ -46,11 +46,11 @@ const kr_method kr_method_kick_drift = {
     .conserves = "<m,p>; on Lagrange tops <m,a>",
     .reference = "symplectic Euler",
     .order = 1,
-    .flags = KR_SYMPLECTIC | KR_ALGEBRAIC,
+    .flags = KR_METHOD_SYMPLECTIC | KR_METHOD_ALGEBRAIC,
     .work = sizeof(splitting) / sizeof(double),
-    .reset = reset,
-    .step = step,
-    .read = read,
+    .reset = kick_drift_reset,
+    .step = kick_drift_step,
+    .read = kick_drift_read,
 };
 """
 MAKER = '''    @classmethod

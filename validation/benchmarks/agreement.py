@@ -88,7 +88,7 @@ def steady_precession(rng):
 
 def lagrange_turned(rng):
     body = kr.Body.symmetric(1, rng.uniform(1, 2), rng.uniform(0.3, 1.9), 1, unphysical=True)
-    return make_scene(rng, body.turned(random_attitude(rng)))
+    return make_scene(rng, body.turn(random_attitude(rng)))
 
 
 def euler_near_middle_axis(rng):
@@ -110,7 +110,7 @@ def goryachev_chaplygin(rng):
 
 
 def general_turned(rng):
-    body = make_body(random_moments(rng), rng.normal(size=3)).turned(random_attitude(rng))
+    body = make_body(random_moments(rng), rng.normal(size=3)).turn(random_attitude(rng))
     return make_scene(rng, body, gravity=rng.choice([1.0, -1.0, 9.81]))
 
 

@@ -26,8 +26,8 @@ static kr_scene scene_of(const char *block)
     }
     return scene;
 }
-static void call(const kr_scene *scene, const kr_method *method, kr_config config, size_t n,
-                 const double t[], kr_state out[])
+static void print_call(const kr_scene *scene, const kr_method *method, kr_config config, size_t n,
+                       const double t[], kr_state out[])
 {
     kr_top *top = NULL;
     if (kr_top_create(scene, method, config, &top) != KR_OK) exit(1);
@@ -48,7 +48,7 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < n; i++) t[i] = strtod(argv[4 + i], NULL);
     for (int round = 0; round < ROUNDS; round++) {
         const double begin = now();
-        for (int i = 0; i < CALLS; i++) call(&scene, method, config, n, t, out);
+        for (int i = 0; i < CALLS; i++) print_call(&scene, method, config, n, t, out);
         const double each = (now() - begin) / CALLS;
         least = each < least ? each : least;
     }

@@ -43,7 +43,7 @@ const char *bench_isa(int isa) /* NULL beyond the last */
 double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_state out[])
 {
     kr_state (*const state)(const kr_exact *, double) =
-        isa < 0 ? kr_exact_state : kr_exact_isa_at(isa)->one->state;
+        isa < 0 ? kr_exact_state : kr_exact_isa_at(isa)->scalar->state;
     kr_exact form;
     if (kr_exact_plan(scene, &form) != KR_OK) return -1.0;
     const double begin = now();
@@ -54,7 +54,7 @@ double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_
 double bench_batch(const kr_scene *scene, int isa, int batch, int n, const double t[],
                    kr_state out[])
 {
-    kr_exact_many *const states = isa < 0 ? kr_exact_states : kr_exact_isa_at(isa)->many;
+    kr_exact_evaluate *const states = isa < 0 ? kr_exact_states : kr_exact_isa_at(isa)->evaluate;
     kr_exact form;
     if (kr_exact_plan(scene, &form) != KR_OK) return -1.0;
     const double begin = now();

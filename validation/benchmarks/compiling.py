@@ -14,11 +14,11 @@ FLAGS = (
     *("-std=c99", "-O3", "-fPIC", "-ffp-contract=off", "-fno-math-errno"),
     *("-fno-tree-vectorize", "-fno-tree-slp-vectorize"),
 )
-OF_LOOPS = "states.c"  # compiled with automatic vectorization
+OF_LOOPS = "batch_eval.c"  # compiled with automatic vectorization
 AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
-SMALL = dict.fromkeys(("closed_form.c", "plans.c", "map.c"), ("-Os", "-fno-inline-functions"))
+SMALL = dict.fromkeys(("closed_form.c", "batch_setup.c", "map.c"), ("-Os", "-fno-inline-functions"))
 SMALL |= dict.fromkeys(
-    ("kernel_dd.c", "kernel_bundles_dd.c", "kernel_tangents_dd.c"), ("-O2", "-DKR_SMALL")
+    ("kernel_dd.c", "kernel_tangent_batch_dd.c", "kernel_tangents_dd.c"), ("-O2", "-DKR_SMALL")
 )
 ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")}
 
@@ -31,7 +31,7 @@ def core_files():
 
 def isa_files():
     """Return the files that are compiled once more for each instruction set."""
-    names = ("states.c", "plans.c", "closed_form.c", "kowalewski.c", "map.c")
+    names = ("batch_eval.c", "batch_setup.c", "closed_form.c", "kowalewski.c", "map.c")
     exact = [CSRC / "exact" / name for name in names]
     return [*sorted(CSRC.glob("*/kernel*.c")), *exact]
 

@@ -62,7 +62,7 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
         const kr_scene scene = kr_scene_default();
-        if (kr_method_flags(method) & KR_ADAPTIVE || !kr_method_applies(method, &scene.body))
+        if (kr_method_flags(method) & KR_METHOD_ADAPTIVE || !kr_method_applies(method, &scene.body))
             continue;
         run(method, step, ALL_KEPT, n, t, out); /* touches all memory */
         for (size_t r = 0; r < rounds; r++) {

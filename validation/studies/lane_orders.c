@@ -25,7 +25,8 @@ int kr_bench_lanes(size_t n, const kr_scene scenes[], int isa, int order, double
                            : KR_ERR_MEMORY;
     const kr_tops tops = {
         .n = n, .scenes = scenes, .times = 1, .t = &t, .states = out, .outcomes = outcomes};
-    if (status == KR_OK && order > 0) kr_fleet_use(worker, kr_lanes_isa_at(isa), order, log2_tol);
+    if (status == KR_OK && order > 0)
+        kr_scheduler_set_kernel(worker, kr_lanes_isa_at(isa), order, log2_tol);
     if (status == KR_OK) status = kr_worker_run(worker, &tops);
     *steps = 0;
     for (size_t i = 0; status == KR_OK && i < n; i++) *steps += outcomes[i].stats.steps;

@@ -1,7 +1,7 @@
 """Order and tolerance of the Taylor series in SIMD lanes.
 
-Conclusion: the table in csrc/ensemble/fleet.c gives the fastest order whose error does not exceed
-that of single tops at the same tolerance.
+Conclusion: the table in csrc/ensemble/lane_scheduler.c gives the fastest order whose error does
+not exceed that of single tops at the same tolerance.
 
     python -m validation.studies.lane_orders [orders isas]
 

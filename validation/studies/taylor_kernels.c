@@ -85,16 +85,16 @@ int kr_bench_run(const kr_scene *scene, int isa, int kernel, double log2_tol, do
     const int first[] = {0, KR_ORDERS, KR_ORDERS + KR_DEPTHS, 2 * KR_ORDERS + KR_DEPTHS};
     const int group = (kernel >= first[1]) + (kernel >= first[2]) + (kernel >= first[3]);
     const kr_kernel *chosen = &groups[group][kernel - first[group]],
-                    added = {chosen->order, add_heading, chosen->look};
+                    added = {chosen->order, add_heading, chosen->evaluate};
     const kr_config config = {.digits = group != 1            ? 16
                                         : kernel == KR_ORDERS ? 20
                                                               : 30,
-                              .leave_heading = group >= 2};
+                              .skip_heading = group >= 2};
     kr_top *top = NULL;
     kr_status status = kr_top_create(scene, kr_method_find("taylor"), config, &top);
     if (status != KR_OK) return status;
     without = chosen;
-    kr_taylor_use(&top->main, group == 3 ? &added : chosen, log2_tol);
+    kr_taylor_set_kernel(&top->main, group == 3 ? &added : chosen, log2_tol);
     status = kr_top_record_low(top, 1, &t, &out[0], &out[1], NULL);
     *steps = kr_top_stats(top).steps;
     kr_top_free(top);

@@ -72,7 +72,7 @@ class Method:
     @property
     def skips_heading(self) -> bool:
         """True if it can leave out the heading of the top, its turn about the vertical."""
-        return bool(self.flags & FLAGS["headless"])
+        return bool(self.flags & FLAGS["skips_heading"])
 
     @property
     def exact(self) -> bool:

@@ -1,0 +1,57 @@
+/* Conversion between the user's units and own units with more than 16 digits; top.c converts all
+ * others. Every number of the user counts as exact. Quantities that must be normalized, the
+ * attitude and the axes, are normalized once, in double-double. The working axes are the principal
+ * axes, whose moments need no rounding. */
+#include "model/scene.h"
+#include "math/split_double.h"
+#include "top.h"
+
+quat_dd kr_extended_axes(const kr_top *top)
+{
+    return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
+}
+/* Returns the momentum seen from the body. Each component is rounded once, relative to its own
+ * size: the division by the smallest moment of a needle would magnify a rounding relative to the
+ * whole vector. */
+static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
+{
+    const split_vec in_space = split_of(m), given = split_turn_back(q, &in_space),
+                    own = top->is_turned ? split_turn_back(top->axes, &given) : given;
+    dd M[3], square = qdd_square(qdd_of(q));
+    if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(top->axes)));
+    for (int i = 0; i < 3; i++) M[i] = dd_div(split_dd(&own, i), square);
+    return (vec_dd){M[0], M[1], M[2]};
+}
+
+void kr_extended_set_lever(kr_top *top, double moment)
+{
+    const kr_pull pull = kr_scene_pull(&top->scene, top->scene.body.com);
+    const int power = pull.power - ilogb(moment) + 2 * ilogb(top->time_unit);
+    const dd given = two_product(pull.gravity, pull.mass),
+             weight = dd_make(ldexp(given.hi, power), ldexp(given.lo, power));
+    const dd lever[3] = {dd_times(pull.com.x, weight), dd_times(pull.com.y, weight),
+                         dd_times(pull.com.z, weight)};
+    top->main.lever = v3(lever[0].hi, lever[1].hi, lever[2].hi);
+    top->main.lever_low = v3(lever[0].lo, lever[1].lo, lever[2].lo);
+}
+kr_state kr_extended_from_user(kr_top *top, const kr_state *start)
+{
+    const quat_dd given = qdd_of(start->q),
+                  q = qdd_unit(top->is_turned ? qdd_mul(given, kr_extended_axes(top)) : given);
+    const vec_dd M = momentum_in_body(top, start->q, v_scale(1.0 / top->momentum_unit, start->m));
+    const kr_state low = {0.0, qdd_low(q), vdd_low(M)};
+    const kr_state own = {0.0, qdd_high(q), vdd_high(M)};
+    top->main.low = low;
+    return own;
+}
+void kr_extended_to_user(kr_top *top, kr_state *state)
+{
+    const kr_state *low = &top->main.low;
+    const quat_dd own = q_dd(state->q, low->q),
+                  q = top->is_turned ? qdd_mul(own, qdd_conj(kr_extended_axes(top))) : own;
+    state->q = qdd_high(q);
+    state->m = v_scale(top->momentum_unit, state->m);
+    top->low.t = 0.0;
+    top->low.q = qdd_low(q);
+    top->low.m = v_scale(top->momentum_unit, low->m);
+}

@@ -1,0 +1,152 @@
+/* Tangents in the user's frame and units: the initial deviations (seeds) of the requested columns,
+ * and the conversion of the results. The method propagates the deviations from the start. */
+#include <math.h>
+#include <string.h>
+#include "model/scene.h"
+#include "math/su2_dd.h"
+#include "top.h"
+
+size_t kr_tangent_columns(uint64_t tangents)
+{
+    size_t columns = 0;
+#define X(by, bit, count, name) columns += tangents & bit ? count : 0;
+    KR_TANGENT_LIST(X)
+#undef X
+    return columns;
+}
+int kr_tangents_are_available(const kr_method *method, const kr_config *config)
+{
+    return method->tangents && !config->skip_heading && config->tangents < 2 * KR_TANGENT_MASS;
+}
+size_t kr_tangents_size(const kr_method *method, const kr_config *config)
+{
+    const size_t n = kr_tangent_columns(config->tangents);
+    return n > 0 ? method->tangents->doubles(config->digits, n) : 0;
+}
+
+static const vec_dd zero_vector = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+static vec_dd unit_vector_dd(int i)
+{
+    const vec_dd v = {dd_of(i == 0), dd_of(i == 1), dd_of(i == 2)};
+    return v;
+}
+
+/* The seeds of the columns; `next` points to the first one not yet written. */
+typedef struct {
+    kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
+    kr_quat working; /* working -> principal axes */
+    double time, moment;
+} seed_list;
+/* Writes the six seeds of the initial attitude and momentum. */
+static void seed_start(seed_list *to, const kr_top *top)
+{
+    const quat_dd back = qdd_conj(kr_extended_axes(top));
+    for (int i = 0; i < 6; i++) {
+        const kr_seed zero = {{zero_vector, zero_vector}, zero_vector, {0.0}};
+        kr_seed *seed = to->next++;
+        *seed = zero;
+        if (i < 3)
+            seed->at_start.turn = qdd_turn(back, unit_vector_dd(i));
+        else
+            seed->at_start.push = unit_vector_dd(i - 3);
+    }
+}
+/* Writes the seeds of the principal moments. */
+static void seed_moments(seed_list *to)
+{
+    for (int i = 0; i < 3; i++) {
+        const kr_vec3 a = q_turn_back(to->working, v3(i == 0, i == 1, i == 2));
+        const kr_seed seed = {{zero_vector, zero_vector},
+                              zero_vector,
+                              {a.x * a.x, a.y * a.y, a.z * a.z, a.y * a.z, a.z * a.x, a.x * a.y}};
+        *to->next++ = seed;
+    }
+}
+/* Writes the seed of a parameter that scales the lever mass gravity com: `weight` is the product of
+ * the other two factors. */
+static void seed_lever(seed_list *to, dd weight, kr_vec3 com)
+{
+    const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
+    const dd own = dd_scale(to->time, dd_scale(to->time, dd_scale(1.0 / to->moment, weight)));
+    const kr_seed seed = {{zero_vector, zero_vector}, vdd_scale(own, v_dd(a, none)), {0.0}};
+    *to->next++ = seed;
+}
+/* Writes the seeds of all columns that the config of `top` requests. */
+static void seed_tangents(seed_list *to, const kr_top *top)
+{
+    const kr_body *body = &top->scene.body;
+    const uint64_t by = top->config.tangents;
+    const double g = top->scene.gravity;
+    to->next = to->seeds;
+    to->time = top->time_unit;
+    to->moment = top->momentum_unit * top->time_unit;
+    to->working = kr_top_working_axes(top).axes;
+    if (by & KR_TANGENT_START) seed_start(to, top);
+    if (by & KR_TANGENT_MOMENTS) seed_moments(to);
+    for (int i = 0; i < 3 && by & KR_TANGENT_COM; i++)
+        seed_lever(to, two_product(body->mass, g), v3(i == 0, i == 1, i == 2));
+    if (by & KR_TANGENT_GRAVITY) seed_lever(to, dd_of(body->mass), body->com);
+    if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), body->com);
+}
+void kr_tangents_begin(kr_top *top)
+{
+    const size_t n = kr_tangent_columns(top->config.tangents);
+    seed_list to;
+    if (n == 0) return;
+    seed_tangents(&to, top);
+    top->method->tangents->begin(&top->main, top->tangents, n, to.seeds);
+}
+kr_status kr_tangents_advance(kr_top *top)
+{
+    const size_t n = kr_tangent_columns(top->config.tangents);
+    return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
+}
+
+/* Writes the unit of each column, a power of two in the user's units. */
+static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
+{
+    const uint64_t by = top->config.tangents;
+    const double moment = top->momentum_unit * top->time_unit;
+    for (int i = 0; i < KR_TANGENT_COLUMNS_MAX; i++) unit[i] = 1.0;
+    if (by & KR_TANGENT_START)
+        for (int i = 3; i < 6; i++) unit[i] = top->momentum_unit;
+    if (by & KR_TANGENT_MOMENTS)
+        for (int i = 0, first = by & KR_TANGENT_START ? 6 : 0; i < 3; i++) unit[first + i] = moment;
+}
+/* Writes factor `value` as a double, and the rest to `low`. */
+static void put_axis(double *out, double *low, dd value, double factor)
+{
+    const dd v = dd_scale(factor, value);
+    *out = v.hi;
+    *low = v.lo;
+}
+/* Writes one column of the tangents in the user's frame and units. */
+static void put_column(const kr_top *top, const kr_deviation *from, double unit, size_t n,
+                       double *out, double *low)
+{
+    const vec_dd turn = top->is_turned ? qdd_turn(kr_extended_axes(top), from->turn) : from->turn;
+    const dd axis[6] = {turn.x, turn.y, turn.z, from->push.x, from->push.y, from->push.z};
+    for (size_t i = 0; i < 6; i++)
+        put_axis(out + i * n, low + i * n, axis[i], (i < 3 ? 1.0 : top->momentum_unit) / unit);
+}
+kr_status kr_top_tangents(kr_top *top, double out[], double low[])
+{
+    const size_t n = top ? kr_tangent_columns(top->config.tangents) : 0;
+    kr_deviation came[KR_TANGENT_COLUMNS_MAX];
+    double unit[KR_TANGENT_COLUMNS_MAX], high[6 * KR_TANGENT_COLUMNS_MAX],
+        rest[6 * KR_TANGENT_COLUMNS_MAX];
+    if (n == 0 || !out) return KR_ERR_ARGUMENT;
+    kr_tangents_evaluate(top, came);
+    put_units(top, unit);
+    for (size_t i = 0; i < n; i++) put_column(top, &came[i], unit[i], n, high + i, rest + i);
+    for (size_t i = 0; i < 6 * n; i++)
+        if (!isfinite(high[i] + rest[i])) return KR_ERR_TANGENT;
+    memcpy(out, high, 6 * n * sizeof *out);
+    if (low) memcpy(low, rest, 6 * n * sizeof *low);
+    return KR_OK;
+}
+double kr_top_tangent_truncation(const kr_top *top)
+{
+    const size_t n = top ? kr_tangent_columns(top->config.tangents) : 0;
+    return n > 0 ? top->method->tangents->truncation(&top->main, top->tangents) : 0.0;
+}

@@ -1,0 +1,34 @@
+/* Conversion of a start to working axes, for up to 16 digits; extended.c converts those with more.
+ * */
+#include "model/body.h"
+#include "top.h"
+
+/* Methods without a special axis use the principal axes. The attitude and the lever are then not
+ * rounded, and a small tilt keeps its digits whatever the order of the axes. */
+kr_working kr_top_working_axes(const kr_top *top)
+{
+    const kr_scene *scene = &top->scene;
+    return top->method->flags & KR_METHOD_DIGITS
+               ? kr_body_principal(&scene->body, scene->damping)
+               : kr_body_working_damped(&scene->body, scene->damping);
+}
+/* Returns `q` in working axes that are a permutation of the principal axes. The attitude of an
+ * upright top then has large components, and its tilt is a small difference of them. The product is
+ * therefore computed in double-double; its low words go to top->main.low. */
+static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
+{
+    const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),
+                  own = qdd_unit(qdd_mul(principal, qdd_of(axes)));
+    top->main.low.q = qdd_low(own);
+    return qdd_high(own);
+}
+kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *state)
+{
+    const kr_working working = kr_top_working_axes(top);
+    const int is_renamed = !working.tilted && kr_body_last_axis(&top->scene.body) != 2;
+    const kr_state own = {0.0,
+                          is_renamed ? rename_attitude(top, working.axes, state->q)
+                                     : q_unit(q_mul(state->q, top->axes)),
+                          v_scale(1.0 / top->momentum_unit, state->m)};
+    return own;
+}

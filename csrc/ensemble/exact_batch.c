@@ -1,0 +1,121 @@
+/* Tops with a closed form, in batches. States equal those of kr_exact_state, except that the given
+ * start is returned at t = start. Tops with invalid times are left to the driver, which reports the
+ * error. */
+#include "exact/dispatch.h"
+#include "worker.h"
+
+enum {
+    STATES_PER_CALL = 64,
+    STATES_PER_POLL = 1 << 16 /* states between two calls of poll */
+};
+
+/* Returns a lower bound of kr_scene_horizon that costs less. */
+static double lower_bound_of_horizon(const kr_scene *s)
+{
+    const kr_vec3 A = s->body.inertia, m = s->start.m;
+    const double largest = fmax(A.x, fmax(A.y, A.z)), turning = v_length(m) / largest,
+                 swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
+    return 0x1p52 / fmax(turning, swing);
+}
+/* Returns 1 if the times of a top move away from its start in one direction, stay within the
+ * horizon, and need no more steps than `config` allows; the closed form counts a step for each
+ * time. */
+static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
+{
+    const kr_scene *scene = &tops->scenes[i];
+    const double *t = kr_worker_times_of(tops, i), start = scene->start.t,
+                 horizon = lower_bound_of_horizon(scene);
+    const double forward = tops->times > 0 && t[tops->times - 1] < start ? -1.0 : 1.0;
+    double before = start;
+    int plain = fabs(start) < horizon &&
+                (config->max_steps <= 0 || tops->times <= (uint64_t)config->max_steps);
+    for (size_t k = 0; k < tops->times; k++) {
+        plain &= fabs(t[k]) < horizon && forward * (t[k] - before) >= 0.0;
+        before = t[k];
+    }
+    return plain;
+}
+/* Stores states of a top up to the first invalid one. Returns the number of stored states. */
+static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators, size_t n,
+                           kr_state states[])
+{
+    const kr_state *start = &worker->tops->scenes[slot->top].start;
+    size_t k = 0;
+    for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++) {
+        slot->steps += states[k].t != slot->last.t; /* counted as by the method */
+        kr_worker_store_state(worker, slot, accumulators,
+                              states[k].t == start->t ? start : &states[k]);
+    }
+    return k;
+}
+/* Writes the outcome of a top. */
+static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *accumulators,
+                       kr_status status)
+{
+    const kr_stats stats = {.steps = slot->steps, .evaluations = slot->steps};
+    kr_worker_finish_top(worker, slot, accumulators, status, stats);
+}
+/* Calls the user's poll. Returns nonzero if the worker must stop. */
+static int poll(kr_worker *worker)
+{
+    const kr_config *config = &worker->config;
+    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
+    return worker->interrupted;
+}
+/* Evaluates a top, a few states at a time. */
+static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
+{
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times_of(tops, i);
+    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
+    kr_slot slot = {.top = i, .last = tops->scenes[i].start};
+    kr_state piece[STATES_PER_CALL];
+    while (slot.states < tops->times && !worker->interrupted) {
+        const size_t left = tops->times - slot.states,
+                     n = left < STATES_PER_CALL ? left : STATES_PER_CALL;
+        kr_exact_states(plan, n, t + slot.states, piece);
+        if (store_states(worker, &slot, accumulators, n, piece) < n) {
+            kr_worker_run_scalar(worker, worker->exact_top, i);
+            return;
+        }
+        if (slot.states % STATES_PER_POLL < n) poll(worker);
+    }
+    finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
+}
+/* Stores a top whose states were computed in place. */
+static void store_top(kr_worker *worker, size_t i)
+{
+    const kr_tops *tops = worker->tops;
+    kr_slot slot = {.top = i, .last = tops->scenes[i].start};
+    kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
+    if (store_states(worker, &slot, accumulators, tops->times, tops->states + i * tops->times) ==
+        tops->times)
+        finish_top(worker, &slot, accumulators, KR_OK);
+    else
+        kr_worker_run_scalar(worker, worker->exact_top, i);
+}
+void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[])
+{
+    const kr_tops *tops = worker->tops;
+    const int at_once = tops->states && tops->times <= STATES_PER_POLL / KR_BATCH;
+    kr_exact_request request = {.n = n, .scenes = tops->scenes + from, .status = status};
+    if (at_once) {
+        request.times = tops->times;
+        request.t = kr_worker_times_of(tops, from);
+        request.own_times = tops->own_times;
+        request.states = tops->states + from * tops->times;
+    } else {
+        request.plans = worker->plans;
+    }
+    kr_exact_run(&request);
+    for (size_t i = 0; i < n && !worker->interrupted; i++) {
+        if (status[i] != KR_OK) continue;
+        if (!is_ordered(&worker->config, tops, from + i))
+            kr_worker_run_scalar(worker, worker->exact_top, from + i);
+        else if (at_once)
+            store_top(worker, from + i);
+        else
+            evaluate_top(worker, from + i, &worker->plans[i]);
+    }
+    poll(worker);
+}

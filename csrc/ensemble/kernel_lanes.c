@@ -1,0 +1,76 @@
+/* The kernel of the lanes (lane_state.h), in doubles. Each instruction set compiles this file:
+ * -DKR_ISA=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
+#include "lane_tangent.h"
+#include "lane_event_test.h"
+
+/* Ends the step of every lane at a time. */
+INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
+{
+    const lane_point r = sum_lanes(l, end, headless);
+    wide_store(l->end, end);
+    lane_vec_store(l->end_p, r.p);
+    lane_vec_store(l->end_w, r.w);
+    if (!headless) lane_quat_store(l->end_q, lane_attitude(l, &r, headless));
+    return r;
+}
+/* Makes the next step of every lane. Returns the lanes that need attention. */
+INLINE unsigned step_lanes(kr_lanes *l, int headless)
+{
+    const wide t = wide_load(l->end);
+    wide_store(l->t, t);
+    lane_vec_store(l->p[0], lane_vec_load(l->end_p));
+    lane_vec_store(l->w[0], lane_vec_load(l->end_w));
+    if (!headless) lane_quat_store(l->q, lane_quat_load(l->end_q));
+    expand_lanes(l, headless);
+    const wide forward = wide_load(l->forward);
+    wide end = wide_fma(forward, lane_step_size(l, headless), t);
+    lane_point r = end_lane_steps(l, end, headless);
+    if (l->tangents) {
+        const wide reached = follow_step(l, l->tangents);
+        if (!mask_all(wide_equal(reached, end))) r = end_lane_steps(l, reached, headless);
+        end = reached;
+    }
+    const wide steps = wide_load(l->steps) + 1.0;
+    wide_store(l->steps, steps);
+    const wide size = lane_vec_dot(r.p, r.p) + lane_vec_dot(r.w, r.w) + wide_abs(r.turn);
+    const mask well = mask_and(wide_less(size, wide_splat(INFINITY)),
+                               wide_less(wide_splat(0.0), forward * (end - t)));
+    const mask onward = mask_and(wide_less(forward * end, forward * wide_load(l->goal)),
+                                 wide_at_most(steps, wide_load(l->max_steps)));
+    unsigned called = mask_bits(mask_not(mask_and(well, onward)));
+    if (l->has_event) called |= mask_bits(mask_not(keeps_sign(l, end - t, &r)));
+    return called & ((1u << LANES) - 1);
+}
+static unsigned advance_with_heading(kr_lanes *l, int steps)
+{
+    unsigned called = 0;
+    while (!called && steps-- > 0) called = step_lanes(l, 0);
+    return called;
+}
+static unsigned advance_without_heading(kr_lanes *l, int steps)
+{
+    unsigned called = 0;
+    while (!called && steps-- > 0) called = step_lanes(l, 1);
+    return called;
+}
+unsigned KR_NAME(kr_lanes_advance)(kr_lanes *l, int steps)
+{
+    return l->skip_heading ? advance_without_heading(l, steps) : advance_with_heading(l, steps);
+}
+
+void KR_NAME(kr_lanes_look)(kr_lanes *l)
+{
+    const int headless = l->skip_heading;
+    const lane_point r = sum_lanes(l, wide_load(l->at), headless);
+    const lane_quat q = lane_attitude(l, &r, headless);
+    const lane_vec moment = lane_vec_load(l->moment);
+    const lane_quat momentum = {wide_splat(0.0), moment.x * r.w.x, moment.y * r.w.y,
+                                moment.z * r.w.z};
+    const lane_quat m = lane_quat_mul(lane_quat_mul(q, momentum), lane_quat_conj(q));
+    const lane_vec m_vector = {m.x, m.y, m.z};
+    lane_quat_store(l->out_q, lane_quat_mul(q, lane_quat_load(l->axes)));
+    lane_vec_store(l->out_m, m_vector);
+    if (l->tangents) write_growth(l, l->tangents);
+}
+void KR_NAME(kr_lanes_begin)(kr_lanes *l) { begin_growth(l, l->tangents); }
+const int KR_NAME(kr_lanes_count) = LANES;

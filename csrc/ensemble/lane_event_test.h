@@ -1,0 +1,62 @@
+/* Test for a possible sign change of the event function in a step of the lanes. The function is a
+ * polynomial there, enclosed by its coefficients in Bernstein's basis. If all of them have its last
+ * sign, no change occurred. The test may report a change where there is none, never the reverse;
+ * section.c searches those lanes. Each instruction set compiles this source, as lane_series.h. */
+#include "lane_series.h"
+
+/* Returns g at P and W without its constant. */
+INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
+{
+    return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
+}
+/* Returns dg/dt at P and W. */
+INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
+{
+    const lane_vec k = lane_vec_load(l->k), up = lane_vec_load(l->up),
+                   down = lane_vec_load(l->down);
+    const lane_vec dp = {wide_fma(p.y, w.z, -(p.z * w.y)), wide_fma(p.z, w.x, -(p.x * w.z)),
+                         wide_fma(p.x, w.y, -(p.y * w.x))};
+    const lane_vec dw = {wide_fma(k.x * w.y, w.z, wide_fma(up.x, p.y, down.x * p.z)),
+                         wide_fma(k.y * w.z, w.x, wide_fma(up.y, p.z, down.y * p.x)),
+                         wide_fma(k.z * w.x, w.y, wide_fma(up.z, p.x, down.z * p.y))};
+    return event_value(l, dp, dw);
+}
+/* Sets the coefficients of g, or of dg/ds, over a step of length h. As in
+ * events/event_polynomial.c, the last coefficient makes them end where the next step begins.
+ * Returns their degree. */
+INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
+{
+    const int first = l->extremum, degree = l->order - first;
+    const wide apart = wide_load(l->constant), zero = wide_splat(0.0);
+    wide power = first ? h : wide_splat(1.0), reached = zero;
+    for (int n = 0; n <= degree; n++) {
+        const int i = n + first;
+        const wide share = first ? (double)i * power : power,
+                   g = share * event_value(l, lane_vec_load(l->p[i]), lane_vec_load(l->w[i])) +
+                       (i == 0 ? apart : zero);
+        wide_store(l->g[n], g);
+        reached = reached + g;
+        power = power * h;
+    }
+    const wide there =
+        first ? h * event_rate(l, end->p, end->w) : event_value(l, end->p, end->w) + apart;
+    wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
+    return degree;
+}
+/* Returns the lanes in which g, or dg/ds, has kept its sign in the step. */
+INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end)
+{
+    const int degree = expand_event(l, h, end);
+    const wide side = wide_load(l->side);
+    wide b[KR_LANES_ORDER + 1];
+    double binomial = 1.0;
+    for (int i = 0; i <= degree; i++) {
+        b[i] = wide_load(l->g[i]) * side * (1.0 / binomial);
+        binomial = binomial * (degree - i) / (i + 1);
+    }
+    for (int k = 1; k <= degree; k++)
+        for (int i = degree; i >= k; i--) b[i] = b[i] + b[i - 1];
+    wide least = b[0];
+    for (int i = 1; i <= degree; i++) least = wide_min(least, b[i]);
+    return wide_less(wide_load(l->noise), least);
+}

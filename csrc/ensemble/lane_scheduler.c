@@ -1,0 +1,388 @@
+/* Schedules tops in lanes. Each top has its own clock and steps. A lane whose top has reached its
+ * last time takes the next top. A top that a lane cannot finish is moved by a scalar run from its
+ * start, which reports the error. */
+#include <float.h>
+#include "math/exponent.h"
+#include "worker.h"
+
+enum { STEPS_PER_POLL = 64 /* steps between two calls of poll */ };
+
+const kr_lanes_isa *kr_lanes_isa_at(int i)
+{
+    static const kr_lanes_isa isas[] = {
+#if defined KR_X86
+        {"avx512", &kr_lanes_count_avx512, kr_has_avx512, kr_lanes_advance_avx512,
+         kr_lanes_look_avx512, kr_lanes_begin_avx512},
+        {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_look_avx2,
+         kr_lanes_begin_avx2},
+#endif
+        {KR_BASE_NAME, &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base,
+         kr_lanes_begin_base},
+    };
+    return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
+}
+
+/* Stores a vector in a lane. */
+static void set_components(kr_lane_number *v, int lane, double x, double y, double z)
+{
+    v[0][lane] = x;
+    v[1][lane] = y;
+    v[2][lane] = z;
+}
+static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
+{
+    to[0][lane] = q.w;
+    set_components(to + 1, lane, q.x, q.y, q.z);
+}
+/* Resets the integrals of a tangent at its start. */
+static void reset_growth(kr_growth *growth, int lane)
+{
+    growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
+    growth->max[lane] = growth->last[lane] = growth->truncation[lane] = 0.0;
+    growth->scale[lane] = 1.0;
+}
+/* Parks the tangent of a lane without a top. */
+static void park_tangent(kr_lane_tangents *g, int lane)
+{
+    kr_lane_number *const none[] = {g->ahead, g->behind, g->per, g->moments, g->c, g->end.d[1]};
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
+    set_components(g->end.d[0], lane, 1, 0, 0);
+    reset_growth(&g->end, lane);
+}
+/* Parks a lane without a top at rest, where no step ends. */
+static void park_lane(kr_lanes *l, int lane)
+{
+    kr_lane_number *const none[] = {l->end_w, l->k,      l->up,      l->down,
+                                    l->part,  l->moment, l->along_p, l->along_w};
+    for (size_t i = 0; i < sizeof none / sizeof *none; i++) set_components(none[i], lane, 0, 0, 0);
+    set_components(l->end_p, lane, 0, 0, 1);
+    set_quaternion(l->end_q, lane, q_one());
+    set_quaternion(l->axes, lane, q_one());
+    l->end[lane] = l->steps[lane] = 0.0;
+    l->forward[lane] = 1.0;
+    l->goal[lane] = l->fall[lane] = l->max_steps[lane] = INFINITY;
+    l->side[lane] = l->constant[lane] = 0.0;
+    l->noise[lane] = -1.0; /* no event */
+    if (l->tangents) park_tangent(l->tangents, lane);
+}
+/* Chooses the fastest order for the tolerance, and lowers the tolerance to the target of its steps.
+ * validation/studies/lane_orders.py measured both. */
+static void choose_order(kr_lanes *l, double tol)
+{
+    static const struct {
+        double until, less;
+        int order;
+    } rows[] = {{-18.0, 2.5, 12},
+                {-26.0, 4.5, 14},
+                {-32.0, 5.5, 16},
+                {-48.0, 6.0, 18},
+                {-DBL_MAX, 2.0, 20}};
+    const double log2_tol = tol > 0.0 ? log2(tol) : -53.0;
+    int i = 0;
+    while (log2_tol < rows[i].until) i++;
+    l->order = rows[i].order;
+    l->log2_tol = fmin(log2_tol, fmax(log2_tol - rows[i].less, -54.5));
+}
+void kr_scheduler_configure(kr_worker *worker)
+{
+    int i = 0;
+    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    worker->isa = kr_lanes_isa_at(i);
+    worker->lanes->skip_heading = worker->config.skip_heading;
+    choose_order(worker->lanes, worker->config.tol);
+}
+void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order, double log2_tol)
+{
+    worker->isa = isa;
+    worker->lanes->order = order;
+    worker->lanes->log2_tol = log2_tol;
+}
+void kr_scheduler_reset(kr_worker *worker)
+{
+    worker->busy = 0;
+    worker->lanes->has_event = worker->is_section;
+    worker->lanes->extremum = worker->event.extremum != 0;
+    for (int i = 0; i < KR_LANES_MAX; i++) park_lane(worker->lanes, i);
+}
+
+/* Returns the cyclic rotation of the axes that makes the third moment the largest; writes the
+ * number of axes shifted. */
+static kr_quat rotate_axes(kr_vec3 A, int *shift)
+{
+    *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
+    const double h = *shift == 1 ? 0.5 : -0.5;
+    return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
+}
+/* Returns v with its axes shifted cyclically. */
+static kr_vec3 shift_axes(kr_vec3 v, int shift)
+{
+    return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
+}
+static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
+{
+    set_components(to, lane, v.x, v.y, v.z);
+}
+/* Sets the constants of a lane from a motion and the rate of its series. */
+static void set_lane_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
+                               int shift)
+{
+    const kr_vec3 A = shift_axes(motion->inertia, shift),
+                  c = v_scale(1.0 / (rate * rate), shift_axes(motion->lever, shift));
+    set_components(l->k, lane, (A.y - A.z) / A.x, (A.z - A.x) / A.y, (A.x - A.y) / A.z);
+    set_components(l->up, lane, c.z / A.x, c.x / A.y, c.y / A.z);
+    set_components(l->down, lane, -c.y / A.x, -c.z / A.y, -c.x / A.z);
+    set_components(l->part, lane, (A.z - A.x) / A.z, (A.z - A.y) / A.z, 0.0);
+    const double rates = fmax(fabs(c.z / A.x), fmax(fabs(c.x / A.y), fabs(c.y / A.z))) +
+                         fmax(fabs(c.y / A.x), fmax(fabs(c.z / A.y), fabs(c.x / A.z)));
+    l->fall[lane] = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
+}
+static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
+{
+    return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
+              times_power_of_2(a.z, power));
+}
+/* Writes the direction of a tangent at the start, in working axes and own units. The user's
+ * direction is scaled by a power of two, because its square may overflow. The default is generic:
+ * along no special axis. */
+static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
+                              kr_vec3 *turn, kr_vec3 *push)
+{
+    const double *given = worker->tops->direction;
+    const kr_quat to_body = q_conj(q_mul(top->scene.start.q, top->axes));
+    *turn = v3(0.37, -0.53, 0.29);
+    *push = v3(0.47, 0.31, -0.41);
+    if (!given) return;
+    *turn = q_turn_back(top->axes, v_of(given));
+    *push = v_scale(1.0 / (top->momentum_unit * rate), q_turn(to_body, v_of(given + 3)));
+    const double size = fmax(v_largest(*turn), v_largest(*push));
+    if (!(size > 0.0 && size < INFINITY)) return;
+    *turn = v_times_power_of_2(*turn, -exponent_of(size));
+    *push = v_times_power_of_2(*push, -exponent_of(size));
+}
+/* Largest reciprocal of a moment in units of the largest moment. The components of a tangent differ
+ * by this factor and are squared. */
+#define MAX_INVERSE_MOMENT 0x1p300
+/* Starts the tangent of the top that worker->fallback holds. Returns 0 if the direction vanishes
+ * without the known solutions, or if its square overflows. */
+static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
+{
+    const kr_top *top = worker->fallback;
+    kr_lanes *l = worker->lanes;
+    kr_lane_tangents *g = l->tangents;
+    const kr_vec3 A = shift_axes(top->main.inertia, shift),
+                  c = v_scale(1.0 / (rate * rate), shift_axes(top->main.lever, shift));
+    kr_vec3 turn, push;
+    initial_direction(worker, top, rate, &turn, &push);
+    set_components(g->ahead, lane, (A.x - A.z) / A.x, (A.y - A.x) / A.y, (A.z - A.y) / A.z);
+    set_components(g->behind, lane, (A.y - A.x) / A.x, (A.z - A.y) / A.y, (A.x - A.z) / A.z);
+    set_components(g->per, lane, 1.0 / A.x, 1.0 / A.y, 1.0 / A.z);
+    set_vector3(g->moments, lane, A);
+    set_vector3(g->c, lane, c);
+    kr_growth others = g->end;
+    set_vector3(g->end.d[0], lane, shift_axes(turn, shift));
+    set_vector3(g->end.d[1], lane, shift_axes(push, shift));
+    worker->isa->begin(l);
+    for (int i = 0; i < 6; i++) others.d[i / 3][i % 3][lane] = g->first[i / 3][i % 3][lane];
+    g->end = others;
+    reset_growth(&g->end, lane);
+    g->energy[lane] = g->first_energy[lane];
+    g->vertical[lane] = g->first_vertical[lane];
+    const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
+    return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
+}
+/* Loads the top that worker->fallback holds into a lane. Returns 0 if its tangent has no direction.
+ * */
+static int load_lane(kr_worker *worker, int lane)
+{
+    const kr_top *top = worker->fallback;
+    const kr_motion *motion = &top->main;
+    const kr_step_polynomial p = top->method->polynomial(motion);
+    kr_lanes *l = worker->lanes;
+    kr_slot *slot = &worker->slots[lane];
+    int shift;
+    const kr_quat turn = rotate_axes(motion->inertia, &shift);
+    set_lane_constants(l, lane, motion, p.rate, shift);
+    set_vector3(l->end_p, lane, shift_axes(v3(p.end_x[5], p.end_x[6], p.end_x[7]), shift));
+    set_vector3(l->end_w, lane, shift_axes(v3(p.end_w[1], p.end_w[2], p.end_w[3]), shift));
+    set_quaternion(l->end_q, lane,
+                   q_mul(q4(p.end_x[0], v3(p.end_x[1], p.end_x[2], p.end_x[3])), turn));
+    set_quaternion(l->axes, lane, q_conj(q_mul(top->axes, turn)));
+    set_vector3(l->moment, lane,
+                v_scale(top->momentum_unit * p.rate, shift_axes(motion->inertia, shift)));
+    l->end[lane] = l->steps[lane] = 0.0;
+    l->forward[lane] = slot->forward = top->forward;
+    l->max_steps[lane] = worker->config.max_steps > 0 ? (double)worker->config.max_steps : INFINITY;
+    slot->start = slot->requested = top->scene.start.t;
+    slot->time_unit = top->time_unit;
+    slot->rate = p.rate;
+    slot->horizon = top->horizon;
+    slot->last = top->scene.start;
+    if (worker->is_section) kr_section_load_event(worker, lane, p.rate, shift);
+    return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
+}
+
+/* Frees a lane. */
+static void release_lane(kr_worker *worker, int lane)
+{
+    worker->busy &= ~(1u << lane);
+    park_lane(worker->lanes, lane);
+}
+void kr_scheduler_fall_back(kr_worker *worker, int lane)
+{
+    const size_t i = worker->slots[lane].top;
+    release_lane(worker, lane);
+    kr_worker_run_scalar(worker, worker->fallback, i);
+}
+void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
+{
+    kr_stats stats = {0};
+    stats.steps = stats.evaluations = (int64_t)worker->lanes->steps[lane];
+    kr_worker_finish_top(worker, &worker->slots[lane], kr_scheduler_accumulators(worker, lane),
+                         status, stats);
+    release_lane(worker, lane);
+}
+/* Sets the goal of a lane to its next requested time; times at the start need no computation.
+ * Returns 0, and frees the lane, if the top is done or must fall back. */
+static int set_next_goal(kr_worker *worker, int lane)
+{
+    kr_slot *slot = &worker->slots[lane];
+    const kr_tops *tops = worker->tops;
+    const double *t = kr_worker_times_of(tops, slot->top);
+    for (; slot->states < tops->times && t[slot->states] == slot->start &&
+           slot->requested == slot->start;
+         slot->requested = slot->start) {
+        kr_worker_store_growth(worker, slot, NULL, 0);
+        kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane),
+                              &tops->scenes[slot->top].start);
+    }
+    if (slot->states == tops->times) {
+        kr_scheduler_finish(worker, lane, KR_OK);
+        return 0;
+    }
+    const double next = t[slot->states];
+    if (!(fabs(next) < slot->horizon) || !(slot->forward * (next - slot->requested) >= 0.0)) {
+        kr_scheduler_fall_back(worker, lane);
+        return 0;
+    }
+    slot->requested = next;
+    worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
+    return 1;
+}
+/* Returns 1 if a lane's last step is valid. The sign guards against steps of length 0; none is
+ * known before the horizon. */
+static int is_good_step(const kr_lanes *l, int lane)
+{
+    double sum = l->turn[l->order][lane];
+    for (int i = 0; i < 3; i++) sum += fabs(l->end_p[i][lane]) + fabs(l->end_w[i][lane]);
+    return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
+           l->steps[lane] <= l->max_steps[lane];
+}
+/* Returns the state of a lane that was sampled at time t. */
+static kr_state read_sample(const kr_lanes *l, int lane, double t)
+{
+    const kr_state s = {
+        t,
+        {l->out_q[0][lane], l->out_q[1][lane], l->out_q[2][lane], l->out_q[3][lane]},
+        {l->out_m[0][lane], l->out_m[1][lane], l->out_m[2][lane]}};
+    return s;
+}
+kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t)
+{
+    const kr_slot *slot = &worker->slots[lane];
+    kr_lanes *l = worker->lanes;
+    memcpy(l->at, l->end, sizeof l->at);
+    l->at[lane] = slot->rate * ((t - slot->start) / slot->time_unit);
+    worker->isa->sample(l);
+    return read_sample(l, lane, t);
+}
+/* Returns 1 if the lane's tangent, if any, reached the sampled time. */
+static int has_growth(const kr_lanes *l, int lane)
+{
+    double sum = 0.0;
+    for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
+    return isfinite(sum);
+}
+/* Stores the sampled state of a lane and sets the next goal. Returns 1 if that goal lies in the
+ * same step. */
+static int take_sample(kr_worker *worker, int lane)
+{
+    const kr_lanes *l = worker->lanes;
+    kr_slot *slot = &worker->slots[lane];
+    const kr_state s = read_sample(l, lane, slot->requested);
+    if (!kr_state_is_good(s.q, s.m) || !has_growth(l, lane)) {
+        kr_scheduler_fall_back(worker, lane);
+        return 0;
+    }
+    if (l->tangents) kr_worker_store_growth(worker, slot, worker->lanes->tangents->out, lane);
+    kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
+    return set_next_goal(worker, lane) && kr_scheduler_has_passed_goal(l, lane);
+}
+/* Samples `lanes` at all requested times in their last steps. */
+static void sample_lanes(kr_worker *worker, unsigned lanes)
+{
+    kr_lanes *l = worker->lanes;
+    while (lanes) {
+        for (int lane = 0; lane < KR_LANES_MAX; lane++)
+            l->at[lane] = lanes >> lane & 1 ? l->goal[lane] : l->t[lane];
+        worker->isa->sample(l);
+        for (int lane = 0; lane < KR_LANES_MAX; lane++)
+            if (lanes >> lane & 1 && !take_sample(worker, lane)) lanes &= ~(1u << lane);
+    }
+}
+/* Advances all lanes until one of them has passed its goal. */
+static void advance_lanes(kr_worker *worker)
+{
+    const kr_config *config = &worker->config;
+    const unsigned called = worker->isa->advance(worker->lanes, STEPS_PER_POLL) & worker->busy;
+    unsigned passed = 0;
+    for (int lane = 0; lane < KR_LANES_MAX; lane++) {
+        if (!(called >> lane & 1)) continue;
+        if (!is_good_step(worker->lanes, lane))
+            kr_scheduler_fall_back(worker, lane);
+        else if (worker->is_section)
+            kr_section_search(worker, lane);
+        else
+            passed |= 1u << lane;
+    }
+    sample_lanes(worker, passed);
+    if (config->poll && config->poll(config->context)) worker->interrupted = 1;
+}
+/* Returns the first lane without a top, or the number of lanes. */
+static int find_free_lane(const kr_worker *worker)
+{
+    int lane = 0;
+    while (lane < *worker->isa->lanes && worker->busy >> lane & 1) lane++;
+    return lane;
+}
+void kr_scheduler_add(kr_worker *worker, size_t i)
+{
+    int lane = find_free_lane(worker);
+    for (; lane == *worker->isa->lanes && !worker->interrupted; lane = find_free_lane(worker))
+        advance_lanes(worker);
+    if (worker->interrupted) return;
+    kr_slot *slot = &worker->slots[lane];
+    const kr_config config = kr_worker_config_of(worker, i);
+    const kr_slot empty = {.top = i, .last = worker->tops->scenes[i].start};
+    *slot = empty;
+    kr_status status = kr_top_init(worker->fallback, &worker->tops->scenes[i], &config);
+    if (status == KR_OK && worker->is_section) {
+        status = kr_top_watch(worker->fallback, 1, &worker->event);
+        kr_top_watch(worker->fallback, 0, NULL);
+    }
+    if (status == KR_OK && !load_lane(worker, lane)) status = KR_ERR_ARGUMENT;
+    if (status != KR_OK) {
+        const kr_stats none = {0};
+        park_lane(worker->lanes, lane);
+        kr_worker_finish_top(worker, slot, NULL, status, none);
+        return;
+    }
+    worker->busy |= 1u << lane;
+    if (worker->is_section)
+        kr_section_set_goal(worker, lane);
+    else
+        set_next_goal(worker, lane);
+}
+void kr_scheduler_drain(kr_worker *worker)
+{
+    while (worker->busy && !worker->interrupted) advance_lanes(worker);
+}

@@ -1,0 +1,297 @@
+/* The recurrence of lane_state.h: coefficients, step size, sums. Each instruction set compiles this
+ * source. Every sum runs from the middle outwards, so that the newest coefficients, on which
+ * everything waits, come last. The bits of a lane are the same for every vector width with fused
+ * multiply-add. */
+#ifndef KR_LANE_SERIES_H
+#define KR_LANE_SERIES_H
+#include "lane_state.h"
+#include "math/simd.h"
+
+typedef struct {
+    wide x, y, z;
+} lane_vec;
+INLINE lane_vec lane_vec_load(kr_lane_number *const v)
+{
+    const lane_vec r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2])};
+    return r;
+}
+INLINE void lane_vec_store(kr_lane_number *to, lane_vec v)
+{
+    wide_store(to[0], v.x);
+    wide_store(to[1], v.y);
+    wide_store(to[2], v.z);
+}
+INLINE wide lane_vec_dot(lane_vec a, lane_vec b)
+{
+    return wide_fma(a.x, b.x, wide_fma(a.y, b.y, a.z * b.z));
+}
+typedef struct {
+    wide w, x, y, z;
+} lane_quat;
+INLINE lane_quat lane_quat_load(kr_lane_number *const v)
+{
+    const lane_quat r = {wide_load(v[0]), wide_load(v[1]), wide_load(v[2]), wide_load(v[3])};
+    return r;
+}
+INLINE void lane_quat_store(kr_lane_number *to, lane_quat q)
+{
+    wide_store(to[0], q.w);
+    wide_store(to[1], q.x);
+    wide_store(to[2], q.y);
+    wide_store(to[3], q.z);
+}
+INLINE lane_quat lane_quat_conj(lane_quat q)
+{
+    const lane_quat r = {q.w, -q.x, -q.y, -q.z};
+    return r;
+}
+INLINE lane_quat lane_quat_mul(lane_quat a, lane_quat b)
+{
+    const lane_quat r = {
+        wide_fma(a.w, b.w, -wide_fma(a.x, b.x, wide_fma(a.y, b.y, a.z * b.z))),
+        wide_fma(a.w, b.x, wide_fma(a.x, b.w, wide_fma(a.y, b.z, -(a.z * b.y)))),
+        wide_fma(a.w, b.y, wide_fma(a.y, b.w, wide_fma(a.z, b.x, -(a.x * b.z)))),
+        wide_fma(a.w, b.z, wide_fma(a.z, b.w, wide_fma(a.x, b.y, -(a.y * b.x)))),
+    };
+    return r;
+}
+INLINE lane_quat lane_quat_unit(lane_quat q)
+{
+    const wide n =
+        1.0 / wide_sqrt(wide_fma(q.w, q.w, wide_fma(q.x, q.x, wide_fma(q.y, q.y, q.z * q.z))));
+    const lane_quat r = {n * q.w, n * q.x, n * q.y, n * q.z};
+    return r;
+}
+
+/* Sums of products of coefficients over j + m = n. */
+typedef struct {
+    lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
+    lane_vec plus, minus; /* P x W */
+    wide wp_x, wp_y;      /* Wx Px, Wy Py */
+    wide quotient;        /* (P, d) f' without the newest term */
+} lane_sums;
+
+INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
+{
+    a->plus.x = wide_fma(pj.y, wm.z, a->plus.x);
+    a->minus.x = wide_fma(pj.z, wm.y, a->minus.x);
+    a->plus.y = wide_fma(pj.z, wm.x, a->plus.y);
+    a->minus.y = wide_fma(pj.x, wm.z, a->minus.y);
+    a->plus.z = wide_fma(pj.x, wm.y, a->plus.z);
+    a->minus.z = wide_fma(pj.y, wm.x, a->minus.z);
+    a->ww.x = wide_fma(wj.y, wm.z, a->ww.x);
+    a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
+    a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
+}
+/* Adds the terms j, m of the heading. */
+INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
+{
+    a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
+    a->wp_y = wide_fma(pj.y, wm.y, a->wp_y);
+}
+INLINE lane_sums sum_products(kr_lanes *l, int n, int headless)
+{
+    const wide zero = wide_splat(0.0);
+    const lane_vec none = {zero, zero, zero};
+    lane_sums a = {none, none, none, zero, zero, zero};
+    if (n % 2 == 0) {
+        const lane_vec w = lane_vec_load(l->w[n / 2]), p = lane_vec_load(l->p[n / 2]);
+        add_cross(&a, w, w, p);
+        if (!headless) {
+            add_heading(&a, w, p);
+            if (n > 0) a.quotient = wide_load(l->near[n / 2]) * wide_load(l->rate[n / 2]);
+        }
+    }
+    for (int j = (n - 1) / 2; j >= 0 && n > 0; j--) {
+        const int m = n - j;
+        const lane_vec wj = lane_vec_load(l->w[j]), wm = lane_vec_load(l->w[m]);
+        const lane_vec pj = lane_vec_load(l->p[j]), pm = lane_vec_load(l->p[m]);
+        add_cross(&a, wj, wm, pj);
+        add_cross(&a, wm, wj, pm);
+        if (headless) continue;
+        add_heading(&a, wm, pj);
+        add_heading(&a, wj, pm);
+        a.quotient = wide_fma(wide_load(l->near[m]), wide_load(l->rate[j]), a.quotient);
+        if (j > 0) a.quotient = wide_fma(wide_load(l->near[j]), wide_load(l->rate[m]), a.quotient);
+    }
+    return a;
+}
+
+/* Sets the coefficient n of f', and with it n + 1 of f. */
+INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, wide share)
+{
+    const lane_vec w = lane_vec_load(l->w[n]);
+    wide sum = lane_vec_dot(w, lane_vec_load(l->p[0]));
+    if (n == 0)
+        sum = sum + lane_vec_dot(w, lane_vec_load(l->p[0]));
+    else
+        sum =
+            wide_fma(wide_load(l->part[0]), a->wp_x, wide_fma(wide_load(l->part[1]), a->wp_y, sum));
+    const wide rate = (sum - a->quotient) * wide_load(l->inverse);
+    wide_store(l->rate[n], rate);
+    wide_store(l->turn[n + 1], share * rate);
+}
+/* Sets the coefficients n + 1. */
+INLINE void next_lane_coefficient(kr_lanes *l, int n, int headless)
+{
+    const lane_sums a = sum_products(l, n, headless);
+    const wide share = wide_splat(1.0 / (n + 1));
+    const lane_vec p = lane_vec_load(l->p[n]), k = lane_vec_load(l->k), up = lane_vec_load(l->up),
+                   down = lane_vec_load(l->down);
+    /* Factors that need the newest products come last. */
+    const lane_vec w = {
+        wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
+        wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
+        wide_fma(share * k.z, a.ww.z, share * wide_fma(up.z, p.x, down.z * p.y)),
+    };
+    const lane_vec next = {share * (a.plus.x - a.minus.x), share * (a.plus.y - a.minus.y),
+                           share * (a.plus.z - a.minus.z)};
+    lane_vec_store(l->w[n + 1], w);
+    lane_vec_store(l->p[n + 1], next);
+    if (headless) return;
+    next_rate(l, &a, n, share);
+    wide_store(l->near[n + 1], lane_vec_dot(next, lane_vec_load(l->p[0])));
+}
+
+INLINE void expand_lanes(kr_lanes *l, int headless)
+{
+    if (!headless) {
+        const lane_vec p = lane_vec_load(l->p[0]);
+        const wide near = 1.0 + lane_vec_dot(p, p);
+        wide_store(l->near[0], near);
+        wide_store(l->inverse, 1.0 / near);
+        wide_store(l->turn[0], wide_splat(0.0));
+    }
+    for (int n = 0; n < l->order; n++) next_lane_coefficient(l, n, headless);
+}
+
+/* approx_log2 and approx_exp2 of taylor/series.h, lane by lane. */
+INLINE wide approx_log2_lanes(wide x)
+{
+    const wide bits = wide_of_bits((wide_bits(x) >> 20) | 0x4330000000000000u) - 0x1p52;
+    return wide_fma(bits, wide_splat(0x1p-32), wide_splat(-1022.957));
+}
+INLINE wide approx_exp2_lanes(wide x)
+{
+    const wide moved = x + 0x1.8p52, f = x - (moved - 0x1.8p52);
+    const wide power = wide_of_bits((wide_bits(moved) + 1023) << 52);
+    return power *
+           wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
+}
+/* Returns log2 of the radius of convergence, estimated from the n-th term. The terms of the heading
+ * get more weight: if its pole is the nearest, all omitted terms have one sign, while those of P
+ * and W fall faster than the last one suggests. */
+INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
+{
+    const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
+    wide square = lane_vec_dot(p, p) + lane_vec_dot(w, w);
+    if (!headless) {
+        const wide turn = 16.0 * wide_load(l->turn[n]);
+        square = wide_fma(turn, turn, square);
+    }
+    return approx_log2_lanes(square) * (-0.5 / n);
+}
+/* Returns the step at whose end the last term is as large as the tolerance, as taylor/series.h
+ * does. */
+INLINE wide lane_step_size(kr_lanes *l, int headless)
+{
+    const int order = l->order;
+    const wide radius = wide_min(lane_log2_radius(l, order - 1, headless),
+                                 lane_log2_radius(l, order - 2, headless));
+    const wide step = approx_exp2_lanes(wide_splat(l->log2_tol / order) + radius),
+               longest = (order / 6.0) * wide_load(l->fall);
+    return wide_min(step, longest);
+}
+
+/* P, W and f at a time. */
+typedef struct {
+    lane_vec p, w;
+    wide turn;
+} lane_point;
+/* Sums the terms up to an order. */
+INLINE lane_point sum_lane_terms(kr_lanes *l, int order, wide at, int headless)
+{
+    const wide h = at - wide_load(l->t);
+    int n = order;
+    lane_point r = {lane_vec_load(l->p[n]), lane_vec_load(l->w[n]), wide_splat(0.0)};
+    if (!headless) r.turn = wide_load(l->turn[n]);
+    while (--n >= 0) {
+        const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
+        r.p.x = wide_fma(h, r.p.x, p.x);
+        r.p.y = wide_fma(h, r.p.y, p.y);
+        r.p.z = wide_fma(h, r.p.z, p.z);
+        r.w.x = wide_fma(h, r.w.x, w.x);
+        r.w.y = wide_fma(h, r.w.y, w.y);
+        r.w.z = wide_fma(h, r.w.z, w.z);
+        if (!headless) r.turn = wide_fma(h, r.turn, wide_load(l->turn[n]));
+    }
+    return r;
+}
+INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
+{
+    return sum_lane_terms(l, l->order, at, headless);
+}
+
+/* Writes sine and cosine of x. The quarter turn next to x is an integer in the low bits of u; the
+ * polynomials, which are those of math/trig.h, then see at most an eighth of a turn. */
+INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
+{
+    const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
+               turns = u - 0x1.8p52;
+    const wide y = wide_fma(turns, wide_splat(-6.123233995736766e-17),
+                            wide_fma(turns, wide_splat(-1.5707963267948966), x));
+    const wide z = y * y;
+    wide s = wide_splat(1.0 / 355687428096000.0), c = wide_splat(1.0 / 20922789888000.0);
+    s = wide_fma(z, s, wide_splat(-1.0 / 1307674368000.0));
+    s = wide_fma(z, s, wide_splat(1.0 / 6227020800.0));
+    s = wide_fma(z, s, wide_splat(-1.0 / 39916800));
+    s = wide_fma(z, s, wide_splat(1.0 / 362880));
+    s = wide_fma(z, s, wide_splat(-1.0 / 5040));
+    s = wide_fma(z, s, wide_splat(1.0 / 120));
+    s = wide_fma(z, s, wide_splat(-1.0 / 6));
+    c = wide_fma(z, c, wide_splat(-1.0 / 87178291200.0));
+    c = wide_fma(z, c, wide_splat(1.0 / 479001600));
+    c = wide_fma(z, c, wide_splat(-1.0 / 3628800));
+    c = wide_fma(z, c, wide_splat(1.0 / 40320));
+    c = wide_fma(z, c, wide_splat(-1.0 / 720));
+    c = wide_fma(z, c, wide_splat(1.0 / 24));
+    c = wide_fma(z, c, wide_splat(-1.0 / 2));
+    s = wide_fma(y * z, s, y);
+    c = wide_fma(z, c, wide_splat(1.0));
+    const wide_integer quarter = wide_bits(u),
+                       swap = (wide_bits(s) ^ wide_bits(c)) & (0 - (quarter & 1));
+    *sine = wide_of_bits((wide_bits(s) ^ swap) ^ ((quarter & 2) << 62));
+    *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
+}
+/* Returns the turn from P to d the shortest way, of any length. */
+INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
+{
+    const lane_quat s = {1.0 + lane_vec_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),
+                         wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
+    return s;
+}
+/* Returns the attitude at a point of the piece: exp(e3 f/2) q s(P). Without the heading it
+ * is the shortest turn from P to the vertical. */
+INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
+{
+    if (headless) {
+        const wide zero = wide_splat(0.0),
+                   sign = wide_choose(wide_less(at->p.z, zero), wide_splat(-1.0), wide_splat(1.0));
+        /* Below the horizon it goes by way of the other pole, half a turn about the first axis. */
+        const lane_vec d = {zero, zero, sign};
+        const lane_quat s = lane_quat_unit(shortest_turn(at->p, d)), over = {-s.x, s.w, -s.z, s.y};
+        const mask up = wide_less(zero, sign);
+        const lane_quat r = {wide_choose(up, s.w, over.w), wide_choose(up, s.x, over.x),
+                             wide_choose(up, s.y, over.y), wide_choose(up, s.z, over.z)};
+        return r;
+    }
+    const lane_quat here =
+        lane_quat_mul(lane_quat_load(l->q), shortest_turn(at->p, lane_vec_load(l->p[0])));
+    wide s, c;
+    sine_cosine(0.5 * at->turn, &s, &c);
+    const lane_quat turned = {wide_fma(c, here.w, -(s * here.z)),
+                              wide_fma(c, here.x, -(s * here.y)), wide_fma(c, here.y, s * here.x),
+                              wide_fma(c, here.z, s * here.w)};
+    return lane_quat_unit(turned);
+}
+#endif

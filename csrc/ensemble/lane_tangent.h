@@ -1,0 +1,446 @@
+/* Growth of one tangent for each lane; the path does not depend on it. Each instruction set
+ * compiles this source. The equations are those of taylor/tangents.h without damping and
+ * parameters. Two solutions are known and removed at the end of each step: the flow (W | P x c) and
+ * the rotation about the vertical (P | P x AW). The rest is the growth. Conserved, as far as the
+ * tolerance allows, are
+ *     dE = <N, W> + <theta, W x AW + c x P>       d<m, e3> = <N, P>
+ * MEGNO is that of Cincotta and Simo (2000), whose mean over the time T is, by parts,
+ *     2/T int ln|delta| (1 + ln(t/T)) dt. */
+#include "lane_series.h"
+
+/* Limit of a deviation's last term, relative to its size and the tolerance, in powers of two. A
+ * step of the path has at most GROWTH_PARTS parts and ends with the last of them. A part is
+ * shortened at most GROWTH_TRIES times. */
+#define GROWTH_SLACK 9.0
+enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
+
+typedef struct {
+    lane_vec turn, push;
+} lane_deviation;
+INLINE lane_deviation deviation_load(kr_lane_vector *const v)
+{
+    const lane_deviation d = {lane_vec_load(v[0]), lane_vec_load(v[1])};
+    return d;
+}
+INLINE void deviation_store(kr_lane_vector *to, lane_deviation d)
+{
+    lane_vec_store(to[0], d.turn);
+    lane_vec_store(to[1], d.push);
+}
+INLINE lane_vec lane_vec_cross(lane_vec a, lane_vec b)
+{
+    const lane_vec r = {wide_fma(a.y, b.z, -(a.z * b.y)), wide_fma(a.z, b.x, -(a.x * b.z)),
+                        wide_fma(a.x, b.y, -(a.y * b.x))};
+    return r;
+}
+INLINE lane_vec lane_vec_times(lane_vec a, lane_vec b)
+{
+    const lane_vec r = {a.x * b.x, a.y * b.y, a.z * b.z};
+    return r;
+}
+/* s a + b */
+INLINE lane_vec lane_vec_axpy(wide s, lane_vec a, lane_vec b)
+{
+    const lane_vec r = {wide_fma(s, a.x, b.x), wide_fma(s, a.y, b.y), wide_fma(s, a.z, b.z)};
+    return r;
+}
+INLINE lane_deviation deviation_axpy(wide s, lane_deviation a, lane_deviation b)
+{
+    const lane_deviation r = {lane_vec_axpy(s, a.turn, b.turn), lane_vec_axpy(s, a.push, b.push)};
+    return r;
+}
+INLINE wide deviation_dot(lane_deviation a, lane_deviation b)
+{
+    return lane_vec_dot(a.turn, b.turn) + lane_vec_dot(a.push, b.push);
+}
+INLINE lane_vec lane_vec_zero(void)
+{
+    const wide zero = wide_splat(0.0);
+    const lane_vec r = {zero, zero, zero};
+    return r;
+}
+
+#define LN_2 0.69314718055994531
+/* Splits a positive normal number into a power of two and a factor from sqrt(1/2) to sqrt(2). */
+INLINE wide mantissa(wide x, wide *power)
+{
+    const wide_integer one = wide_bits(wide_splat(1.0)),
+                       root = wide_bits(wide_splat(0.70710678118654752));
+    const wide_integer bits = wide_bits(x) + (one - root);
+    *power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
+    return wide_of_bits((bits & 0x000fffffffffffffu) + root);
+}
+/* Returns the natural logarithm to rounding. */
+INLINE wide wide_log(wide x)
+{
+    wide power;
+    const wide m = mantissa(x, &power), z = (m - 1.0) / (m + 1.0), y = z * z;
+    wide sum = wide_splat(1.0 / 21.0);
+    for (int n = 19; n > 1; n -= 2) sum = wide_fma(y, sum, wide_splat(1.0 / n));
+    sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
+    return wide_fma(power, wide_splat(LN_2), sum);
+}
+/* Returns the natural logarithm to 1e-8 without a division, for the summands of a mean. The
+ * polynomial interpolates ln(1 + m) / m at Chebyshev's points. */
+INLINE wide approx_log(wide x)
+{
+    static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
+                                   0.199569774831,  -0.25002153461, 0.333341833385,
+                                   -0.499999870323, 0.999999974267};
+    wide power, sum = wide_splat(0.0874394535206);
+    const wide m = mantissa(x, &power) - 1.0;
+    for (int n = 0; n < 8; n++) sum = wide_fma(m, sum, wide_splat(terms[n]));
+    return wide_fma(power, wide_splat(LN_2), m * sum);
+}
+
+/* Sums of products of coefficients over j + m = n. */
+typedef struct {
+    lane_vec plus, minus; /* next(theta) * prev(W), prev(theta) * next(W) */
+    lane_vec push;        /* N x W */
+    lane_vec lifted;      /* theta <c, P> */
+    lane_vec leaned;      /* theta * P */
+} growth_sums;
+INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, int m)
+{
+    const lane_vec turn = lane_vec_load(g->x[j][0]), push = lane_vec_load(g->x[j][1]),
+                   w = lane_vec_load(l->w[m]), p = lane_vec_load(l->p[m]);
+    a->plus.x = wide_fma(turn.y, w.z, a->plus.x);
+    a->plus.y = wide_fma(turn.z, w.x, a->plus.y);
+    a->plus.z = wide_fma(turn.x, w.y, a->plus.z);
+    a->minus.x = wide_fma(turn.z, w.y, a->minus.x);
+    a->minus.y = wide_fma(turn.x, w.z, a->minus.y);
+    a->minus.z = wide_fma(turn.y, w.x, a->minus.z);
+    a->push.x = wide_fma(push.y, w.z, wide_fma(-push.z, w.y, a->push.x));
+    a->push.y = wide_fma(push.z, w.x, wide_fma(-push.x, w.z, a->push.y));
+    a->push.z = wide_fma(push.x, w.y, wide_fma(-push.y, w.x, a->push.z));
+    a->lifted = lane_vec_axpy(wide_load(g->lift[m]), turn, a->lifted);
+    a->leaned.x = wide_fma(turn.x, p.x, a->leaned.x);
+    a->leaned.y = wide_fma(turn.y, p.y, a->leaned.y);
+    a->leaned.z = wide_fma(turn.z, p.z, a->leaned.z);
+}
+/* Sets the coefficients n + 1. */
+INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
+{
+    const wide share = wide_splat(1.0 / (n + 1));
+    growth_sums a = {lane_vec_zero(), lane_vec_zero(), lane_vec_zero(), lane_vec_zero(),
+                     lane_vec_zero()};
+    wide_store(g->lift[n], lane_vec_dot(lane_vec_load(g->c), lane_vec_load(l->p[n])));
+    for (int j = 0; j <= n; j++) add_growth(&a, l, g, j, n - j);
+    const wide lean = a.leaned.x + a.leaned.y + a.leaned.z;
+    const lane_vec ahead = lane_vec_times(lane_vec_load(g->ahead), a.plus),
+                   behind = lane_vec_times(lane_vec_load(g->behind), a.minus),
+                   own = lane_vec_times(lane_vec_load(g->per), lane_vec_load(g->x[n][1]));
+    const lane_vec push = lane_vec_axpy(-lean, lane_vec_load(g->c), a.push);
+    const lane_deviation next = {{share * (ahead.x + (behind.x + own.x)),
+                                  share * (ahead.y + (behind.y + own.y)),
+                                  share * (ahead.z + (behind.z + own.z))},
+                                 {share * (push.x + a.lifted.x), share * (push.y + a.lifted.y),
+                                  share * (push.z + a.lifted.z)}};
+    deviation_store(g->x[n + 1], next);
+}
+INLINE lane_deviation sum_growth(kr_lane_tangents *g, int order, wide h)
+{
+    lane_deviation d = deviation_load(g->x[order]);
+    for (int n = order - 1; n >= 0; n--) d = deviation_axpy(h, d, deviation_load(g->x[n]));
+    return d;
+}
+
+/* Returns `d` without its component along a known solution. */
+INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
+{
+    const wide size = deviation_dot(known, known), zero = wide_splat(0.0);
+    const wide share = wide_choose(wide_less(zero, size), deviation_dot(d, known) / size, zero);
+    return deviation_axpy(-share, known, d);
+}
+/* The known solutions, flow and rotation about the vertical, at a point of the path. */
+typedef struct {
+    lane_deviation flow, turn;
+} known_solutions;
+INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point *at)
+{
+    const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at->w);
+    const known_solutions r = {{at->w, lane_vec_cross(at->p, lane_vec_load(g->c))},
+                               {at->p, lane_vec_cross(at->p, momentum)}};
+    return r;
+}
+/* Returns `d` without the known solutions. If these two coincide up to rounding, only the first is
+ * removed. */
+INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+{
+    const known_solutions known = known_solutions_at(g, at);
+    const lane_deviation own = remove_component(known.turn, known.flow),
+                         nothing = {lane_vec_zero(), lane_vec_zero()};
+    const mask is_own =
+        wide_less(0x1p-60 * deviation_dot(known.turn, known.turn), deviation_dot(own, own));
+    const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
+    return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
+}
+/* Returns the squared length of remove_known(d). Its error is a rounding of the squared length of
+ * `d`, which is small enough for a mean. */
+INLINE wide pure_square(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+{
+    const wide zero = wide_splat(0.0), one = wide_splat(1.0);
+    const known_solutions known = known_solutions_at(g, at);
+    const wide f = deviation_dot(known.flow, known.flow);
+    const mask moves = wide_less(wide_splat(0x1p-1000), f);
+    const wide per = wide_choose(moves, one, zero) / wide_choose(moves, f, one),
+               slope = per * deviation_dot(known.turn, known.flow);
+    const lane_deviation own = deviation_axpy(-slope, known.flow, known.turn);
+    const wide all = deviation_dot(d, d), along = deviation_dot(d, known.flow),
+               about = deviation_dot(d, own), u = deviation_dot(own, own),
+               least = 0x1p-60 * deviation_dot(known.turn, known.turn);
+    const mask is_own = wide_less(least, u);
+    const wide share = wide_choose(is_own, about * about, zero) / wide_max(u, least);
+    return wide_max(wide_fma(-per * along, along, all) - share, 0x1p-40 * all);
+}
+/* Returns ln|delta|, given the logarithm of its scaled square. */
+INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
+{
+    return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
+}
+/* Writes the errors of the two conserved forms of a deviation, relative to its size and theirs. */
+INLINE void weigh_forms(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+{
+    const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at->w),
+                   pull = lane_vec_cross(lane_vec_load(g->c), at->p),
+                   lean = lane_vec_axpy(wide_splat(1.0), pull, lane_vec_cross(at->w, momentum));
+    const wide size = deviation_dot(d, d), down = wide_load(g->begin.scale),
+               energy = lane_vec_dot(d.push, at->w) + lane_vec_dot(d.turn, lean),
+               vertical = lane_vec_dot(d.push, at->p);
+    const wide weight = lane_vec_dot(at->w, at->w) + lane_vec_dot(lean, lean),
+               zero = wide_splat(0.0);
+    wide_store(
+        g->out[KR_GROWTH_ENERGY],
+        wide_choose(wide_less(zero, weight),
+                    wide_abs(energy - down * wide_load(g->energy)) / wide_sqrt(weight * size),
+                    zero));
+    wide_store(g->out[KR_GROWTH_MOMENTUM], wide_abs(vertical - down * wide_load(g->vertical)) /
+                                               wide_sqrt(size * lane_vec_dot(at->p, at->p)));
+}
+
+/* Lobatto's rule of six points: those inside, of a step from 0 to 1, and the weight of its ends. */
+static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
+                                0.88252766196473235},
+                    weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,
+                                 0.18923747814892349};
+#define END_WEIGHT (1.0 / 30.0)
+
+/* The integrals of ln|delta| and of ln|delta| ln t, the largest and the last ln|delta|, and the
+ * square of the largest last term over the size of its deviation. */
+typedef struct {
+    wide area, moment, most, last, rest;
+} growth_areas;
+/* Adds the contribution of a share of time with the last ln|delta|; t is that time. Lanes that have
+ * arrived have no share. */
+INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
+{
+    const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
+    a.area = a.area + weight;
+    a.moment = wide_fma(weight, approx_log(wide_max(forward * t, wide_splat(0x1p-1000))), a.moment);
+    a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
+    return a;
+}
+/* Accounts for the last term of a deviation, given its square. */
+INLINE void add_rest(growth_areas *a, wide last, lane_deviation d)
+{
+    const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
+    const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
+    a->rest = wide_max(rest, a->rest);
+}
+/* Adds the integrals over a part of length h from l->t by Lobatto's rule, because the logarithm
+ * bends sharply where the deviation is short. `d` is the deviation at the end, without the known
+ * solutions. */
+INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
+                             growth_areas a)
+{
+    const wide t = wide_load(l->t);
+    a = add_look(l, a, END_WEIGHT * h, t);
+    for (int i = 0; i < 4; i++) {
+        const wide span = places[i] * h, time = t + span;
+        const int order = g->terms[i];
+        const lane_point here = sum_lane_terms(l, order, time, 1);
+        const wide square = pure_square(g, &here, sum_growth(g, order, span));
+        a.last = unscale_log(g, approx_log(square));
+        a = add_look(l, a, weights[i] * h, time);
+    }
+    a.last = unscale_log(g, wide_log(deviation_dot(d, d)));
+    return add_look(l, a, END_WEIGHT * h, t + h);
+}
+
+/* Returns the square of the last term of a deviation after h. */
+INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
+{
+    wide power = wide_splat(1.0);
+    for (int n = 0; n < order; n++) power = power * h;
+    const lane_deviation last = deviation_load(g->x[order]);
+    return power * power * deviation_dot(last, last);
+}
+/* Returns the share of h after which the last term is small enough: 1, or an estimate below 1.
+ * `all` is the deviation after h. */
+INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
+{
+    const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
+    const wide size = deviation_dot(all, all), rest = last_square(g, order, h);
+    const wide most = wide_splat(g->truncation_limit) * size;
+    const mask is_finite = wide_less(size, wide_splat(INFINITY));
+    const mask is_small =
+        mask_and(is_finite, mask_or(wide_at_most(rest, most), wide_equal(size, zero)));
+    const wide share =
+        0.9 * approx_exp2_lanes((approx_log2_lanes(most) -
+                                 approx_log2_lanes(wide_max(rest, wide_splat(0x1p-1000)))) *
+                                (0.5 / order));
+    const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
+    return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
+}
+/* Shortens a part of length h until its last term is small enough. Returns its length, 0 if none is
+ * short enough. */
+INLINE wide shorten_part(kr_lane_tangents *g, int order, wide h)
+{
+    const wide one = wide_splat(1.0);
+    mask is_long = wide_less(one, one);
+    for (int i = 0; i < GROWTH_TRIES; i++) {
+        const wide share = share_allowed(g, order, h, sum_growth(g, order, h));
+        is_long = wide_less(share, one);
+        if (!mask_any(is_long)) return h;
+        h = share * h;
+    }
+    return wide_choose(is_long, wide_splat(0.0), h);
+}
+INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start)
+{
+    deviation_store(g->x[0], start);
+    for (int n = 0; n < l->order; n++) next_growth(l, g, n);
+}
+/* Expands the path about a time inside the step, for lanes that are not at their goal yet. */
+APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
+{
+    kr_lanes *part = &g->part;
+    const wide time = wide_load(at);
+    const lane_point here = sum_lanes(l, time, 1);
+    part->order = l->order;
+    memcpy(part->k, l->k, sizeof l->k);
+    memcpy(part->up, l->up, sizeof l->up);
+    memcpy(part->down, l->down, sizeof l->down);
+    memcpy(part->forward, l->forward, sizeof l->forward);
+    wide_store(part->t, time);
+    lane_vec_store(part->p[0], here.p);
+    lane_vec_store(part->w[0], here.w);
+    expand_lanes(part, 1);
+}
+INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *no)
+{
+    const lane_point r = {{wide_choose(m, yes->p.x, no->p.x), wide_choose(m, yes->p.y, no->p.y),
+                           wide_choose(m, yes->p.z, no->p.z)},
+                          {wide_choose(m, yes->w.x, no->w.x), wide_choose(m, yes->w.y, no->w.y),
+                           wide_choose(m, yes->w.z, no->w.z)},
+                          wide_splat(0.0)};
+    return r;
+}
+/* Propagates the deviation from the begin of the step to the time `to`, where the path is `at`, in
+ * at most `most` parts. Writes the time that each lane has reached. Lanes that have arrived keep
+ * their bits. Returns the deviation without the known solutions. */
+INLINE lane_deviation carry_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
+                                      const lane_point *at, int most, growth_areas *areas,
+                                      wide *reached)
+{
+    kr_lanes *path = l;
+    lane_deviation d = deviation_load(g->begin.d);
+    for (int parts = 1;; parts++) {
+        const wide t = wide_load(path->t), left = to - t;
+        expand_growth(path, g, d);
+        const lane_deviation all = sum_growth(g, l->order, left);
+        const wide share = share_allowed(g, l->order, left, all);
+        const mask whole_way = wide_equal(share, wide_splat(1.0));
+        const int arrived = mask_all(whole_way);
+        const wide h = arrived ? left : shorten_part(g, l->order, share * left);
+        kr_lane_number time;
+        *reached = wide_choose(whole_way, to, t + h);
+        wide_store(time, *reached);
+        d = arrived ? all : sum_growth(g, l->order, h);
+        const lane_point there = arrived ? *at : sum_lanes(path, wide_load(time), 1),
+                         here = arrived ? *at : choose_point(whole_way, at, &there);
+        const lane_deviation own = remove_known(g, &here, d);
+        add_rest(areas, last_square(g, l->order, h), d);
+        *areas = add_part(path, g, h, own, *areas);
+        if (arrived || parts == most) return own;
+        begin_part(l, g, time);
+        path = &g->part;
+    }
+}
+INLINE growth_areas load_areas(kr_lane_tangents *g)
+{
+    const growth_areas a = {wide_load(g->begin.area), wide_load(g->begin.moment),
+                            wide_load(g->begin.max), wide_load(g->begin.last),
+                            wide_load(g->begin.truncation)};
+    return a;
+}
+/* Propagates the deviation over the last step, removes the known solutions, and scales it by a
+ * power of two. Returns the time that each lane has reached, which is before the end of the step if
+ * that took too many parts. */
+INLINE wide follow_step(kr_lanes *l, kr_lane_tangents *g)
+{
+    const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
+    memcpy(&g->begin, &g->end, sizeof g->end);
+    growth_areas areas = load_areas(g);
+    wide reached;
+    const lane_deviation d = carry_deviation(l, g, wide_load(l->end), &at, GROWTH_PARTS, &areas,
+                                             &reached),
+                         nothing = {lane_vec_zero(), lane_vec_zero()};
+    wide_store(g->end.area, areas.area);
+    wide_store(g->end.moment, areas.moment);
+    wide_store(g->end.max, areas.most);
+    wide_store(g->end.last, areas.last);
+    wide_store(g->end.truncation, areas.rest);
+    const wide moved = 0x1.8p52 - 0.5 * approx_log2_lanes(deviation_dot(d, d)),
+               power = wide_of_bits((wide_bits(moved) + 1023) << 52);
+    deviation_store(g->end.d, deviation_axpy(power, d, nothing));
+    wide_store(g->end.power, wide_load(g->begin.power) - (moved - 0x1.8p52));
+    wide_store(g->end.scale, wide_load(g->begin.scale) * power);
+    return reached;
+}
+/* Writes the growth at the times `at` inside the steps; NaN where the deviation does not get there.
+ * Its parts differ from those of the step. */
+INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
+{
+    const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
+    const wide t = wide_max(wide_load(l->forward) * at, tiny);
+    const lane_point here = sum_lanes(l, at, 1);
+    growth_areas areas = load_areas(g);
+    wide reached;
+    const lane_deviation d = carry_deviation(l, g, at, &here, 2 * GROWTH_PARTS, &areas, &reached);
+    const mask is_there = wide_equal(reached, at);
+    wide_store(g->out[KR_GROWTH_LOG], wide_choose(is_there, areas.last, wide_splat(NAN)));
+    wide_store(g->out[KR_GROWTH_TRUNCATION], wide_sqrt(areas.rest));
+    wide_store(g->out[KR_GROWTH_MEGNO],
+               2.0 * wide_fma(areas.area, 1.0 - wide_log(t), areas.moment) / t);
+    wide_store(g->out[KR_GROWTH_MAX], areas.most);
+    weigh_forms(g, &here, d);
+}
+/* Sets the limit of a deviation's last term, and the number of terms that matter to 2^-24 at the
+ * nodes inside a step. The n-th term is about tol^(n/order) at the end, and smaller at a node by
+ * the n-th power of the node. */
+static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
+{
+    g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
+    for (int i = 0; i < 4; i++) {
+        const double fall = -log2(places[i]) - l->log2_tol / l->order;
+        g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
+    }
+}
+/* Starts a deviation of unit length in every lane. */
+INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
+{
+    set_limits(l, g);
+    const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
+    const lane_deviation d = remove_known(g, &at, deviation_load(g->end.d)),
+                         nothing = {lane_vec_zero(), lane_vec_zero()};
+    const wide size = wide_sqrt(deviation_dot(d, d));
+    const lane_deviation one = deviation_axpy(1.0 / size, d, nothing);
+    const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at.w),
+                   pull = lane_vec_cross(lane_vec_load(g->c), at.p),
+                   lean = lane_vec_axpy(wide_splat(1.0), pull, lane_vec_cross(at.w, momentum));
+    deviation_store(g->first, one);
+    wide_store(g->first_energy, lane_vec_dot(one.push, at.w) + lane_vec_dot(one.turn, lean));
+    wide_store(g->first_vertical, lane_vec_dot(one.push, at.p));
+    wide_store(g->first_size, size);
+}

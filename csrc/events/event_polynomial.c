@@ -1,0 +1,368 @@
+/* A sum of products of two components, as a polynomial over a step by Cauchy products of the
+ * series' own coefficients. What is seen from the body is linear in (q, P, W): attitude, vertical,
+ * angular velocity. In space, with e a unit vector there and v one in the body,
+ *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
+ * Numbers are in the units of the step, powers of two in which every component is at most one. */
+#include "model/quantities.h"
+#include "event_polynomial.h"
+
+/* Zeros stand before and behind the factors of a product. */
+enum { PAD = 8, ROOM = KR_TERMS_ROOM };
+typedef double padded_series[PAD + ROOM];
+
+/* A step up to some order, with the names of kr_step_polynomial. In the functions below, c holds
+ * the coefficients to which they add. */
+typedef struct step_view {
+    const kr_top *top;
+    double rate;
+    int order;
+    const double (*x)[8], (*w)[4];
+    void (*product)(const double *a, const double *b, int order, double *c);
+} step_view;
+
+static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
+/* Returns the unit of a component, a power of two. The first letter of its dimension tells momenta
+ * and rates from plain numbers. */
+static double component_unit(const kr_top *top, double rate, int number)
+{
+    if (number == KR_COMPONENT_ONE) return 1.0;
+    const char letter = *kr_quantities[kr_component_of(number).quantity].dimension;
+    return letter == 'M' ? top->momentum_unit * rate : letter == 'T' ? rate / top->time_unit : 1.0;
+}
+static double dot4(kr_quat a, const double b[4])
+{
+    return (a.w * b[0] + a.x * b[1]) + (a.y * b[2] + a.z * b[3]);
+}
+/* Returns coefficient n of the attitude. */
+static kr_quat attitude_coefficient(const step_view *v, int n)
+{
+    return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
+}
+static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
+/* Returns the factor of a term in the units of a step of this rate. */
+static double term_factor(const kr_top *top, double rate, const kr_term *t)
+{
+    return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
+}
+/* Adds the product of two series to c. */
+static void multiply_series(const step_view *v, const double *a, const double *b, double *c)
+{
+    if (v->order > 1)
+        v->product(a, b, v->order, c);
+    else
+        c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
+}
+
+/* Adds a linear form of the attitude; `weight` holds its factors. */
+static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
+{
+    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
+}
+/* Adds a linear form of the vertical seen from the body. */
+static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
+{
+    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
+}
+/* Adds a linear form of the angular velocity in the body. */
+static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
+{
+    for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
+}
+/* Returns an axis of the frame of description, in working axes. */
+static kr_quat described_axis(const step_view *v, int axis)
+{
+    return pure_quaternion(q_turn_back(v->top->axes, unit_vector(axis)));
+}
+/* Sets all elements of `s` to 0 except those of the coefficients. */
+static void clear_padding(const step_view *v, padded_series s)
+{
+    memset(s, 0, PAD * sizeof *s);
+    memset(s + PAD + v->order + 1, 0, (size_t)(ROOM - v->order - 1) * sizeof *s);
+}
+/* Stores the components of q as coefficient n of four series. */
+static void set_coefficients(padded_series s[4], int n, kr_quat q)
+{
+    s[0][PAD + n] = q.w;
+    s[1][PAD + n] = q.x;
+    s[2][PAD + n] = q.y;
+    s[3][PAD + n] = q.z;
+}
+/* Returns e q, where e is an axis of space. */
+static kr_quat multiply_by_axis(int axis, kr_quat q)
+{
+    const kr_quat products[3] = {
+        {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
+    return products[axis];
+}
+/* Adds the component along an axis of space (0, 1 or 2) of a vector that is fixed in the body. */
+static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
+{
+    padded_series left[4], right[4];
+    for (int i = 0; i < 4; i++) clear_padding(v, left[i]), clear_padding(v, right[i]);
+    for (int n = 0; n <= v->order; n++) {
+        const kr_quat q = attitude_coefficient(v, n);
+        set_coefficients(left, n, multiply_by_axis(axis, q));
+        set_coefficients(right, n, q_mul(q, pure_quaternion(body)));
+    }
+    for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
+}
+/* Adds factor times the angular momentum along an axis of space: the series of <e q, q M>, with M
+ * in the body. Holds for damped motions too. */
+static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
+{
+    /* q M component by component: indices of q and M, and 1 for a negative sign. */
+    static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
+                                       {{0, 0, 0}, {2, 2, 0}, {3, 1, 1}},
+                                       {{0, 1, 0}, {3, 0, 0}, {1, 2, 1}},
+                                       {{0, 2, 0}, {1, 1, 0}, {2, 0, 1}}};
+    padded_series q[4], left[4], right[4], M[2][4];
+    for (int i = 0; i < 4; i++) {
+        clear_padding(v, q[i]), clear_padding(v, left[i]), clear_padding(v, M[0][i]),
+            clear_padding(v, M[1][i]);
+        memset(right[i], 0, sizeof right[i]);
+    }
+    for (int n = 0; n <= v->order; n++) {
+        const kr_vec3 W = v3(v->w[n][1], v->w[n][2], v->w[n][3]);
+        const kr_vec3 m = v_scale(factor, v_times(v->top->main.inertia, W));
+        set_coefficients(q, n, attitude_coefficient(v, n));
+        set_coefficients(left, n, multiply_by_axis(axis, attitude_coefficient(v, n)));
+        set_coefficients(M[0], n, q4(m.x, v3(m.y, m.z, 0.0)));
+        set_coefficients(M[1], n, q4(-m.x, v3(-m.y, -m.z, 0.0)));
+    }
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < 3; k++) {
+            const int *t = terms[i][k];
+            multiply_series(v, q[t[0]] + PAD, M[t[2]][t[1]] + PAD, right[i] + PAD);
+        }
+        clear_padding(v, right[i]);
+        multiply_series(v, left[i] + PAD, right[i] + PAD, c);
+    }
+}
+/* Adds factor times the vertical momentum <P, M>, which needs no attitude. */
+static void add_vertical_momentum(const step_view *v, double factor, double *c)
+{
+    padded_series P[4], M[4];
+    for (int i = 0; i < 4; i++) clear_padding(v, P[i]), clear_padding(v, M[i]);
+    for (int n = 0; n <= v->order; n++) {
+        const kr_vec3 W = v3(v->w[n][1], v->w[n][2], v->w[n][3]);
+        set_coefficients(P, n, q4(0.0, v3(v->x[n][5], v->x[n][6], v->x[n][7])));
+        set_coefficients(M, n, pure_quaternion(v_scale(factor, v_times(v->top->main.inertia, W))));
+    }
+    for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
+}
+
+/* Adds factor times the series of a component of q. Each quantity with KR_QUANTITY_IN_EVENTS has
+ * such a function. */
+static void add_q(const step_view *v, double factor, int axis, double *c)
+{
+    const kr_quat axes = v->top->axes,
+                  weight = axis == 0 ? axes : q_mul(pure_quaternion(unit_vector(axis - 1)), axes);
+    add_of_attitude(v, q_scale(factor, weight), c);
+}
+static void add_m(const step_view *v, double factor, int axis, double *c)
+{
+    const kr_motion *motion = &v->top->main;
+    if (v_largest(motion->damping) > 0.0) {
+        if (axis == 2)
+            add_vertical_momentum(v, factor, c);
+        else
+            add_turned_momentum(v, factor, axis, c);
+        return;
+    }
+    const kr_vec3 e = unit_vector(axis), P = v3(v->x[0][5], v->x[0][6], v->x[0][7]);
+    const kr_vec3 M = v_times(motion->inertia, v3(v->w[0][1], v->w[0][2], v->w[0][3]));
+    const kr_quat q = attitude_coefficient(v, 0);
+    double torque[ROOM];
+    c[0] +=
+        factor * (axis == 2 ? v_dot(P, M)
+                            : q_dot(q_mul(pure_quaternion(e), q), q_mul(q, pure_quaternion(M))));
+    if (axis == 2) return;
+    memset(torque, 0, sizeof torque);
+    factor *= (axis == 0 ? -1.0 : 1.0) / (v->rate * v->rate);
+    add_turned(v, axis == 0 ? 1 : 0, v_scale(factor, motion->lever), torque);
+    for (int n = 0; n < v->order; n++) c[n + 1] += torque[n] / (n + 1);
+}
+static void add_apex(const step_view *v, double factor, int axis, double *c)
+{
+    if (axis == 2)
+        add_of_vertical(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
+    else
+        add_turned(v, axis, v_scale(factor, v->top->apex), c);
+}
+static void add_body_velocity(const step_view *v, double factor, int axis, double *c)
+{
+    add_of_velocity(v, q_scale(factor, described_axis(v, axis)), c);
+}
+static void add_body_momentum(const step_view *v, double factor, int axis, double *c)
+{
+    const kr_vec3 weight = v_times(v->top->main.inertia, q_vec(described_axis(v, axis)));
+    add_of_velocity(v, q_scale(factor, pure_quaternion(weight)), c);
+}
+static void add_body_vertical(const step_view *v, double factor, int axis, double *c)
+{
+    add_of_vertical(v, q_scale(factor, described_axis(v, axis)), c);
+}
+static void add_spin(const step_view *v, double factor, int axis, double *c)
+{
+    (void)axis;
+    add_of_velocity(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
+}
+/* Adds factor times the series of a component. Each quantity with KR_QUANTITY_IN_EVENTS has its
+ * line here. */
+static void add_component(const step_view *v, double factor, int number, double *c)
+{
+    static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
+        [KR_QUANTITY_q] = add_q,
+        [KR_QUANTITY_m] = add_m,
+        [KR_QUANTITY_apex] = add_apex,
+        [KR_QUANTITY_body_velocity] = add_body_velocity,
+        [KR_QUANTITY_body_momentum] = add_body_momentum,
+        [KR_QUANTITY_body_vertical] = add_body_vertical,
+        [KR_QUANTITY_spin] = add_spin,
+    };
+    const kr_component component = kr_component_of(number);
+    if (number == KR_COMPONENT_ONE)
+        c[0] += factor;
+    else
+        adds[component.quantity](v, factor, component.axis, c);
+}
+
+/* Returns a bound of a component relative to its unit, from the energy. The unit is that of a
+ * rotation about the axis of the smallest moment; thin bodies turn far more slowly about the
+ * others. */
+static double component_bound(const kr_top *top, int number)
+{
+    const kr_vec3 A = top->main.inertia;
+    const double least = fmin(A.x, fmin(A.y, A.z));
+    const kr_vec3 root = v3(sqrt(least / A.x), sqrt(least / A.y), sqrt(least / A.z));
+    const kr_component component = kr_component_of(number);
+    kr_vec3 most = root, along = top->apex;
+    if (number == KR_COMPONENT_ONE) return 1.0;
+    if (component.quantity == KR_QUANTITY_m) return sqrt(least * v_largest(A));
+    if (component.quantity == KR_QUANTITY_body_momentum)
+        most = v_times(A, root);
+    else if (component.quantity != KR_QUANTITY_body_velocity &&
+             component.quantity != KR_QUANTITY_spin)
+        return 1.0;
+    if (component.quantity != KR_QUANTITY_spin)
+        along = q_turn_back(top->axes, unit_vector(component.axis));
+    return fmin(1.0, v_dot(most, v3(fabs(along.x), fabs(along.y), fabs(along.z))));
+}
+double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
+                      const kr_term terms[])
+{
+    double size = 0.0;
+    for (size_t i = 0; i < n; i++)
+        size += fabs(term_factor(top, piece->rate, &terms[i])) *
+                component_bound(top, terms[i].first) * component_bound(top, terms[i].second);
+    return size;
+}
+/* Adds the terms from `t` to `end`, which share their first component. */
+static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
+{
+    padded_series of, times;
+    memset(of, 0, sizeof of);
+    memset(times, 0, sizeof times);
+    add_component(v, 1.0, t->first, of + PAD);
+    for (; t < end; t++) add_component(v, term_factor(v->top, v->rate, t), t->second, times + PAD);
+    multiply_series(v, of + PAD, times + PAD, c);
+}
+/* Writes g as a series in tau. Terms with the same first component share one product. */
+static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
+{
+    const kr_term *t = e->terms, *last = t + e->count, *end;
+    memset(c, 0, ROOM * sizeof *c);
+    for (; t < last; t = end) {
+        int varies = 0;
+        for (end = t; end < last && end->first == t->first; end++)
+            varies |= end->second != KR_COMPONENT_ONE;
+        if (varies && t->first != KR_COMPONENT_ONE) {
+            add_term_products(v, t, end, c);
+            continue;
+        }
+        for (const kr_term *i = t; i < end; i++)
+            add_component(v, term_factor(v->top, v->rate, i),
+                          i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
+    }
+}
+/* Writes the first coefficients at the end of the step, where the next step begins. */
+static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
+                             double *c)
+{
+    const kr_vec3 A = top->main.inertia,
+                  lever = v_scale(1.0 / (p->rate * p->rate), top->main.lever);
+    const kr_vec3 P = v3(p->end_x[5], p->end_x[6], p->end_x[7]),
+                  W = v3(p->end_w[1], p->end_w[2], p->end_w[3]);
+    const kr_quat q = q4(p->end_x[0], v3(p->end_x[1], p->end_x[2], p->end_x[3])),
+                  dq = q_scale(0.5, q_mul(q, pure_quaternion(W)));
+    const kr_vec3 drag = v_scale(-1.0 / p->rate, v_times(top->main.damping, W));
+    const kr_vec3 dP = v_cross(P, W), gravity = v_cross(P, lever),
+                  torque = v_add(v_add(v_cross(v_times(A, W), W), gravity), drag);
+    const double x[2][8] = {{q.w, q.x, q.y, q.z, 0.0, P.x, P.y, P.z},
+                            {dq.w, dq.x, dq.y, dq.z, 0.0, dP.x, dP.y, dP.z}};
+    const double w[2][4] = {{0.0, W.x, W.y, W.z},
+                            {0.0, torque.x / A.x, torque.y / A.y, torque.z / A.z}};
+    const step_view v = {top, p->rate, e->extremum ? 1 : 0, x, w, NULL};
+    sum_terms_of_event(&v, e, c);
+}
+int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
+                        double c[])
+{
+    /* Even and odd terms are summed separately, so that two chains of operations run in parallel.
+     * */
+    const step_view v = {top, p->rate, p->order, p->x, p->w, p->product};
+    const int first = e->extremum ? 1 : 0, degree = p->order - first;
+    double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
+    sum_terms_of_event(&v, e, c);
+    for (int n = 0; n <= p->order; n++) {
+        c[n] *= power[n % 2];
+        power[n % 2] *= p->span * p->span;
+    }
+    for (int n = 0; n <= degree; n++) {
+        if (first) c[n] = (n + 1) * c[n + 1];
+        reached[n % 2] += c[n];
+    }
+    sum_event_at_end(top, p, e, end);
+    c[degree] += (first ? end[1] * p->span : end[0]) - (reached[0] + reached[1]);
+    return degree;
+}
+
+int kr_terms_are_linear(size_t n, const kr_term terms[])
+{
+    int are = 1;
+    for (size_t i = 0; i < n; i++) {
+        const int of = terms[i].first, times = terms[i].second,
+                  one = of == KR_COMPONENT_ONE ? times : of;
+        if (!kr_component_is_valid(of) || !kr_component_is_valid(times)) return 0;
+        are &= of == KR_COMPONENT_ONE || times == KR_COMPONENT_ONE;
+        are &= one == KR_COMPONENT_ONE ||
+               (!kr_component_is_turned(one) && kr_component_of(one).quantity != KR_QUANTITY_m);
+    }
+    return are;
+}
+kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
+{
+    /* Unit vectors of the vertical, then of the velocity; the last row, of zeros, gives the
+     * constant. */
+    static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
+                        w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
+    double value[7], c[ROOM];
+    for (int i = 0; i < 7; i++) {
+        const step_view v = {top, rate, 0, x + i, w + i, NULL};
+        sum_terms_of_event(&v, event, c);
+        value[i] = c[0];
+    }
+    const double rest = value[6];
+    const kr_linear linear = {v3(value[0] - rest, value[1] - rest, value[2] - rest),
+                              v3(value[3] - rest, value[4] - rest, value[5] - rest), rest};
+    return linear;
+}
+
+double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n, const kr_term terms[])
+{
+    double value = 0.0;
+    for (size_t i = 0; i < n; i++)
+        value += terms[i].factor * kr_component_value(terms[i].first, scene, s) *
+                 kr_component_value(terms[i].second, scene, s);
+    return value;
+}

@@ -1,0 +1,173 @@
+/* Moves a top from event to event. Each step is made as without events and then searched, so that
+ * events never change the path. Every event stores the next sign change found in the last step. The
+ * search continues from there once the top has passed it. */
+#include "model/quantities.h"
+#include "sign_changes.h"
+#include "event_polynomial.h"
+
+/* Returns the time since the start in own units. */
+static double step_clock(const kr_top *top, double t)
+{
+    return (t - top->scene.start.t) / top->time_unit;
+}
+/* Returns the user's time at a clock in the last step, rounded into the step. */
+static double step_time(const kr_top *top, double clock)
+{
+    const double t = top->scene.start.t + clock * top->time_unit,
+                 later = nextafter(t, top->forward * INFINITY);
+    if (top->forward * (step_clock(top, t) - top->main.clock) > 0.0)
+        return nextafter(t, top->scene.start.t);
+    return top->forward * (step_clock(top, t) - top->before_clock) < 0.0 &&
+                   top->forward * (step_clock(top, later) - top->main.clock) <= 0.0
+               ? later
+               : t;
+}
+
+/* Returns 1 if the terms can be searched on this top. */
+static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
+                           const kr_term terms[])
+{
+    if (!terms) return 0;
+    for (size_t i = 0; i < n; i++) {
+        const int of = terms[i].first, times = terms[i].second;
+        if (!kr_component_is_valid(of) || !kr_component_is_valid(times) ||
+            !isfinite(terms[i].factor))
+            return 0;
+        if (top->main.skip_heading && (kr_component_is_turned(of) || kr_component_is_turned(times)))
+            return 0;
+    }
+    const double size = kr_terms_bound(top, piece, n, terms);
+    return isfinite(size) && KR_TERMS_UNSURE * size > 0.0;
+}
+/* Returns 1 if `events` can be searched on this top. */
+static int are_valid_events(const kr_top *top, size_t n, const kr_event events[])
+{
+    for (size_t i = 0; i < n; i++) {
+        const kr_step_polynomial piece = top->method->polynomial(&top->main);
+        const kr_event *event = &events[i];
+        if (event->direction < -1 || event->direction > 1) return 0;
+        if (!are_valid_terms(top, &piece, event->count, event->terms)) return 0;
+        if (event->condition_count > 0 &&
+            !are_valid_terms(top, &piece, event->condition_count, event->condition))
+            return 0;
+    }
+    return 1;
+}
+kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
+{
+    static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
+    if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
+    if (n > 0 && !top->method->polynomial) return KR_ERR_METHOD;
+    top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
+    if (!are_valid_events(top, n, events)) return KR_ERR_ARGUMENT;
+    for (size_t i = 0; i < n; i++) events[i].own = (kr_event_search){.searched = -1};
+    top->events = events;
+    top->event_count = n;
+    return KR_OK;
+}
+
+/* Finds the next sign change of an event in the last step, from its mark on. Sets its sign to 0 if
+ * there is none. */
+static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
+{
+    double coefficients[KR_TERMS_ROOM];
+    kr_event_search *own = &event->own;
+    const double size = kr_terms_bound(top, piece, event->count, event->terms);
+    const int degree = kr_terms_polynomial(top, piece, event, coefficients),
+              turn = event->extremum || top->forward > 0.0 ? 1 : -1;
+    kr_sign_search search = {.c = coefficients,
+                             .degree = degree,
+                             .noise = KR_TERMS_UNSURE * size,
+                             .start_noise = KR_TERMS_START * size,
+                             .sought = turn * event->direction,
+                             .side = own->side,
+                             .mark = own->mark};
+    own->sign = 0;
+    while (!own->sign && kr_search_next_sign_change(&search))
+        if (search.side * search.sought >= 0) own->sign = turn * search.side;
+    own->next = piece->begin + search.root * (piece->end - piece->begin);
+    own->side = search.side;
+    own->mark = search.mark;
+}
+/* Finds the first sign change of an event in the last step, unless that step was searched already.
+ * The sign at the end of the step before stays valid, except after an event found there, or after a
+ * step that was not searched. */
+static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
+{
+    kr_event_search *own = &event->own;
+    if (own->searched == top->steps) return;
+    own->mark = 0.0;
+    if (own->searched != top->steps - 1 || own->sign) {
+        const double since = step_clock(top, top->requested) - piece->begin;
+        own->side = 0;
+        own->mark = fmax(0.0, since / (piece->end - piece->begin));
+    }
+    own->searched = top->steps;
+    find_next_event(top, piece, event);
+}
+/* Returns the earliest event in the last step that is not before the top's time, or NULL. */
+static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece)
+{
+    kr_event *first = NULL;
+    for (size_t i = 0; i < top->event_count; i++) {
+        kr_event *event = &top->events[i];
+        const kr_event_search *own = &event->own;
+        search_new_step(top, piece, event);
+        while (own->sign && top->forward * (step_time(top, own->next) - top->requested) < 0.0)
+            find_next_event(top, piece, event);
+        if (own->sign && (!first || top->forward * (own->next - first->own.next) < 0.0))
+            first = event;
+    }
+    return first;
+}
+/* Returns 1 if the event's condition holds at the top's state. */
+static int is_event_counted(const kr_top *top, const kr_event *event)
+{
+    return !event->condition_count ||
+           kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
+}
+/* Moves to the next event in the last step that is not after t. Sets hit->index to -1 if there is
+ * none. */
+static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
+{
+    const kr_step_polynomial piece = top->method->polynomial(&top->main);
+    kr_event *event;
+    hit->index = -1;
+    hit->direction = 0;
+    while (hit->index < 0 && (event = find_earliest(top, &piece)) != NULL) {
+        const double there = step_time(top, event->own.next);
+        if (top->forward * (there - t) > 0.0) break;
+        const kr_status status = kr_top_advance(top, there);
+        if (status != KR_OK) return status;
+        if (is_event_counted(top, event)) {
+            hit->index = event - top->events;
+            hit->direction = event->own.sign;
+        }
+        find_next_event(top, &piece, event);
+    }
+    return KR_OK;
+}
+kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
+{
+    kr_event_hit found = {-1, 0};
+    if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
+    if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
+    /* A reset may have changed the units so that an event exceeds the range of doubles. */
+    if (top->event_count > 0 && top->events->own.searched < 0 &&
+        !are_valid_events(top, top->event_count, top->events))
+        return KR_ERR_ARGUMENT;
+    if (top->forward * (t - top->requested) < 0.0) return KR_ERR_TIME;
+    while (top->event_count > 0) {
+        kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;
+        if (status != KR_OK) return status;
+        if (found.index >= 0 || !(top->forward * (step_clock(top, t) - top->main.clock) > 0.0))
+            break;
+        status = kr_steps_dense(top, step_clock(top, t));
+        if (status == KR_OK) continue;
+        kr_top_sync(top, t);
+        return status;
+    }
+    const kr_status status = found.index >= 0 ? KR_OK : kr_top_advance(top, t);
+    if (status == KR_OK) *hit = found;
+    return status;
+}

@@ -1,0 +1,145 @@
+/* All changes of sign of a polynomial. In Bernstein's basis its coefficients enclose it, and their
+ * differences enclose its slope. An interval in which all coefficients have one sign holds no root;
+ * one in which all differences have one sign holds no turning point. Any other interval is halved
+ * (de Casteljau; Lane and Riesenfeld 1981) until its values cannot be distinguished from zero. Only
+ * signs above the rounding noise count. Two roots between which the polynomial stays below the
+ * noise are a contact, not a change of sign. A zero at the border of two steps is found once, from
+ * the sign before to the sign after. */
+#include "sign_changes.h"
+
+typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
+enum { MAX_NEWTON_STEPS = 60 };
+static const double RESOLUTION = 0x1p-54; /* absolute error of a root */
+static const double NARROWEST = 0x1p-48;  /* shortest interval that is halved */
+static const double NARROW = 0x1p-5;      /* shortest interval while the last terms are omitted */
+static const double TAIL_SHARE =
+    0x1p-10; /* largest share of all slopes that the omitted terms may have */
+
+/* Returns the polynomial at s. */
+static double evaluate(const double *c, int degree, double s)
+{
+    double p = c[degree];
+    for (int n = degree - 1; n >= 0; n--) p = p * s + c[n];
+    return p;
+}
+/* Returns the polynomial at s and writes its slope. */
+static double evaluate_with_slope(const double *c, int degree, double s, double *slope)
+{
+    double p = c[degree], d = 0.0;
+    for (int n = degree - 1; n >= 0; n--) {
+        d = d * s + p;
+        p = p * s + c[n];
+    }
+    *slope = d;
+    return p;
+}
+/* Returns a root by Newton's method, or by bisection where a step leaves the interval. The sign at
+ * `low` is r->side. */
+static double refine(const kr_sign_search *r, double low, double high)
+{
+    double s = 0.5 * (low + high);
+    if (!(r->side * evaluate(r->c, r->degree, low) > 0.0)) return low;
+    for (int i = 0; i < MAX_NEWTON_STEPS; i++) {
+        double slope;
+        const double p = evaluate_with_slope(r->c, r->degree, s, &slope), step = p / slope;
+        if (r->side * p > 0.0)
+            low = s;
+        else
+            high = s;
+        if (p == 0.0 || fabs(step) <= RESOLUTION) break;
+        s = s - step > low && s - step < high ? s - step : 0.5 * (low + high);
+    }
+    return s;
+}
+/* Records the sign of the value p at s. Returns 1 if the sign has surely changed since the mark. */
+static int note_sign(kr_sign_search *r, double p, double s)
+{
+    if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
+    const int sign = p > 0.0 ? 1 : -1, changed = r->side == -sign;
+    if (changed && r->sought * sign >= 0) r->root = refine(r, r->mark, s);
+    r->side = sign;
+    r->mark = s;
+    return changed;
+}
+/* Returns 1 if the value at the end decides the interval: the polynomial has one sign, no turning
+ * point, or is zero up to noise. */
+static int is_decided(const kr_sign_search *r, const double *b, double width)
+{
+    const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
+    const double end = b[r->used], sure = r->tail + r->noise;
+    int above = end > sure, below = end < -sure, rising = 1, falling = 1, flat = r->tail == 0.0;
+    for (int i = 0; i <= r->used; i++) {
+        above &= b[i] > r->tail;
+        below &= b[i] < -r->tail;
+        flat &= fabs(b[i]) <= r->noise;
+    }
+    if (above | below | flat) return 1;
+    for (int i = 1; i <= r->used; i++) {
+        rising &= b[i] - b[i - 1] >= slack;
+        falling &= b[i - 1] - b[i] >= slack;
+    }
+    return rising | falling;
+}
+/* Searches [low, high]. `b` holds the coefficients in Bernstein's basis and is overwritten. */
+static search_outcome search_interval(kr_sign_search *r, double *b, double low, double high)
+{
+    const int n = r->used;
+    double left[KR_POLYNOMIAL_ORDER_MAX + 1];
+    if (high <= r->mark) return NO_ROOT;
+    if (is_decided(r, b, high - low) || (r->tail == 0.0 && high - low <= NARROWEST)) {
+        const double p = fabs(b[n]) > r->tail + r->noise ? b[n] : evaluate(r->c, r->degree, high);
+        return note_sign(r, p, high) ? ROOT_FOUND : NO_ROOT;
+    }
+    if (r->tail > 0.0 && high - low <= NARROW) return UNDECIDED;
+    for (int k = 0; k <= n; k++) {
+        left[k] = b[0];
+        for (int i = 0; i < n - k; i++) b[i] = 0.5 * (b[i] + b[i + 1]);
+    }
+    const double middle = 0.5 * (low + high);
+    const search_outcome first = search_interval(r, left, low, middle);
+    return first == NO_ROOT ? search_interval(r, b, middle, high) : first;
+}
+/* Searches [0, 1] with the terms in use. */
+static search_outcome search_polynomial(kr_sign_search *r)
+{
+    const int n = r->used;
+    double b[KR_POLYNOMIAL_ORDER_MAX + 1], binomial = 1.0;
+    for (int i = 0; i <= n; i++) {
+        b[i] = r->c[i] / binomial;
+        binomial = binomial * (n - i) / (i + 1);
+    }
+    for (int k = 1; k <= n; k++)
+        for (int i = n; i >= k; i--) b[i] += b[i - 1];
+    return search_interval(r, b, 0.0, 1.0);
+}
+/* Omits the last terms as far as they hardly matter. Their sum bounds the error; an undecided
+ * search is repeated with all terms. */
+static void truncate_polynomial(kr_sign_search *r)
+{
+    double slopes = 0.0;
+    for (int i = 1; i <= r->degree; i++) slopes += i * fabs(r->c[i]);
+    r->tail = r->tail_slope = 0.0;
+    for (r->used = r->degree; r->used > 0; r->used--) {
+        const double last = fabs(r->c[r->used]);
+        if (r->tail_slope + r->used * last > TAIL_SHARE * slopes) break;
+        r->tail += last, r->tail_slope += r->used * last;
+    }
+}
+int kr_search_next_sign_change(kr_sign_search *r)
+{
+    double rest[4] = {0.0, 0.0, 0.0, 0.0};
+    for (int i = 1; i <= r->degree; i++) rest[i % 4] += fabs(r->c[i]);
+    const double others = (rest[0] + rest[1]) + (rest[2] + rest[3]);
+    if (!isfinite(fabs(r->c[0]) + r->degree * others)) return 0;
+    if (note_sign(r, r->mark > 0.0 ? evaluate(r->c, r->degree, r->mark) : r->c[0], r->mark))
+        return 1;
+    if (r->side * r->c[0] > others) return 0;
+    truncate_polynomial(r);
+    search_outcome found = search_polynomial(r);
+    if (found == UNDECIDED) {
+        r->used = r->degree;
+        r->tail = r->tail_slope = 0.0;
+        found = search_polynomial(r);
+    }
+    return found == ROOT_FOUND;
+}

@@ -1,0 +1,119 @@
+/* Many states of the closed form, in blocks of times with the width of the instruction set. Each
+ * instruction set compiles this file with loop vectorization: -DKR_ISA=avx2 -mavx2 -mfma, and so on
+ * (CMakeLists.txt). */
+#include "dispatch.h"
+#include "single.h"
+#if defined __SSE2__
+#  include <emmintrin.h>
+#endif
+
+/* States of a block: as many as fit in the first-level cache, one array for each number. */
+enum { BATCH = 64 };
+typedef struct batch {
+    double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
+} batch;
+
+INLINE void fill(const kr_exact *e, int dual, int euler, batch *b, int n)
+{
+    for (int i = 0; i < n; i++) {
+        const kr_state s = kernel(e, dual, euler, b->t[i], two_sum(b->t[i], -e->begin));
+        b->w[i] = s.q.w, b->x[i] = s.q.x, b->y[i] = s.q.y, b->z[i] = s.q.z;
+        b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
+    }
+}
+INLINE void frame(const kr_exact *e, batch *b, int n)
+{
+    for (int i = 0; i < n; i++) {
+        const kr_quat r = framed(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
+        b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
+    }
+}
+/* Writes eight arrays as states, a transposition. */
+INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
+{
+    for (int i = 0; i < n; i++) {
+        out[i].t = b->t[i];
+        out[i].q.w = b->w[i], out[i].q.x = b->x[i], out[i].q.y = b->y[i], out[i].q.z = b->z[i];
+        out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
+    }
+}
+/* `stream` bypasses the cache. It helps if the states exceed the cache, whose lines would be read
+ * before they are written. */
+#if defined __SSE2__
+enum { LARGE = 1 << 14 };
+static int is_stream(size_t n, const kr_state out[])
+{
+    return n >= LARGE && (uintptr_t)out % 16 == 0;
+}
+INLINE void stream(const batch *b, int n, kr_state *out)
+{
+    for (int i = 0; i < n; i++) {
+        double *to = (double *)&out[i];
+        _mm_stream_pd(to, _mm_set_pd(b->w[i], b->t[i]));
+        _mm_stream_pd(to + 2, _mm_set_pd(b->y[i], b->x[i]));
+        _mm_stream_pd(to + 4, _mm_set_pd(b->mx[i], b->z[i]));
+        _mm_stream_pd(to + 6, _mm_set_pd(b->mz[i], b->my[i]));
+    }
+}
+INLINE void end_stream(void) { _mm_sfence(); }
+#else
+INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out, 0; }
+INLINE void stream(const batch *b, int n, kr_state *out) { write(b, n, out); }
+INLINE void end_stream(void) {}
+#endif
+/* Computes a block. Its length is rounded up to a multiple of eight, so that no remainder loop is
+ * needed. */
+static void states(const kr_exact *exact, batch *b, int count)
+{
+    /* No store can change a local copy, so the compiler keeps its numbers in registers. */
+    const kr_exact e = *exact;
+    const int n = (count + 7) & ~7;
+    switch (e.curve) {
+    case LAGRANGE:
+        fill(&e, 0, 0, b, n);
+        break;
+    case EULER:
+        fill(&e, 0, 1, b, n);
+        break;
+    case LAGRANGE_DUAL:
+        fill(&e, 1, 0, b, n);
+        break;
+    default:
+        fill(&e, 1, 1, b, n);
+        break;
+    }
+    if (e.framed) frame(&e, b, n);
+}
+/* Replaces states at times too late for the kernel. Most blocks have none, which a loop without
+ * branches finds out. */
+static void replace_beyond(const kr_exact *e, batch *b, int n)
+{
+    const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},
+                 more = rates[0] > rates[1] ? rates[0] : rates[1],
+                 reach = fmin(longest, 0x1p49 / (more > rates[2] ? more : rates[2])),
+                 begin = e->begin;
+    int late = 0;
+    for (int i = 0; i < n; i++) late |= !(fabs(b->t[i] - begin) < reach);
+    for (int i = 0; late && i < n; i++) {
+        if (is_within(e, b->t[i] - begin)) continue;
+        const kr_state s = state_beyond(e, b->t[i]);
+        b->w[i] = s.q.w, b->x[i] = s.q.x, b->y[i] = s.q.y, b->z[i] = s.q.z;
+        b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
+    }
+}
+void KR_NAME(kr_exact_evaluate)(const kr_exact *e, size_t n, const double t[], kr_state out[])
+{
+    const int streams = is_stream(n, out);
+    batch b = {.t = {0.0}};
+    for (size_t from = 0; from < n; from += BATCH) {
+        const int count = n - from < BATCH ? (int)(n - from) : BATCH;
+        memcpy(b.t, t + from, (size_t)count * sizeof b.t[0]);
+        states(e, &b, count);
+        replace_beyond(e, &b, count);
+        if (streams)
+            stream(&b, count, out + from);
+        else
+            write(&b, count, out + from);
+    }
+    if (streams) end_stream();
+}

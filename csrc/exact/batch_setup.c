@@ -1,0 +1,394 @@
+/* The closed forms of many tops. Heavy tops are computed in lanes, each with the bits of a single
+ * top (lane_types.h). Tops of other kinds, at rest at a pole, or with errors are computed one by
+ * one. Each instruction set compiles this file. */
+#define KR_EXACT_LANES
+#include "dispatch.h"
+#include "frame.h"
+#include "lagrange.h"
+#include "math/exponent.h"
+
+/* With more times than FEW_TIMES, states are evaluated top by top. GROUPS vectors of tops are set
+ * up together. */
+enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
+/* Number of doubles of a closed form without its frame, which is the head of a kr_exact. */
+enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
+typedef char form_is_laid_out[FORM * sizeof(double) == offsetof(kr_exact, frame) ? 1 : -1];
+
+/* Data that tops of one body share, and of one gravity. */
+typedef struct body_data {
+    kr_body body;
+    int fits; /* lanes can handle the body */
+    kr_working working;
+    kr_vec3 apex;       /* of the body, in the frame of description; up to its sign */
+    double per_inertia; /* 1 / I1 */
+    double mass, reach; /* fractions of mass and |com| */
+    int power;          /* the sum of their exponents */
+    int turned; /* whether `axes`, working axes -> frame of description, is not the identity */
+    kr_quat axes;
+    int framed[2]; /* whether the frames of tops seen from above, and from below, are computed */
+    kr_quat frame[2][4];
+    double gravity, gravity_fraction;
+    int gravity_power; /* its exponent, less that of the unit of moment */
+    kr_swing swing;
+} body_data;
+
+/* Indices of the inputs of a lane: moments, attitude, momentum, axes of the body, working axes,
+ * factors of the lever, units, and begin. */
+enum {
+    INERTIA,
+    ATTITUDE = 3,
+    MOMENTUM = 7,
+    AXES = 10,
+    MASS = 18,
+    GRAVITY,
+    REACH,
+    SCALE,
+    MOMENT,
+    TIME,
+    BEGIN,
+    NUMBERS
+};
+/* Tops waiting until a full set can be computed. */
+typedef struct batch_queue {
+    int count, turned[2]; /* number of tops; whether any of the two axes is not the identity */
+    size_t index[MANY];
+    int framed[MANY];
+    kr_quat frame[MANY][4];
+    double in[NUMBERS][MANY];
+} batch_queue;
+
+/* Computes the data that tops of this body share. */
+static void analyse_body(const kr_body *body, body_data *known)
+{
+    const kr_scene scene = {.body = *body};
+    memcpy(&known->body, body, sizeof *body);
+    known->fits =
+        kr_body_check(body) == KR_OK && kr_body_kind(body, KR_KIND_RTOL) == KR_KIND_LAGRANGE;
+    if (!known->fits) return;
+    known->working = kr_body_working(body);
+    known->fits = !known->working.tilted;
+    const kr_pull pull = kr_scene_pull(&scene, body->com);
+    const kr_quat axes = q_unit(q_mul(body->axes, known->working.axes));
+    known->mass = pull.mass;
+    known->reach = q_turn_back(known->working.axes, pull.com).z;
+    known->power = pull.power;
+    known->apex = q_turn(axes, v3(0.0, 0.0, 1.0));
+    known->per_inertia = 1.0 / known->working.inertia.x;
+    known->gravity = 0.0;
+    known->axes = axes;
+    known->turned = !is_one(axes);
+    known->framed[0] = known->framed[1] = 0;
+}
+/* Writes the frame of such a top. Returns 0 if it has none. */
+static int get_frame(body_data *known, int below, kr_quat out[4])
+{
+    kr_quat *frame = known->frame[below];
+    if (!below && !known->turned) return 0;
+    if (!known->framed[below]) {
+        if (below) fill_frame_below(frame);
+        if (known->turned) fill_frame_axes(frame, below, known->axes);
+        known->framed[below] = 1;
+    }
+    memcpy(out, frame, sizeof known->frame[below]);
+    return 1;
+}
+static void put_numbers(double in[][MANY], int to, int from, const double numbers[], int count)
+{
+    for (int i = 0; i < count; i++) in[from + i][to] = numbers[i];
+}
+/* Writes the inputs of a scene into its lane. */
+static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *known)
+{
+    const kr_quat q = scene->start.q, body = scene->body.axes, work = known->working.axes;
+    const kr_vec3 m = scene->start.m, i = known->working.inertia;
+    const double numbers[] = {i.x, i.y, i.z, q.w, q.x, q.y, q.z, m.x, m.y, m.z};
+    const double axes[] = {body.w, body.x, body.y, body.z, work.w, work.x, work.y, work.z};
+    put_numbers(w->in, w->count, INERTIA, numbers, 10);
+    put_numbers(w->in, w->count, AXES, axes, 8);
+    w->turned[0] |= !is_one(body);
+    w->turned[1] |= !is_one(work);
+}
+/* Computes the data that tops of this gravity share. */
+static void analyse_gravity(const kr_scene *scene, body_data *known)
+{
+    known->gravity = scene->gravity;
+    known->gravity_fraction = fraction_of(scene->gravity, &known->gravity_power);
+    known->swing = kr_scene_swing(scene, &known->working);
+    known->gravity_power -= exponent_of(known->swing.moment);
+}
+static double larger(double a, double b) { return a > b ? a : b; }
+
+/* Guesses whether u3 is the lone root (lone_root), by the cubic in u of the same motion,
+ *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
+ * Tops of one guess are set up together, so that few lanes need the other's branches; nothing else
+ * depends on it. `lever` is in own units, m in those of time alone. */
+static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
+{
+    const kr_vec3 a = q_turn(q, known->apex);
+    const double part = known->per_inertia, n = part * v_dot(m, a), l = part * m.z,
+                 g = 2.0 * known->swing.moment * part * lever;
+    const double square = part * part * v_dot(m, m), e = square - n * n + g * a.z;
+    const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
+    return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
+}
+/* Adds a top to the queue of its guess. Returns 0 if lanes cannot handle it. */
+static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
+                        body_data *known)
+{
+    const kr_vec3 damping = scene->damping, m = scene->start.m;
+    if (damping.x != 0.0 || damping.y != 0.0 || damping.z != 0.0) return 0;
+    if (scene->gravity == 0.0 || kr_scene_check_start(scene) != KR_OK) return 0;
+    const double most = larger(larger(fabs(m.x), fabs(m.y)), fabs(m.z));
+    int unit;
+    if (!kr_swing_time(&known->swing, most, &unit)) return 0;
+    const int power = known->power + known->gravity_power + 2 * unit;
+    /* A larger exponent may exceed the powers of two. */
+    if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
+    const double gravity = known->gravity_fraction, scale = power_of_2(power),
+                 time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
+    const double numbers[] = {known->mass,         gravity, known->reach,  scale,
+                              known->swing.moment, time,    scene->start.t};
+    batch_queue *w =
+        &queues[guess_lone_root(known, scene->start.q, v_scale(time, m), scale * lever)];
+    put_scene(w, scene, known);
+    put_numbers(w->in, w->count, MASS, numbers, 7);
+    w->framed[w->count] = get_frame(known, lever < 0.0, w->frame[w->count]);
+    w->index[w->count++] = index;
+    return 1;
+}
+/* The lanes of one group. */
+typedef struct group {
+    const batch_queue *all;
+    int first; /* index of its first top in the queue */
+} group;
+
+INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
+
+/* Rotates the attitudes by the axes that begin at index `axes`, where these are not the identity.
+ * */
+INLINE void turn_lanes(exact_top *top, group w, int axes)
+{
+    const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
+                           in_lanes(w, axes + 3)};
+    const wide zero = wide_splat(0.0);
+    const mask one =
+        mask_and(mask_and(wide_equal(by.x, zero), wide_equal(by.y, zero)), wide_equal(by.z, zero));
+    dd turned[4];
+    memcpy(turned, top->q, sizeof turned);
+    turn_first(turned, by);
+    take_lanes(top->q, turned, sizeof turned, mask_not(one));
+}
+INLINE wide drop_tiny_momenta(wide m)
+{
+    return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
+}
+/* Returns the tops of a group in working axes and own units. */
+INLINE exact_top read_lanes(group w)
+{
+    const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),
+               scale = in_lanes(w, SCALE);
+    const dd lever =
+        dd_times(in_lanes(w, MASS), dd_times(in_lanes(w, GRAVITY), dd_of(in_lanes(w, REACH))));
+    exact_top top;
+    for (int i = 0; i < 4; i++) top.q[i] = dd_of(in_lanes(w, ATTITUDE + i));
+    if (w.all->turned[0]) turn_lanes(&top, w, AXES);
+    if (w.all->turned[1]) turn_lanes(&top, w, AXES + 4);
+    top.inertia.x = inverse * in_lanes(w, INERTIA);
+    top.inertia.y = inverse * in_lanes(w, INERTIA + 1);
+    top.inertia.z = inverse * in_lanes(w, INERTIA + 2);
+    top.m.x = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM)));
+    top.m.y = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM + 1)));
+    top.m.z = drop_tiny_momenta(time * (inverse * in_lanes(w, MOMENTUM + 2)));
+    top.lever = dd_make(scale * lever.hi, scale * lever.lo);
+    return top;
+}
+/* Returns the lanes with gravity whose axis is tilted or moving enough for lagrange_moving and
+ * kr_exact_resolves. */
+INLINE mask is_moving(const exact_top *top)
+{
+    const wide least = wide_splat(1e-10);
+    const wide side = wide_max(wide_abs(top->q[1].hi), wide_abs(top->q[2].hi)),
+               up = wide_max(wide_abs(top->q[0].hi), wide_abs(top->q[3].hi)),
+               push = wide_max(wide_abs(top->m.x), wide_abs(top->m.y));
+    return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
+                    wide_less(least, wide_max(wide_min(side, up), push)));
+}
+/* Result of a group, as bits of lanes. */
+typedef struct group_result {
+    unsigned alone,
+        refused; /* must be planned one by one; has a rate beyond the range of doubles */
+} group_result;
+
+/* Prepares a group for lagrange_moving. */
+static void begin_group(group w, setting *s)
+{
+    s->top = read_lanes(w);
+    const mask below = is_negative(s->top.lever.hi);
+    if (mask_any(below)) {
+        const exact_top seen = seen_from_below(&s->top);
+        take_lanes(&s->top, &seen, sizeof seen, below);
+    }
+    begin_setting(s);
+}
+/* Converts the closed forms of a group to the user's units, without their frames. */
+static group_result end_group(group w, setting *s)
+{
+    const wide time = in_lanes(w, TIME);
+    const mask below = is_negative(in_lanes(w, GRAVITY) * in_lanes(w, REACH));
+    exact_lanes *exact = &s->exact;
+    if (mask_any(below)) {
+        exact_lanes turned = *exact;
+        turn_over(&turned);
+        take_lanes(exact, &turned, sizeof turned, below);
+    }
+    to_user(exact, in_lanes(w, BEGIN), time, in_lanes(w, MOMENT) / time);
+    const wide rates = exact->nutation.fast + exact->first.fast + exact->second.fast;
+    const group_result r = {mask_bits(mask_not(is_moving(&s->top))),
+                            mask_bits(mask_not(wide_less(wide_abs(rates), wide_splat(INFINITY))))};
+    return r;
+}
+
+/* A request, and the functions for single tops. */
+typedef struct batch_job {
+    const kr_exact_scalar *one;
+    const kr_exact_request *request;
+} batch_job;
+/* The closed forms of a group, as doubles. */
+typedef struct forms {
+    double form[FORM][LANES];
+} forms;
+
+/* Writes the closed form of a lane; `place` is its index in the queue. */
+static void put_form(const forms *f, const batch_queue *w, int place, kr_exact *out)
+{
+    const int lane = place % LANES;
+    const int curve = (int)f->form[offsetof(exact_lanes, curve) / sizeof(wide)][lane];
+    double row[FORM];
+    for (int i = 0; i < FORM; i++) row[i] = f->form[i][lane];
+    memcpy(out, row, sizeof row);
+    out->curve = curve;
+    out->framed = w->framed[place];
+    if (out->framed)
+        memcpy(out->frame, w->frame[place], sizeof out->frame);
+    else
+        memset(out->frame, 0, sizeof out->frame);
+}
+static const double *times_of(const kr_exact_request *request, size_t index)
+{
+    return request->own_times ? request->t + index * request->times : request->t;
+}
+/* Returns the states of all lanes at one time each, without the frames. */
+static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
+{
+    const dd span = two_sum(time, -exact->begin);
+    const mask dual = is_dual(exact);
+    if (mask_all(dual)) return kernel(exact, 1, 0, time, span);
+    state_lanes r = kernel(exact, 0, 0, time, span);
+    if (mask_any(dual)) {
+        const state_lanes some = kernel(exact, 1, 0, time, span);
+        take_lanes(&r, &some, sizeof r, dual);
+    }
+    return r;
+}
+/* Evaluates the k-th state of a group's good lanes. */
+static void read_states(const batch_job *j, group g, const exact_lanes *exact, unsigned good,
+                        size_t k)
+{
+    const kr_exact_request *request = j->request;
+    const batch_queue *w = g.all;
+    double t[LANES], s[8][LANES];
+    for (int i = 0; i < LANES; i++)
+        t[i] = times_of(request, w->index[g.first + i < w->count ? g.first + i : 0])[k];
+    const wide time = wide_load(t);
+    const unsigned within = mask_bits(is_within(exact, two_sum(time, -exact->begin).hi));
+    const state_lanes states = states_in_lanes(exact, time);
+    memcpy(s, &states, sizeof s);
+    for (int i = 0; i < LANES; i++) {
+        const int place = g.first + i;
+        if (!(good >> i & 1)) continue;
+        kr_state *out = &request->states[w->index[place] * request->times + k];
+        if (within >> i & 1) {
+            const kr_quat q = q4(s[1][i], v3(s[2][i], s[3][i], s[4][i]));
+            out->t = s[0][i];
+            out->q = w->framed[place] ? framed(w->frame[place], q) : q;
+            out->m = v3(s[5][i], s[6][i], s[7][i]);
+        } else {
+            kr_exact one;
+            forms f;
+            memcpy(&f, exact, sizeof f);
+            put_form(&f, w, place, &one);
+            *out = j->one->state(&one, t[i]);
+        }
+    }
+}
+static void plan_scalar(const batch_job *j, size_t index)
+{
+    const kr_exact_request *request = j->request;
+    kr_exact one;
+    request->status[index] = j->one->plan(&request->scenes[index], 0, &one);
+    if (request->status[index] != KR_OK) return;
+    if (request->plans) request->plans[index] = one;
+    if (request->times > 0)
+        KR_NAME(kr_exact_evaluate)(&one, request->times, times_of(request, index),
+                                   request->states + index * request->times);
+}
+/* Writes the results of a group's good lanes. */
+static void write_group(const batch_job *j, group g, const exact_lanes *exact, unsigned good)
+{
+    const kr_exact_request *request = j->request;
+    const int many = request->times > FEW_TIMES;
+    forms f;
+    if (many || request->plans) memcpy(&f, exact, sizeof f);
+    for (int i = 0; i < LANES && (many || request->plans); i++) {
+        if (!(good >> i & 1)) continue;
+        const size_t index = g.all->index[g.first + i];
+        kr_exact one, *out = request->plans ? &request->plans[index] : &one;
+        put_form(&f, g.all, g.first + i, out);
+        if (many)
+            KR_NAME(kr_exact_evaluate)(out, request->times, times_of(request, index),
+                                       request->states + index * request->times);
+    }
+    for (size_t k = 0; k < request->times && !many; k++) read_states(j, g, exact, good, k);
+}
+/* Finishes a group and writes its results. */
+static void finish_group(const batch_job *j, group g, setting *s)
+{
+    const group_result b = end_group(g, s);
+    const int rest = g.all->count - g.first, count = rest < LANES ? rest : LANES;
+    for (int i = 0; i < count; i++) {
+        const size_t index = g.all->index[g.first + i];
+        j->request->status[index] = b.refused >> i & 1 ? KR_ERR_ARGUMENT : KR_OK;
+        if (b.alone >> i & 1) plan_scalar(j, index);
+    }
+    write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
+}
+/* Computes all queued tops. Lanes without a top repeat the first one. */
+APART void flush(const batch_job *j, batch_queue *w)
+{
+    setting s[GROUPS];
+    const int groups = (w->count + LANES - 1) / LANES;
+    for (int lane = w->count; lane < groups * LANES; lane++)
+        for (int i = 0; i < NUMBERS; i++) w->in[i][lane] = w->in[i][0];
+    for (int i = 0; i < groups; i++) begin_group((group){w, i * LANES}, &s[i]);
+    lagrange_moving(s, groups);
+    for (int i = 0; i < groups; i++) finish_group(j, (group){w, i * LANES}, &s[i]);
+    w->count = w->turned[0] = w->turned[1] = 0;
+    wide_leave();
+}
+void KR_NAME(kr_exact_batch)(const kr_exact_scalar *one, const kr_exact_request *request)
+{
+    const batch_job j = {one, request};
+    body_data known;
+    batch_queue queues[2];
+    for (int i = 0; i < 2; i++) queues[i].count = queues[i].turned[0] = queues[i].turned[1] = 0;
+    for (size_t i = 0; i < request->n; i++) {
+        const kr_scene *scene = &request->scenes[i];
+        if (i == 0 || memcmp(&known.body, &scene->body, sizeof known.body) != 0)
+            analyse_body(&scene->body, &known);
+        if (known.fits && known.gravity != scene->gravity) analyse_gravity(scene, &known);
+        if (!known.fits || !add_to_queue(queues, scene, i, &known)) plan_scalar(&j, i);
+        for (int top = 0; top < 2; top++)
+            if (queues[top].count == MANY) flush(&j, &queues[top]);
+    }
+    for (int top = 0; top < 2; top++) flush(&j, &queues[top]);
+}

@@ -1,0 +1,79 @@
+/* Conversion of a user's scene to the closed form's working axes and own units. A state's error
+ * must not grow with time, so nothing that determines a rate is rounded: the attitude and mass
+ * gravity com are double-double products, the units powers of two. Each instruction set compiles
+ * this header, because of the products. */
+#ifndef KR_EXACT_SCALING_H
+#define KR_EXACT_SCALING_H
+#include "math/exponent.h"
+#include "single.h"
+
+/* A top in own units, and the conversion back. */
+typedef struct described_top {
+    exact_top own;
+    kr_quat axes; /* working axes -> frame of description */
+    kr_units units;
+} described_top;
+
+/* Writes the rotation from the rounded working axes of a spherical body to its centre of mass, and
+ * returns |com|. */
+static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
+{
+    const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
+    /* Divided by the largest component, because squares may overflow or vanish. */
+    const double size = v_largest(b->com);
+    const double xyz[3] = {b->com.x, b->com.y, b->com.z};
+    dd com[3], c[3];
+    for (int i = 0; i < 3; i++) com[i] = dd_div(dd_of(xyz[i]), dd_of(size));
+    turned_back(axes, com, c);
+    const dd reach = dd_sqrt(dd_dot(c, c));
+    const double twice = reach.hi + c[2].hi;
+    *tilt = q4(1.0, v3(-c[1].hi / twice, c[0].hi / twice, 0.0));
+    return dd_times(size, reach);
+}
+static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
+/* Converts a checked scene to working axes and own units. */
+static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
+{
+    const kr_pull pull = kr_scene_pull(scene, scene->body.com);
+    kr_working w = kr_body_working(&scene->body);
+    const kr_status status = kr_scene_units(scene, &w, &top->units);
+    kr_body body = scene->body, *b = &body;
+    body.com = pull.com;
+    w.com = q_turn_back(w.axes, body.com);
+    const kr_quat q = scene->start.q;
+    dd reach = dd_of(kind == KR_KIND_LAGRANGE ? w.com.z : 0.0);
+    kr_quat tilt;
+    if (status != KR_OK) return status;
+    exact_top *own = &top->own;
+    own->inertia = v_scale(1.0 / top->units.moment, w.inertia);
+    const kr_vec3 m = v_scale(top->units.time, v_scale(1.0 / top->units.moment, scene->start.m));
+    own->m = v3(drop_tiny_momentum(m.x), drop_tiny_momentum(m.y), drop_tiny_momentum(m.z));
+    top->axes = q_unit(q_mul(b->axes, w.axes));
+    own->q[0] = dd_of(q.w);
+    own->q[1] = dd_of(q.x);
+    own->q[2] = dd_of(q.y);
+    own->q[3] = dd_of(q.z);
+    if (!is_one(b->axes)) turn_first(own->q, b->axes);
+    if (!is_one(w.axes)) turn_first(own->q, w.axes);
+    if (w.tilted && kind == KR_KIND_LAGRANGE) {
+        reach = tilt_on(b, &w, &tilt);
+        turn_first(own->q, tilt);
+    }
+    const int power =
+        pull.power - exponent_of(top->units.moment) + 2 * exponent_of(top->units.time);
+    const dd lever = dd_times(pull.mass, dd_times(pull.gravity, reach));
+    own->lever = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power));
+    if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
+    return KR_OK;
+}
+/* Converts the closed form to the frame of description and the user's units; `unit` is its unit of
+ * time. */
+static void to_frame_and_units(kr_exact *exact, const described_top *top, double start, double unit)
+{
+    if (!is_one(top->axes)) {
+        fill_frame_axes(exact->frame, exact->framed, top->axes);
+        exact->framed = 1;
+    }
+    to_user(exact, start, unit, top->units.moment / top->units.time);
+}
+#endif

@@ -1,0 +1,139 @@
+/* Vectors of doubles with independent lanes: each lane belongs to one top, and its bits are the
+ * same at every width. `wide` has as many lanes as the instruction set's vectors (x86-64-v4: 8, v3:
+ * 4, SSE2 and NEON: 2, plain C99: 1), or one with KR_ONE_LANE. The operators + - * / and unary -
+ * work on them, also between a wide and a double. A `mask` holds one truth value for each lane.
+ * Only wide_fma fuses a product and a sum, where the hardware can. Each instruction set compiles
+ * this header. */
+#ifndef KR_SIMD_H
+#define KR_SIMD_H
+#include <stdint.h>
+#include <string.h>
+#include "isa.h"
+
+#if defined KR_ONE_LANE || defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
+enum { LANES = 1 };
+typedef double wide;
+typedef uint64_t wide_integer; /* the bits of a wide, or as many integers */
+typedef int mask;
+static inline wide wide_splat(double a) { return a; }
+static inline wide wide_sqrt(wide a) { return sqrt(a); }
+static inline mask wide_less(wide a, wide b) { return a < b; }
+static inline mask wide_at_most(wide a, wide b) { return a <= b; }
+static inline mask wide_equal(wide a, wide b) { return a == b; }
+static inline mask mask_and(mask a, mask b) { return a & b; }
+static inline mask mask_or(mask a, mask b) { return a | b; }
+static inline mask mask_not(mask a) { return !a; }
+/* Returns the lanes in which the mask holds, as bits. */
+static inline unsigned mask_bits(mask a) { return (unsigned)a; }
+static inline wide wide_choose(mask m, wide yes, wide no) { return m ? yes : no; }
+#  if defined KR_FUSED
+static inline wide wide_fma(wide a, wide b, wide c) { return fma(a, b, c); }
+#  else
+static inline wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
+#  endif
+#elif defined KR_NEON
+#  include <arm_neon.h>
+enum { LANES = 2 };
+typedef double wide __attribute__((vector_size(8 * LANES)));
+typedef uint64_t whole __attribute__((vector_size(8 * LANES)));
+typedef uint64x2_t mask;
+INLINE wide wide_splat(double a) { return a - (wide){0}; }
+INLINE wide wide_sqrt(wide a) { return (wide)vsqrtq_f64(a); }
+INLINE mask wide_less(wide a, wide b) { return vcltq_f64(a, b); }
+INLINE mask wide_at_most(wide a, wide b) { return vcleq_f64(a, b); }
+INLINE mask wide_equal(wide a, wide b) { return vceqq_f64(a, b); }
+INLINE mask mask_and(mask a, mask b) { return a & b; }
+INLINE mask mask_or(mask a, mask b) { return a | b; }
+INLINE mask mask_not(mask a) { return ~a; }
+INLINE unsigned mask_bits(mask a) { return (unsigned)((a[0] & 1) | (a[1] & 2)); }
+INLINE wide wide_choose(mask m, wide yes, wide no) { return (wide)vbslq_f64(m, yes, no); }
+INLINE wide wide_fma(wide a, wide b, wide c) { return (wide)vfmaq_f64(c, a, b); }
+#else
+#  include <immintrin.h>
+#  if defined __AVX512F__
+enum { LANES = 8 };
+#    define WIDE_DO(what, ...) _mm512_##what(__VA_ARGS__)
+#    define WIDE_LESS(a, b) _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ)
+#    define WIDE_AT_MOST(a, b) _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ)
+#    define WIDE_EQUAL(a, b) _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ)
+typedef __mmask8 mask;
+#  elif defined __AVX2__
+enum { LANES = 4 };
+#    define WIDE_DO(what, ...) _mm256_##what(__VA_ARGS__)
+#    define WIDE_LESS(a, b) _mm256_cmp_pd(a, b, _CMP_LT_OQ)
+#    define WIDE_AT_MOST(a, b) _mm256_cmp_pd(a, b, _CMP_LE_OQ)
+#    define WIDE_EQUAL(a, b) _mm256_cmp_pd(a, b, _CMP_EQ_OQ)
+typedef __m256d mask;
+#  else
+enum { LANES = 2 };
+#    define WIDE_DO(what, ...) _mm_##what(__VA_ARGS__)
+#    define WIDE_LESS(a, b) _mm_cmplt_pd(a, b)
+#    define WIDE_AT_MOST(a, b) _mm_cmple_pd(a, b)
+#    define WIDE_EQUAL(a, b) _mm_cmpeq_pd(a, b)
+typedef __m128d mask;
+#  endif
+typedef double wide __attribute__((vector_size(8 * LANES)));
+typedef uint64_t wide_integer __attribute__((vector_size(8 * LANES)));
+INLINE wide wide_splat(double a) { return a - (wide){0}; }
+INLINE wide wide_sqrt(wide a) { return (wide)WIDE_DO(sqrt_pd, a); }
+INLINE mask wide_less(wide a, wide b) { return WIDE_LESS(a, b); }
+INLINE mask wide_at_most(wide a, wide b) { return WIDE_AT_MOST(a, b); }
+INLINE mask wide_equal(wide a, wide b) { return WIDE_EQUAL(a, b); }
+#  if defined __AVX512F__
+INLINE mask mask_and(mask a, mask b) { return (mask)(a & b); }
+INLINE mask mask_or(mask a, mask b) { return (mask)(a | b); }
+INLINE mask mask_not(mask a) { return (mask)~a; }
+INLINE unsigned mask_bits(mask a) { return a; }
+INLINE wide wide_choose(mask m, wide yes, wide no) { return _mm512_mask_blend_pd(m, no, yes); }
+#  else
+INLINE mask mask_and(mask a, mask b) { return WIDE_DO(and_pd, a, b); }
+INLINE mask mask_or(mask a, mask b) { return WIDE_DO(or_pd, a, b); }
+INLINE mask mask_not(mask a) { return WIDE_DO(xor_pd, a, (mask)((wide_integer){0} - 1)); }
+INLINE unsigned mask_bits(mask a) { return (unsigned)WIDE_DO(movemask_pd, a); }
+INLINE wide wide_choose(mask m, wide yes, wide no)
+{
+    return (wide)WIDE_DO(or_pd, WIDE_DO(and_pd, m, yes), WIDE_DO(andnot_pd, m, no));
+}
+#  endif
+#  if defined __FMA__
+INLINE wide wide_fma(wide a, wide b, wide c) { return (wide)WIDE_DO(fmadd_pd, a, b, c); }
+#  else
+INLINE wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
+#  endif
+#endif
+
+/* Loads one double for each lane, from any address. */
+INLINE wide wide_load(const double *p)
+{
+    wide a;
+    memcpy(&a, p, sizeof a);
+    return a;
+}
+INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
+/* Converts between doubles and their bits. */
+INLINE wide_integer wide_bits(wide a)
+{
+    wide_integer r;
+    memcpy(&r, &a, sizeof r);
+    return r;
+}
+INLINE wide wide_of_bits(wide_integer a)
+{
+    wide r;
+    memcpy(&r, &a, sizeof r);
+    return r;
+}
+/* Ends the use of wide vectors, so that narrower instructions of other code run at full speed. */
+INLINE void wide_leave(void)
+{
+#if defined __AVX__ && !defined KR_ONE_LANE && !defined KR_PLAIN
+    _mm256_zeroupper();
+#endif
+}
+INLINE int mask_any(mask a) { return mask_bits(a) != 0; }
+INLINE int mask_all(mask a) { return (mask_bits(a) & ((1u << LANES) - 1)) == (1u << LANES) - 1; }
+INLINE wide wide_abs(wide a) { return wide_of_bits(wide_bits(a) & (UINT64_MAX >> 1)); }
+/* Return the second argument if either is NaN, unlike fmin and fmax. */
+INLINE wide wide_min(wide a, wide b) { return wide_choose(wide_less(a, b), a, b); }
+INLINE wide wide_max(wide a, wide b) { return wide_choose(wide_less(b, a), a, b); }
+#endif

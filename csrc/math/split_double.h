@@ -1,0 +1,70 @@
+/* Sums of products without cancellation errors: all products are exact, and their sum is as
+ * accurate as one with four times the digits of a double (Ogita, Rump, Oishi, SIAM J. Sci. Comput.
+ * 26, 2005, SumK). The three components of a vector are summed together, because each chain of sums
+ * waits for itself. */
+#ifndef KR_SPLIT_DOUBLE_H
+#define KR_SPLIT_DOUBLE_H
+#include "su2_dd.h"
+
+enum { SPLIT_MAX = 4, SPLIT_PRODUCTS = 8, SPLIT_TERMS = SPLIT_PRODUCTS * SPLIT_MAX * 4 };
+/* A vector as an unevaluated sum of `count` vectors. */
+typedef struct split_vec {
+    int count;
+    double part[SPLIT_MAX][3];
+} split_vec;
+
+static inline split_vec split_of(kr_vec3 v)
+{
+    const split_vec p = {1, {{v.x, v.y, v.z}}};
+    return p;
+}
+static inline dd split_dd(const split_vec *v, int i)
+{
+    return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));
+}
+/* Returns the sum of n vectors, n >= 4, and overwrites them with errors. */
+static inline split_vec split_sum(double x[][3], int n)
+{
+    split_vec sum = {SPLIT_MAX, {{0.0}}};
+    for (int round = 0; round < SPLIT_MAX; round++) {
+        for (int k = 1; k < n - round; k++)
+            for (int i = 0; i < 3; i++) {
+                const dd both = two_sum(x[k][i], x[k - 1][i]);
+                x[k][i] = both.hi, x[k - 1][i] = both.lo;
+            }
+        for (int i = 0; i < 3; i++) sum.part[round][i] = x[n - 1 - round][i];
+    }
+    return sum;
+}
+/* Writes the product a b v_from as 4 v->count doubles into component `to` of x. */
+static inline void split_product(double a, double b, const split_vec *v, int from, double x[][3],
+                                 int to)
+{
+    const dd ab = two_product(a, b);
+    for (int k = 0; k < v->count; k++) {
+        const dd high = two_product(ab.hi, v->part[k][from]),
+                 low = two_product(ab.lo, v->part[k][from]);
+        x[4 * k][to] = high.hi, x[4 * k + 1][to] = high.lo;
+        x[4 * k + 2][to] = low.hi, x[4 * k + 3][to] = low.lo;
+    }
+}
+/* Returns q* v q, for q of any length. */
+static inline split_vec split_turn_back(kr_quat q, const split_vec *v)
+{
+    const double w = q.w, u[3] = {q.x, q.y, q.z};
+    const int n = 4 * v->count;
+    double x[SPLIT_TERMS][3];
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        split_product(w, w, v, i, x, i);
+        split_product(u[i], u[i], v, i, x + n, i);
+        split_product(-u[j], u[j], v, i, x + 2 * n, i);
+        split_product(-u[k], u[k], v, i, x + 3 * n, i);
+        split_product(2.0 * u[i], u[j], v, j, x + 4 * n, i);
+        split_product(2.0 * w, u[k], v, j, x + 5 * n, i);
+        split_product(2.0 * u[i], u[k], v, k, x + 6 * n, i);
+        split_product(-2.0 * w, u[j], v, k, x + 7 * n, i);
+    }
+    return split_sum(x, SPLIT_PRODUCTS * n);
+}
+#endif

@@ -1,0 +1,99 @@
+/* The types and operations of deviation.h for batches. The lanes hold eight deviations; a triple is
+ * three vectors, one for each axis, and its rotation costs nothing. Sums of even and odd terms run
+ * one after the other, because both do not fit the registers. */
+#include "tangents.h"
+
+enum {
+    AT_ONCE = 1,
+    BLOCK = 2,
+    BEFORE = 0,
+    PARTS_AT_ONCE = 1,
+    STRUCTS = KR_DEVIATION_BATCH_STRUCTS * WORDS /* from one batch to the next */
+};
+typedef struct {
+    duo x, y, z;
+} triple;
+typedef triple turned;
+typedef const double *path_term;
+typedef struct {
+    triple lo, hi;
+} halves;
+
+INLINE triple triple_all(duo x, duo y, duo z)
+{
+    const triple r = {x, y, z};
+    return r;
+}
+/* Returns a vector shared by all deviations. */
+INLINE triple triple_of(const double four[4])
+{
+    return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));
+}
+INLINE triple triple_splat(duo a) { return triple_all(a, a, a); }
+INLINE triple triple_inverse(int n) { return triple_splat(duo_inverse(n)); }
+INLINE triple triple_add(triple a, triple b)
+{
+    return triple_all(duo_add(a.x, b.x), duo_add(a.y, b.y), duo_add(a.z, b.z));
+}
+INLINE triple triple_mul(triple a, triple b)
+{
+    return triple_all(duo_mul(a.x, b.x), duo_mul(a.y, b.y), duo_mul(a.z, b.z));
+}
+INLINE triple triple_fma(triple a, triple b, triple c)
+{
+    return triple_all(duo_fma(a.x, b.x, c.x), duo_fma(a.y, b.y, c.y), duo_fma(a.z, b.z, c.z));
+}
+INLINE triple triple_less(triple a, triple b)
+{
+    return triple_fma(triple_splat(duo_splat(-1.0)), b, a);
+}
+INLINE triple triple_next(triple a) { return triple_all(a.y, a.z, a.x); }
+INLINE triple triple_prev(triple a) { return triple_all(a.z, a.x, a.y); }
+INLINE turned next_prev(triple a) { return a; }
+INLINE path_term path_term_of(const double four[4]) { return four; }
+INLINE path_term path_zero(void) { return NULL; }
+INLINE turned turned_zero(void) { return triple_splat(duo_splat(0.0)); }
+INLINE halves halves_zero(void)
+{
+    const halves r = {turned_zero(), turned_zero()};
+    return r;
+}
+INLINE halves halves_add(halves a, halves b)
+{
+    const halves r = {triple_add(a.lo, b.lo), triple_add(a.hi, b.hi)};
+    return r;
+}
+INLINE halves halves_fma(turned a, path_term four, halves c)
+{
+    const triple b = triple_of(four);
+    const halves r = {triple_fma(triple_next(a), triple_prev(b), c.lo),
+                      triple_fma(triple_prev(a), triple_next(b), c.hi)};
+    return r;
+}
+INLINE triple halves_lo(halves a) { return a.lo; }
+INLINE triple halves_hi(halves a) { return a.hi; }
+
+INLINE triple load_turn(const kr_tangent *g, int n)
+{
+    return triple_all(duo_load(g->x[n]), duo_load(g[WORDS].x[n]), duo_load(g[2 * WORDS].x[n]));
+}
+INLINE triple load_push(const kr_tangent *g, int n) { return load_turn(g + 3 * WORDS, n); }
+INLINE void store_turn(kr_tangent *g, int n, triple a)
+{
+    duo_store(g->x[n], a.x);
+    duo_store(g[WORDS].x[n], a.y);
+    duo_store(g[2 * WORDS].x[n], a.z);
+}
+INLINE void store_push(kr_tangent *g, int n, triple a) { store_turn(g + 3 * WORDS, n, a); }
+INLINE triple load_lever(const kr_tangent *g)
+{
+    return triple_all(duo_load(g->lever), duo_load(g[WORDS].lever), duo_load(g[2 * WORDS].lever));
+}
+/* The rows are xx, yy, zz; then xy, yz, zx; then xz, yx, zy. */
+INLINE triple load_moments(const kr_tangent *g, int row)
+{
+    static const int places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
+    const int *at = places[row];
+    return triple_all(duo_load(g[at[0] * WORDS].moment), duo_load(g[at[1] * WORDS].moment),
+                      duo_load(g[at[2] * WORDS].moment));
+}

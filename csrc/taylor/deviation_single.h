@@ -1,0 +1,39 @@
+/* The types and operations of deviation.h for single deviations. The lanes hold one deviation, (0,
+ * theta | 0, N): a triple is a `quad`, and its two rotations a `duo`. Three deviations are computed
+ * in parallel, because one alone would wait for its own results. */
+#include "tangents.h"
+
+enum {
+    AT_ONCE = 3,       /* deviations computed in parallel */
+    BLOCK = 4,         /* terms of a sum between two loop tests */
+    BEFORE = BLOCK,    /* zeros before the path */
+    PARTS_AT_ONCE = 2, /* chains of a sum */
+    STRUCTS = WORDS    /* from one deviation to the next */
+};
+typedef quad triple;
+typedef duo turned, path_term, halves;
+
+INLINE triple triple_of(const double four[4]) { return quad_load(four); }
+INLINE triple triple_inverse(int n) { return quad_inverse(n); }
+INLINE triple triple_add(triple a, triple b) { return quad_add(a, b); }
+INLINE triple triple_less(triple a, triple b) { return quad_fma(quad_splat(-1.0), b, a); }
+INLINE triple triple_mul(triple a, triple b) { return quad_mul(a, b); }
+INLINE triple triple_fma(triple a, triple b, triple c) { return quad_fma(a, b, c); }
+INLINE triple triple_next(triple a) { return quad_next(a); }
+INLINE triple triple_prev(triple a) { return quad_prev(a); }
+INLINE turned next_prev(triple a) { return duo_next_prev(a); }
+INLINE path_term path_term_of(const double four[4]) { return duo_prev_next(quad_load(four)); }
+INLINE path_term path_zero(void) { return duo_splat(0.0); }
+INLINE turned turned_zero(void) { return duo_splat(0.0); }
+INLINE halves halves_zero(void) { return duo_splat(0.0); }
+INLINE halves halves_add(halves a, halves b) { return duo_add(a, b); }
+INLINE halves halves_fma(turned a, path_term b, halves c) { return duo_fma(a, b, c); }
+INLINE triple halves_lo(halves a) { return duo_lo(a); }
+INLINE triple halves_hi(halves a) { return duo_hi(a); }
+
+INLINE triple load_turn(const kr_tangent *g, int n) { return quad_load(g->x[n]); }
+INLINE triple load_push(const kr_tangent *g, int n) { return quad_load(g->x[n] + 4); }
+INLINE void store_turn(kr_tangent *g, int n, triple a) { quad_store(g->x[n], a); }
+INLINE void store_push(kr_tangent *g, int n, triple a) { quad_store(g->x[n] + 4, a); }
+INLINE triple load_lever(const kr_tangent *g) { return quad_load(g->lever); }
+INLINE triple load_moments(const kr_tangent *g, int row) { return quad_load(g->moments[row]); }

@@ -1,0 +1,11 @@
+/* Batches of tangents in double-double, for 20 and 30 digits. Each instruction set compiles this
+ * file. */
+#include "quat_simd_dd.h"
+enum { WORDS = 2 };
+#include "deviation_batch.h"
+#include "deviation.h"
+
+void KR_NAME(kr_expand_batches_dd)(const kr_series *s, kr_tangent *tangents, size_t n, int order)
+{
+    expand_deviations(s, tangents, n, order);
+}

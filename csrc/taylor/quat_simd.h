@@ -1,0 +1,173 @@
+/* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two. Each is a hardware
+ * vector if the instruction set has one of this width (x86-64-v4: 8 lanes, v3: 4, baseline and
+ * arm64: 2). Otherwise it is a pair of the next narrower width, down to plain C99 doubles. fma is
+ * fused if the hardware can, else a product and a sum; results therefore have one of two sets of
+ * bits. Each instruction set compiles this header. */
+#ifndef KR_QUAT_SIMD_H
+#define KR_QUAT_SIMD_H
+#include "math/isa.h"
+
+#if defined KR_NEON
+#  include <arm_neon.h>
+#elif defined __x86_64__ && !defined KR_PLAIN
+#  include <immintrin.h>
+#endif
+#if defined __GNUC__
+#  define ALIGNED __attribute__((aligned(64)))
+#else
+#  define ALIGNED
+#endif
+/* UNROLL marks a loop over orders to be unrolled: 28 copies fit the instruction cache only with
+ * eight lanes for each instruction. Elsewhere PER_ORDER makes one copy of a function for all
+ * orders. KR_ROLLED requests this everywhere. */
+#if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
+#  define UNROLL
+#  define PER_ORDER static
+#elif defined __clang__
+#  define UNROLL _Pragma("clang loop unroll_count(32)")
+#else
+#  define UNROLL _Pragma("GCC unroll 32")
+#endif
+#if !defined PER_ORDER
+#  define PER_ORDER INLINE
+#endif
+
+/* NATIVE and PAIRED define the type T with its lanes, and the operations of every width: load,
+ * store, splat, add, sub, mul, fma. NATIVE makes a hardware vector, with `fused` for a*b + c;
+ * PAIRED makes two of type `half`. */
+#define NATIVE(T, lanes, fused)                                                                    \
+    typedef double T __attribute__((vector_size(8 * lanes)));                                      \
+    typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
+    INLINE T T##_load(const double *p) { return *(const T##_at *)p; }                              \
+    INLINE void T##_store(double *p, T a) { *(T##_at *)p = a; }                                    \
+    INLINE T T##_splat(double a) { return a - (T){0}; }                                            \
+    INLINE T T##_add(T a, T b) { return a + b; }                                                   \
+    INLINE T T##_sub(T a, T b) { return a - b; }                                                   \
+    INLINE T T##_mul(T a, T b) { return a * b; }                                                   \
+    INLINE T T##_fma(T a, T b, T c) { return (T)(fused); }
+#define PAIRED(T, half, lanes)                                                                     \
+    typedef struct {                                                                               \
+        half lo, hi;                                                                               \
+    } T;                                                                                           \
+    INLINE T T##_of(half lo, half hi)                                                              \
+    {                                                                                              \
+        T r;                                                                                       \
+        r.lo = lo;                                                                                 \
+        r.hi = hi;                                                                                 \
+        return r;                                                                                  \
+    }                                                                                              \
+    INLINE T T##_load(const double *p)                                                             \
+    {                                                                                              \
+        return T##_of(half##_load(p), half##_load(p + lanes / 2));                                 \
+    }                                                                                              \
+    INLINE void T##_store(double *p, T a)                                                          \
+    {                                                                                              \
+        half##_store(p, a.lo);                                                                     \
+        half##_store(p + lanes / 2, a.hi);                                                         \
+    }                                                                                              \
+    INLINE T T##_splat(double a) { return T##_of(half##_splat(a), half##_splat(a)); }              \
+    INLINE T T##_add(T a, T b) { return T##_of(half##_add(a.lo, b.lo), half##_add(a.hi, b.hi)); }  \
+    INLINE T T##_sub(T a, T b) { return T##_of(half##_sub(a.lo, b.lo), half##_sub(a.hi, b.hi)); }  \
+    INLINE T T##_mul(T a, T b) { return T##_of(half##_mul(a.lo, b.lo), half##_mul(a.hi, b.hi)); }  \
+    INLINE T T##_fma(T a, T b, T c)                                                                \
+    {                                                                                              \
+        return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
+    }
+
+/* `two` is half a quaternion. two_mix takes a number out of each of two of them. */
+#if defined KR_PLAIN
+INLINE double one_load(const double *p) { return *p; }
+INLINE void one_store(double *p, double a) { *p = a; }
+INLINE double one_splat(double a) { return a; }
+INLINE double one_add(double a, double b) { return a + b; }
+INLINE double one_sub(double a, double b) { return a - b; }
+INLINE double one_mul(double a, double b) { return a * b; }
+#  if defined KR_FUSED
+INLINE double one_fma(double a, double b, double c) { return fma(a, b, c); }
+#  else
+INLINE double one_fma(double a, double b, double c) { return a * b + c; }
+#  endif
+typedef double one;
+PAIRED(two, one, 2)
+#  define two_mix(a, i, b, j) two_of((i) ? (a).hi : (a).lo, (j) ? (b).hi : (b).lo)
+#else
+#  if defined __FMA__
+NATIVE(two, 2, _mm_fmadd_pd(a, b, c))
+#  elif defined KR_NEON
+NATIVE(two, 2, vfmaq_f64(c, a, b))
+#  else
+NATIVE(two, 2, a *b + c)
+#  endif
+#  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
+#endif
+
+/* `quad` is a quaternion. quad_i, quad_j and quad_k give the lanes of the products with the units
+ * i, j and k, whose signs are left to the caller. quad_next and quad_prev turn the vector part:
+ * (x,y,z) -> (y,z,x) and (z,x,y). */
+#if defined __AVX2__ && !defined KR_PLAIN
+NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
+#  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
+INLINE quad quad_i(quad a) { return quad_lanes(a, 1, 0, 3, 2); }
+INLINE quad quad_j(quad a) { return quad_lanes(a, 2, 3, 0, 1); }
+INLINE quad quad_k(quad a) { return quad_lanes(a, 3, 2, 1, 0); }
+INLINE quad quad_next(quad a) { return quad_lanes(a, 0, 2, 3, 1); }
+INLINE quad quad_prev(quad a) { return quad_lanes(a, 0, 3, 1, 2); }
+#else
+PAIRED(quad, two, 4)
+INLINE two two_swap(two a) { return two_mix(a, 1, a, 0); }
+INLINE quad quad_i(quad a) { return quad_of(two_swap(a.lo), two_swap(a.hi)); }
+INLINE quad quad_j(quad a) { return quad_of(a.hi, a.lo); }
+INLINE quad quad_k(quad a) { return quad_of(two_swap(a.hi), two_swap(a.lo)); }
+INLINE quad quad_next(quad a)
+{
+    return quad_of(two_mix(a.lo, 0, a.hi, 0), two_mix(a.hi, 1, a.lo, 1));
+}
+INLINE quad quad_prev(quad a)
+{
+    return quad_of(two_mix(a.lo, 0, a.hi, 1), two_mix(a.lo, 1, a.hi, 0));
+}
+#endif
+
+/* `duo` is two quaternions. duo_i, duo_j and duo_k work on both; duo_lo and duo_hi are its halves;
+ * duo_next_prev and duo_prev_next hold one vector rotated both ways. */
+#if defined __AVX512F__ && !defined KR_PLAIN
+NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
+#  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
+INLINE duo duo_i(duo a) { return duo_lanes(a, 1, 0, 3, 2, 5, 4, 7, 6); }
+INLINE duo duo_j(duo a) { return duo_lanes(a, 2, 3, 0, 1, 6, 7, 4, 5); }
+INLINE duo duo_k(duo a) { return duo_lanes(a, 3, 2, 1, 0, 7, 6, 5, 4); }
+INLINE duo duo_next_prev(quad a) { return duo_lanes(a, 0, 2, 3, 1, 0, 3, 1, 2); }
+INLINE duo duo_prev_next(quad a) { return duo_lanes(a, 0, 3, 1, 2, 0, 2, 3, 1); }
+INLINE quad duo_lo(duo a) { return duo_lanes(a, 0, 1, 2, 3); }
+INLINE quad duo_hi(duo a) { return duo_lanes(a, 4, 5, 6, 7); }
+#else
+PAIRED(duo, quad, 8)
+INLINE duo duo_i(duo a) { return duo_of(quad_i(a.lo), quad_i(a.hi)); }
+INLINE duo duo_j(duo a) { return duo_of(quad_j(a.lo), quad_j(a.hi)); }
+INLINE duo duo_k(duo a) { return duo_of(quad_k(a.lo), quad_k(a.hi)); }
+INLINE duo duo_next_prev(quad a) { return duo_of(quad_next(a), quad_prev(a)); }
+INLINE duo duo_prev_next(quad a) { return duo_of(quad_prev(a), quad_next(a)); }
+INLINE quad duo_lo(duo a) { return a.lo; }
+INLINE quad duo_hi(duo a) { return a.hi; }
+#endif
+
+/* Newer instruction sets have the registers for two parallel chains, and a single chain would wait
+ * for itself. lone_fma is the fma of a single double. */
+#if defined KR_FUSED
+enum { SIDE_BY_SIDE = 1 };
+INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
+#else
+enum { SIDE_BY_SIDE = 0 };
+INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
+#endif
+
+/* Operations of series.h that quat_simd_dd.h defines for double-double. duo_lane broadcasts one
+ * number of w; duo_scale multiplies by eight exact ones; duo_span is the difference of two times,
+ * duo_inverse is 1 / n. */
+INLINE duo duo_lane(const double w[4], int lane) { return duo_splat(w[lane]); }
+INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
+INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }
+INLINE quad quad_span(const double *from, const double *to) { return quad_splat(*to - *from); }
+INLINE duo duo_inverse(int n) { return duo_splat(1.0 / n); }
+INLINE quad quad_inverse(int n) { return quad_splat(1.0 / n); }
+#endif

@@ -1,0 +1,155 @@
+/* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of about 31 digits (Dekker
+ * 1971). In memory the low words lie one kr_series behind the high words. At the end of this file
+ * the names of quat_simd.h are redefined for these vectors. Each instruction set compiles this
+ * header. */
+#ifndef KR_QUAT_SIMD_DD_H
+#define KR_QUAT_SIMD_DD_H
+#include "math/dd.h"
+#include "quat_simd.h"
+#include "taylor.h"
+
+/* Return the address of the low words of high words, for reading and for writing. */
+INLINE const double *low(const double *p)
+{
+    return (const double *)((const char *)p + sizeof(kr_series));
+}
+INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
+
+/* PRODUCT_ERROR computes the rounding error of a product ab = a b of vectors: by fma if the
+ * hardware has it, else by Dekker's product of halves of 26 bits. */
+#if defined __FMA__ || defined __aarch64__
+#  define PRODUCT_ERROR(T)                                                                         \
+      INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }
+#else
+#  define PRODUCT_ERROR(T)                                                                         \
+      INLINE T T##_top(T a)                                                                        \
+      {                                                                                            \
+          const T c = T##_mul(T##_splat(134217729.0), a);                                          \
+          return T##_sub(c, T##_sub(c, a));                                                        \
+      }                                                                                            \
+      INLINE T T##_error(T a, T b, T ab)                                                           \
+      {                                                                                            \
+          const T p = T##_top(a), q = T##_top(b), r = T##_sub(a, p), t = T##_sub(b, q);            \
+          const T e = T##_add(T##_add(T##_sub(T##_mul(p, q), ab), T##_mul(p, t)), T##_mul(r, q));  \
+          return T##_add(e, T##_mul(r, t));                                                        \
+      }
+#endif
+
+/* DOUBLED defines the type D, a high and a low word of type T, and its arithmetic. fma leaves its
+ * result unnormalized (|lo| of a few units in the last place of hi), which is faster; mul and store
+ * normalize. */
+#define DOUBLED(D, T)                                                                              \
+    PRODUCT_ERROR(T)                                                                               \
+    typedef struct {                                                                               \
+        T hi, lo;                                                                                  \
+    } D;                                                                                           \
+    INLINE D D##_of(T hi, T lo)                                                                    \
+    {                                                                                              \
+        D r;                                                                                       \
+        r.hi = hi;                                                                                 \
+        r.lo = lo;                                                                                 \
+        return r;                                                                                  \
+    }                                                                                              \
+    INLINE D D##_normal(T hi, T lo)                                                                \
+    {                                                                                              \
+        const T s = T##_add(hi, lo);                                                               \
+        return D##_of(s, T##_sub(lo, T##_sub(s, hi)));                                             \
+    }                                                                                              \
+    INLINE D D##_exact(const double *p) { return D##_of(T##_load(p), T##_splat(0.0)); }            \
+    INLINE D D##_load(const double *p) { return D##_of(T##_load(p), T##_load(low(p))); }           \
+    INLINE void D##_store(double *p, D a)                                                          \
+    {                                                                                              \
+        const D n = D##_normal(a.hi, a.lo);                                                        \
+        T##_store(p, n.hi);                                                                        \
+        T##_store(low_of(p), n.lo);                                                                \
+    }                                                                                              \
+    INLINE D D##_splat(double a) { return D##_of(T##_splat(a), T##_splat(0.0)); }                  \
+    INLINE D D##_inverse(int n)                                                                    \
+    {                                                                                              \
+        const double hi = 1.0 / n;                                                                 \
+        return D##_of(T##_splat(hi), T##_splat(fma(-hi, n, 1.0) / n));                             \
+    }                                                                                              \
+    INLINE D D##_span(const double *from, const double *to)                                        \
+    {                                                                                              \
+        const dd h = dd_add(two_sum(*to, -*from), dd_of(*low(to) - *low(from)));                   \
+        return D##_of(T##_splat(h.hi), T##_splat(h.lo));                                           \
+    }                                                                                              \
+    INLINE D D##_product(D a, D b)                                                                 \
+    {                                                                                              \
+        const T p = T##_mul(a.hi, b.hi);                                                           \
+        return D##_of(p, T##_fma(a.lo, b.hi, T##_fma(a.hi, b.lo, T##_error(a.hi, b.hi, p))));      \
+    }                                                                                              \
+    INLINE D D##_add(D a, D b)                                                                     \
+    {                                                                                              \
+        const T s = T##_add(a.hi, b.hi), v = T##_sub(s, a.hi);                                     \
+        const T e = T##_add(T##_sub(a.hi, T##_sub(s, v)), T##_sub(b.hi, v));                       \
+        return D##_of(s, T##_add(T##_add(a.lo, b.lo), e));                                         \
+    }                                                                                              \
+    INLINE D D##_mul(D a, D b)                                                                     \
+    {                                                                                              \
+        const D p = D##_product(a, b);                                                             \
+        return D##_normal(p.hi, p.lo);                                                             \
+    }                                                                                              \
+    INLINE D D##_fma(D a, D b, D c) { return D##_add(c, D##_product(a, b)); }
+DOUBLED(duo2, duo)
+DOUBLED(quad2, quad)
+
+/* Operations that only move lanes apply to high and low words alike. */
+#define BOTH_WORDS(D, T, name)                                                                     \
+    INLINE D D##_##name(D a) { return D##_of(T##_##name(a.hi), T##_##name(a.lo)); }
+BOTH_WORDS(duo2, duo, i)
+BOTH_WORDS(duo2, duo, j)
+BOTH_WORDS(duo2, duo, k)
+BOTH_WORDS(quad2, quad, next)
+BOTH_WORDS(quad2, quad, prev)
+INLINE duo2 duo2_next_prev(quad2 a) { return duo2_of(duo_next_prev(a.hi), duo_next_prev(a.lo)); }
+INLINE duo2 duo2_prev_next(quad2 a) { return duo2_of(duo_prev_next(a.hi), duo_prev_next(a.lo)); }
+INLINE quad2 duo2_lo(duo2 a) { return quad2_of(duo_lo(a.hi), duo_lo(a.lo)); }
+INLINE quad2 duo2_hi(duo2 a) { return quad2_of(duo_hi(a.hi), duo_hi(a.lo)); }
+INLINE duo2 duo2_lane(const double *w, int i)
+{
+    return duo2_of(duo_lane(w, i), duo_lane(low(w), i));
+}
+INLINE duo2 duo2_scale(const double p[8], duo2 a)
+{
+    return duo2_of(duo_scale(p, a.hi), duo_scale(p, a.lo));
+}
+
+/* series.h is written with the names of quat_simd.h: duo, quad, and their functions. From here on
+ * the preprocessor replaces these names by those for double-double, so that series.h, included
+ * after this file, is the same recurrence in double-double. A list macro cannot write these lines,
+ * because no macro can define another. Loops are not unrolled: their terms are too long. */
+#undef UNROLL
+#define UNROLL
+#define duo duo2
+#define duo_exact duo2_exact
+#define duo_load duo2_load
+#define duo_store duo2_store
+#define duo_splat duo2_splat
+#define duo_span duo2_span
+#define duo_inverse duo2_inverse
+#define duo_add duo2_add
+#define duo_mul duo2_mul
+#define duo_fma duo2_fma
+#define duo_i duo2_i
+#define duo_j duo2_j
+#define duo_k duo2_k
+#define duo_next_prev duo2_next_prev
+#define duo_prev_next duo2_prev_next
+#define duo_lo duo2_lo
+#define duo_hi duo2_hi
+#define duo_lane duo2_lane
+#define duo_scale duo2_scale
+#define quad quad2
+#define quad_exact quad2_exact
+#define quad_load quad2_load
+#define quad_store quad2_store
+#define quad_splat quad2_splat
+#define quad_span quad2_span
+#define quad_inverse quad2_inverse
+#define quad_add quad2_add
+#define quad_mul quad2_mul
+#define quad_fma quad2_fma
+#define quad_next quad2_next
+#define quad_prev quad2_prev
+#endif

@@ -1,0 +1,139 @@
+/* Points for the page's picture of a top: see mesh.h. */
+#include <math.h>
+#include "mesh.h"
+#include "math/su2.h"
+
+/* Writes the cuboid of this mass that has the body's inertia and mass times lever. Returns its
+ * volume, or 0 if there is none. */
+static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
+{
+    const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
+    const double square = v_dot(c, c), xy = mass * c.x * c.y, yz = mass * c.y * c.z,
+                 zx = mass * c.z * c.x;
+    const double about_com[9] = {i.x - mass * (square - c.x * c.x), xy, zx, xy,
+                                 i.y - mass * (square - c.y * c.y), yz, zx, yz,
+                                 i.z - mass * (square - c.z * c.z)};
+    kr_body b;
+    if (kr_body_from_tensor(mass, about_com, v3(0.0, 0.0, 0.0), &b) != KR_OK) return 0.0;
+    const kr_vec3 j = b.inertia, twice = v3(j.y + j.z - j.x, j.z + j.x - j.y, j.x + j.y - j.z);
+    const kr_vec3 squares = v_scale(1.5 / mass, twice);
+    /* a plate has an edge of length 0 */
+    const double thin = 1e-8 * v_largest(squares);
+    if (!(fmin(squares.x, fmin(squares.y, squares.z)) > -thin && thin > 1e-16 * square)) return 0.0;
+    box->half =
+        v3(sqrt(fmax(squares.x, thin)), sqrt(fmax(squares.y, thin)), sqrt(fmax(squares.z, thin)));
+    box->centre = q_turn(body->axes, c);
+    box->turn = q_mul(body->axes, b.axes);
+    const double volume = 8.0 * box->half.x * box->half.y * box->half.z;
+    box->density = mass / volume;
+    return volume;
+}
+/* Writes the largest cuboid of any mass, by ternary search: the logarithm of the volume is concave
+ * in 1 / mass. A cuboid with more mass is denser; one of density 1 is preferred. The margin serves
+ * the cuboid of the thesis, which is both the largest and of density 1. */
+static void fit_largest_cuboid(const kr_body *body, kr_box *box)
+{
+    double low = 0.0, high = 1.0 / body->mass;
+    for (int i = 0; i < 90; i++) {
+        const double third = (high - low) / 3.0;
+        if (fit_cuboid(body, 1.0 / (low + third), box) >=
+            fit_cuboid(body, 1.0 / (high - third), box))
+            high -= third;
+        else
+            low += third;
+    }
+    double lightest = 1.001 * low, densest = 0.0;
+    if (fit_cuboid(body, 1.0 / lightest, box) == 0.0 || box->density >= 1.0)
+        densest = lightest = low;
+    while (lightest - densest > 1e-15 * lightest) {
+        const double middle = 0.5 * (densest + lightest);
+        fit_cuboid(body, 1.0 / middle, box);
+        *(box->density < 1.0 ? &lightest : &densest) = middle;
+    }
+    fit_cuboid(body, 1.0 / lightest, box);
+}
+kr_box kr_mesh_box(const kr_body *body)
+{
+    kr_box box = {{1.0, 1.0, 1.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 1.0};
+    if (fit_cuboid(body, body->mass, &box) == 0.0) fit_largest_cuboid(body, &box);
+    return box;
+}
+
+void kr_mesh_limits(const kr_scene *scene, double *momentum, double *velocity)
+{
+    const kr_body *b = &scene->body;
+    const double fall = 2.0 * b->mass * fabs(scene->gravity) * v_length(b->com),
+                 largest = v_largest(b->inertia);
+    const double energy = kr_state_kinetic(scene, &scene->start) + fall;
+    *momentum = fmax(v_length(scene->start.m), sqrt(2.0 * energy * largest));
+    *velocity =
+        fmax(v_length(kr_state_velocity(scene, &scene->start)), sqrt(2.0 * energy / largest));
+    if (!(*momentum > 0.0)) *momentum = *velocity = 1.0;
+}
+
+/* Returns the unit vector from the fixed point to the centre of mass, in the frame of description.
+ * */
+static kr_vec3 apex_in_body(const kr_body *body)
+{
+    const kr_scene scene = {.body = *body, .start = {.q = {1.0, 0.0, 0.0, 0.0}}};
+    return kr_state_apex(&scene, &scene.start);
+}
+/* Stores a vector as floats. */
+static void put_point(float point[3], kr_vec3 v)
+{
+    point[0] = (float)v.x;
+    point[1] = (float)v.y;
+    point[2] = (float)v.z;
+}
+int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, float point[][3])
+{
+    const kr_vec3 apex = apex_in_body(body);
+    const int64_t stride = trail->steps < KR_MESH_POINTS ? 1 : 2,
+                  oldest = trail->steps - trail->size;
+    int n = 0;
+    for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_MESH_POINTS; k -= stride, n++) {
+        const kr_quat q = trail->attitude[k % trail->size];
+        const double out = radius * (1.0 - 0.02 * n / (double)KR_MESH_POINTS);
+        put_point(point[n], v_scale(out, q_turn(q, apex)));
+    }
+    return n;
+}
+
+/* Writes the half axes of the rod's cross section, across the principal axis nearest the apex. The
+ * bending stiffness towards a side grows with the square of its thickness. With the power 0.5 it is
+ * proportional to the body's moment about the other axis. */
+static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
+                          kr_vec3 side[2])
+{
+    const kr_vec3 e[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    const double moment[3] = {body->inertia.x, body->inertia.y, body->inertia.z};
+    const kr_vec3 a = q_turn_back(body->axes, apex);
+    const double along[3] = {fabs(a.x), fabs(a.y), fabs(a.z)};
+    const int k = along[2] >= fmax(along[0], along[1]) ? 2 : along[1] >= along[0], i = (k + 1) % 3,
+              j = (k + 2) % 3;
+    const double most = fmax(moment[i], moment[j]);
+    side[0] = q_turn(body->axes, v_scale(radius * pow(moment[j] / most, power), e[i]));
+    side[1] = q_turn(body->axes, v_scale(radius * pow(moment[i] / most, power), e[j]));
+}
+int kr_mesh_rod(const kr_body *body, const kr_trail *trail, double scale, double radius,
+                double power, float point[][3])
+{
+    const double round = 6.28318530717958648;
+    const kr_vec3 apex = apex_in_body(body);
+    const int64_t stride = (int64_t)fmax(1.0, 0.05 / trail->step + 0.5),
+                  oldest = trail->steps - trail->size;
+    kr_vec3 side[2], at = v3(0.0, 0.0, 0.0);
+    int n = 0;
+    cross_section(body, apex, radius, power, side);
+    for (int64_t k = trail->steps; k >= 0 && k > oldest && n < KR_MESH_RINGS; k -= stride, n++) {
+        const kr_quat q = trail->attitude[k % trail->size];
+        for (int s = 0; s < KR_MESH_SIDES; s++) {
+            double sine, cosine;
+            sin_cos(round * s / (double)KR_MESH_SIDES, &sine, &cosine);
+            const kr_vec3 out = v_axpy(cosine, side[0], v_scale(sine, side[1]));
+            put_point(point[n * KR_MESH_SIDES + s], v_add(at, q_turn(q, out)));
+        }
+        at = v_axpy(-scale * trail->step * (double)stride, q_turn(q, apex), at);
+    }
+    return n;
+}

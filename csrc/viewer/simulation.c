@@ -1,0 +1,260 @@
+/* The page's simulation: see simulation.h. */
+#include <math.h>
+#include "simulation.h"
+
+/* Largest step in ticks; a product of two steps fits in 64 bits. */
+enum { LARGEST = INT32_MAX };
+
+/* Returns the time of a number of ticks. */
+static double time_of(int64_t ticks) { return (double)ticks / (double)KR_SIMULATION_TICKS; }
+
+static int64_t greatest_common_divisor(int64_t a, int64_t b)
+{
+    while (b) {
+        const int64_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+static int64_t common_multiple(int64_t a, int64_t b)
+{
+    const int64_t share = b / greatest_common_divisor(a, b);
+    return a <= INT64_MAX / share ? a * share : 0;
+}
+
+const kr_quantity *kr_simulation_quantity(int k)
+{
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *quantity = kr_quantity_at(i);
+        const int turns = (kr_quantity_flags(quantity) & KR_QUANTITY_TURNS) != 0;
+        if (kr_quantity_doubles(quantity) == 1 && !turns && k-- == 0) return quantity;
+    }
+    return NULL;
+}
+/* Returns 1 if a quantity is an integral of the motion. */
+static int is_integral(const kr_quantity *quantity)
+{
+    return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
+}
+/* Measures top i: all measures, or only integrals and errors. */
+static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
+{
+    const kr_simulation_slot *a = &simulation->slots[i];
+    const int compared = a->reference >= 0 && a->reference < simulation->count;
+    const kr_simulation_slot *b = compared ? &simulation->slots[a->reference] : NULL;
+    for (int k = 0; k < KR_SIMULATION_MEASURES; k++) measure[k] = NAN;
+    if (a->status != KR_OK) return;
+    for (int k = 0; k < KR_SIMULATION_ERROR; k++)
+        if (a->quantity[k] && (all || is_integral(a->quantity[k])))
+            kr_quantity_values(a->quantity[k], &a->scene, 1, &a->now, &measure[k]);
+    if (b && b->status == KR_OK && a->steps * a->step == b->steps * b->step)
+        measure[KR_SIMULATION_ERROR] = kr_attitude_error(a->now.q, b->now.q);
+    if (a->has_modified_energy)
+        measure[KR_SIMULATION_MODIFIED] =
+            kr_state_modified_energy(&a->scene, &a->now, time_of(a->step));
+}
+void kr_simulation_measure(const kr_simulation *simulation, int i,
+                           double measure[KR_SIMULATION_MEASURES])
+{
+    measure_top(simulation, i, 1, measure);
+}
+/* Chooses the measures of a top. A quantity that is NaN at the start belongs to another kind of
+ * body. */
+static void choose_quantities(kr_simulation_slot *a)
+{
+    for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
+        double value;
+        a->quantity[k] = kr_simulation_quantity(k);
+        kr_quantity_values(a->quantity[k], &a->scene, 1, &a->scene.start, &value);
+        if (isnan(value)) a->quantity[k] = NULL;
+    }
+}
+
+/* Extends the extremes of top i; NaN is ignored. */
+static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
+{
+    for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
+        if (low[k] < row->low[i][k] || isnan(row->low[i][k])) row->low[i][k] = low[k];
+        if (high[k] > row->high[i][k] || isnan(row->high[i][k])) row->high[i][k] = high[k];
+    }
+}
+/* Clears the row behind the last one. */
+static void begin_row(kr_simulation *simulation)
+{
+    kr_record_row *row = &simulation->record[simulation->rows];
+    for (int i = 0; i < simulation->count; i++)
+        for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
+            row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
+}
+/* Merges pairs of rows. The extremes since the last row move to the row behind it. */
+static void halve_record(kr_simulation *simulation)
+{
+    for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
+        simulation->record[k] = simulation->record[2 * k];
+        const kr_record_row *before = &simulation->record[2 * k - 1];
+        for (int i = 0; i < simulation->count; i++)
+            widen_extremes(&simulation->record[k], i, before->low[i], before->high[i]);
+    }
+    simulation->rows /= 2;
+    simulation->stride *= 2;
+}
+/* Returns 1 if the clock stands at one of `times` even parts of the span between two rows. */
+static int is_sample_time(const kr_simulation *simulation, int times)
+{
+    const int64_t part = simulation->stride / times;
+    return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
+}
+/* Measures all tops and adds a row if the clock stands at one. */
+static void record_measures(kr_simulation *simulation)
+{
+    if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
+    if (simulation->rows == KR_SIMULATION_ROWS) halve_record(simulation);
+    kr_record_row *row = &simulation->record[simulation->rows];
+    const int all = is_sample_time(simulation, KR_SIMULATION_FULL_SAMPLES);
+    for (int i = 0; i < simulation->count; i++) {
+        measure_top(simulation, i, all, row->at[i]);
+        widen_extremes(row, i, row->at[i], row->at[i]);
+    }
+    if (simulation->clock % simulation->stride) return;
+    row->time = time_of(simulation->clock);
+    simulation->rows++;
+    begin_row(simulation);
+}
+
+void kr_simulation_clear(kr_simulation *simulation)
+{
+    for (int i = 0; i < simulation->count; i++) kr_top_free(simulation->slots[i].top);
+    simulation->count = 0;
+    simulation->clock = simulation->common = simulation->rows = 0;
+}
+/* Prepares the slot behind the last one for a new top. Returns the reason if it cannot be added. */
+static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
+                             int against)
+{
+    const kr_status status = kr_scene_check(scene);
+    if (status != KR_OK) return status;
+    if (simulation->count == KR_SIMULATION_TOPS || simulation->clock || step < 1 || step > LARGEST)
+        return KR_ERR_ARGUMENT;
+    if (against < KR_SIMULATION_REFERENCE || against >= KR_SIMULATION_TOPS ||
+        against == simulation->count)
+        return KR_ERR_ARGUMENT;
+    if (scene->start.t != 0.0) return KR_ERR_ARGUMENT;
+    kr_simulation_slot *a = &simulation->slots[simulation->count];
+    a->scene = *scene;
+    a->now = scene->start;
+    a->top = NULL;
+    a->track = NULL;
+    a->length = a->steps = 0;
+    a->restarts = a->has_modified_energy = 0;
+    a->step = step;
+    a->reference = against;
+    a->status = KR_OK;
+    a->trace[0] = scene->start.q;
+    choose_quantities(a);
+    return KR_OK;
+}
+/* Adds the prepared top. */
+static void add_prepared_top(kr_simulation *simulation)
+{
+    const int64_t step = simulation->slots[simulation->count].step;
+    if (simulation->count == 0)
+        simulation->common = step;
+    else if (simulation->common)
+        simulation->common = common_multiple(simulation->common, step);
+    simulation->stride = simulation->common;
+    simulation->count++;
+    simulation->rows = 0;
+    begin_row(simulation);
+    record_measures(simulation);
+}
+/* Poll callback: returns nonzero once the budget of steps is spent. */
+static int poll_budget(void *context)
+{
+    kr_simulation *simulation = context;
+    simulation->budget -= simulation->cost;
+    return simulation->budget <= 0;
+}
+kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
+                            const kr_method *method, int64_t step, double tol, int against)
+{
+    kr_config config = {.tol = tol, .poll = poll_budget, .context = simulation};
+    kr_status status = prepare_top(simulation, scene, step, against);
+    if (status != KR_OK) return status;
+    if (!method) return KR_ERR_NO_METHOD;
+    const unsigned flags = kr_method_flags(method);
+    kr_simulation_slot *a = &simulation->slots[simulation->count];
+    a->restarts = (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE;
+    a->has_modified_energy = method == kr_method_find("bobenko_suris");
+    if (!(flags & KR_METHOD_ADAPTIVE)) config.step = time_of(step);
+    status = kr_top_create(scene, method, config, &a->top);
+    if (status == KR_OK) add_prepared_top(simulation);
+    return status;
+}
+kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
+                                  const kr_state track[], int64_t length, int64_t step, int against)
+{
+    const kr_status status = prepare_top(simulation, scene, step, against);
+    if (status != KR_OK) return status;
+    if (!track || length < 1) return KR_ERR_ARGUMENT;
+    simulation->slots[simulation->count].track = track;
+    simulation->slots[simulation->count].length = length;
+    add_prepared_top(simulation);
+    return KR_OK;
+}
+
+/* Makes one step of a top. Returns 0 if the budget ended it. */
+static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
+{
+    const int64_t k = a->steps + 1;
+    simulation->cost = a->restarts ? 1 : 256; /* steps of the method between two polls */
+    if (a->track) {
+        a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
+        if (a->status == KR_OK) a->now = a->track[k];
+    } else {
+        const kr_status status = kr_top_advance(a->top, (double)k * time_of(a->step));
+        if (status == KR_ERR_INTERRUPTED) return 0;
+        a->status = status;
+        a->now = kr_top_state(a->top);
+        if (a->status == KR_OK && a->restarts) a->status = kr_top_reset(a->top, &a->now);
+    }
+    if (a->status == KR_OK) {
+        a->steps = k;
+        a->trace[k % KR_SIMULATION_TRACE] = a->now.q;
+    }
+    return 1;
+}
+/* Returns the time of the next step and writes its top; INT64_MAX if no top can continue. */
+static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
+{
+    int64_t first = INT64_MAX;
+    int goes_on = 0;
+    for (int i = 0; i < simulation->count; i++) {
+        kr_simulation_slot *a = &simulation->slots[i];
+        const int64_t tick = (a->steps + 1) * a->step;
+        if (a->status != KR_OK) continue;
+        goes_on |= a->reference != KR_SIMULATION_REFERENCE;
+        if (tick >= first) continue;
+        first = tick;
+        *next = a;
+    }
+    return goes_on ? first : INT64_MAX;
+}
+int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most)
+{
+    kr_simulation_slot *next = NULL;
+    int64_t tick = next_step(simulation, &next);
+    simulation->is_late = 0;
+    simulation->budget = KR_SIMULATION_BUDGET +
+                         KR_SIMULATION_BUDGET_PER_STEP * (most < INT32_MAX ? most : INT32_MAX);
+    while (tick <= target && most-- > 0) {
+        const int64_t reached = tick;
+        simulation->is_late = !take_step(simulation, next);
+        if (simulation->is_late) break;
+        tick = next_step(simulation, &next);
+        if (tick == reached || tick == INT64_MAX) continue; /* other tops step to the same time */
+        simulation->clock = reached;
+        record_measures(simulation);
+    }
+    return simulation->clock;
+}

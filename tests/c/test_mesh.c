@@ -1,0 +1,230 @@
+/* Pictures of a top for the viewer: the equivalent cuboid, the trace of the apex, the rod. */
+#include "viewer/mesh.h"
+#include "viewer/simulation.h"
+#include "tops.h"
+
+static kr_simulation stage;
+static float point[KR_MESH_RINGS * KR_MESH_SIDES][3];
+
+static kr_vec3 at(int i) { return v3(point[i][0], point[i][1], point[i][2]); }
+static kr_body cuboid(double density, kr_vec3 half, kr_vec3 pivot)
+{
+    kr_body body = {0};
+    IS(kr_body_cuboid(density, half, pivot, &body) == KR_OK);
+    return body;
+}
+/* Inertia at the fixed point, in the frame in which the body was described, on a vector. */
+static kr_vec3 inertia(const kr_body *b, kr_vec3 v)
+{
+    return q_turn(b->axes, v_times(b->inertia, q_turn_back(b->axes, v)));
+}
+
+/* A cuboid is found again, wherever its fixed point is and however it lies. */
+static void test_box_of_a_cuboid(void)
+{
+    const kr_vec3 half = v3(0.7, 0.5, 1.1), pivot = v3(0.3, -0.2, -1.4);
+    const kr_quat turn = q_unit(q4(0.9, v3(0.1, -0.3, 0.2)));
+    const kr_body plain = cuboid(1.7, half, pivot);
+    double j[9];
+    for (int i = 0; i < 3; i++) {
+        const kr_vec3 e = v3(i == 0, i == 1, i == 2),
+                      column = q_turn(turn, inertia(&plain, q_turn_back(turn, e)));
+        j[i] = column.x, j[3 + i] = column.y, j[6 + i] = column.z;
+    }
+    kr_body body;
+    IS(kr_body_from_tensor(plain.mass, j, q_turn(turn, v_scale(-1.0, pivot)), &body) == KR_OK);
+    const kr_box box = kr_mesh_box(&body);
+    NEAR(box.density, 1.7, 1e-12);
+    NEAR(off(box.centre, q_turn(turn, v_scale(-1.0, pivot))), 0.0, 1e-12);
+    /* its edges may have other names, its corners lie there */
+    for (int corner = 0; corner < 8; corner++) {
+        const kr_vec3 sign = v3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+        const kr_vec3 seen = q_turn_back(turn, q_turn(box.turn, v_times(sign, box.half)));
+        NEAR(off(v3(fabs(seen.x), fabs(seen.y), fabs(seen.z)), half), 0.0, 1e-12);
+    }
+}
+/* The thesis gives its cuboid's inertia, and 1 for its mass: the cuboid is found, for its density
+ * is 1. */
+static void test_box_of_density_one(void)
+{
+    kr_body body = cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0));
+    body.com = v_scale(body.mass, body.com);
+    body.mass = 1.0;
+    const kr_box box = kr_mesh_box(&body);
+    NEAR(box.density, 1.0, 1e-12);
+    NEAR(off(box.half, v3(0.8, 0.8, 1.0)), 0.0, 1e-12);
+    NEAR(off(box.centre, v3(0.0, 0.0, 1.0)), 0.0, 1e-12);
+}
+/* No body of this mass has its centre of mass so far out: the cuboid is of another one that moves
+ * the same, in any units. */
+static void test_box_of_numbers_that_fit_no_body(void)
+{
+    kr_body body, small;
+    IS(kr_body_symmetric(1.0, 1.0, 0.9, 2.0, &body) == KR_OK &&
+       kr_body_symmetric(1.0, 1e-8, 0.9e-8, 2e-4, &small) == KR_OK);
+    const kr_box box = kr_mesh_box(&body), little = kr_mesh_box(&small);
+    const kr_body drawn =
+        cuboid(box.density, box.half, v_scale(-1.0, q_turn_back(box.turn, box.centre)));
+    NEAR(off(v_scale(drawn.mass, q_turn(drawn.axes, drawn.com)), v3(0.0, 0.0, 2.0)), 0.0, 1e-12);
+    NEAR(off(drawn.inertia, body.inertia), 0.0, 1e-12);
+    NEAR(off(v_scale(1e4, little.half), box.half), 0.0, 1e-7);
+    IS(box.half.x == box.half.y && box.half.z > 0.2 * box.half.x);
+}
+static void test_box_of_a_plate_and_of_none(void)
+{
+    const kr_body plate = cuboid(1.0, v3(1.0, 0.5, 1e-3), v3(0.0, 0.0, 0.0));
+    const kr_body flat = {1.0, {1.0, 2.0, 3.0}, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, 0.0};
+    const kr_body mass_point = {1.0, {1.0, 1.0, 0.0}, {0.0, 0.0, 1.0}, {1.0, 0.0, 0.0, 0.0}, 0.0};
+    NEAR(off(kr_mesh_box(&plate).half, v3(1.0, 0.5, 1e-3)), 0.0, 1e-9);
+    NEAR(off(kr_mesh_box(&flat).half, v3(sqrt(6.0), sqrt(3.0), sqrt(6.0) * 1e-4)), 0.0, 1e-9);
+    const kr_box none = kr_mesh_box(&mass_point);
+    NEAR(off(none.half, v3(1.0, 1.0, 1.0)), 0.0, 0.0);
+    IS(none.turn.w == 1.0 && v_length(q_vec(none.turn)) == 0.0 && v_length(none.centre) == 0.0);
+    IS(none.density == 1.0);
+}
+
+static const kr_simulation_slot *top(kr_scene scene, int64_t step, int64_t target)
+{
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("strang"), step, 0.0, -1) == KR_OK);
+    kr_simulation_advance(&stage, target, INT64_MAX);
+    return &stage.slots[0];
+}
+/* The arrows' scale: never passed where it is the energy's bound, and not far from it. */
+static void test_reach(void)
+{
+    double momentum, velocity, longest = 0.0;
+    const kr_simulation_slot *actor = top(kr_scene_default(), 10000, 0);
+    kr_mesh_limits(&actor->scene, &momentum, &velocity);
+    for (int i = 1; i <= 5000; i++) {
+        kr_simulation_advance(&stage, 10000 * i, INT64_MAX);
+        longest = fmax(longest, v_length(actor->now.m));
+    }
+    IS(longest <= momentum && longest > 0.5 * momentum && velocity > 0.0);
+    kr_scene still = kr_scene_default();
+    still.gravity = 0.0;
+    still.start.m = v3(0.0, 0.0, 0.0);
+    kr_mesh_limits(&still, &momentum, &velocity);
+    IS(momentum == 1.0 && velocity == 1.0);
+}
+static kr_trail trail_of(const kr_simulation_slot *a)
+{
+    const kr_trail trail = {a->trace, KR_SIMULATION_TRACE, a->steps,
+                            (double)a->step / KR_SIMULATION_TICKS};
+    return trail;
+}
+static int way(const kr_simulation_slot *a, double radius)
+{
+    const kr_trail trail = trail_of(a);
+    return kr_mesh_trail(&a->scene.body, &trail, radius, point);
+}
+static int rod(const kr_simulation_slot *a, double scale, double radius)
+{
+    const kr_trail trail = trail_of(a);
+    return kr_mesh_rod(&a->scene.body, &trail, scale, radius, 0.5, point);
+}
+static void test_way(void)
+{
+    const kr_simulation_slot *actor = top(kr_scene_default(), 10000, 0);
+    IS(way(actor, 2.0) == 1);
+    NEAR(off(at(0), v3(0.0, 0.0, 2.0)), 0.0, 1e-6);
+    actor = top(kr_scene_default(), 10000, 1000000);
+    IS(way(actor, 2.0) == 101);
+    NEAR(off(v_scale(0.5, at(0)), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
+    NEAR(off(v_scale(0.5 / (1.0 - 2.0 / KR_MESH_POINTS), at(100)), v3(0.0, 0.0, 1.0)), 0.0, 1e-6);
+    /* the ring has gone round: every other step, newest first */
+    actor = top(kr_scene_default(), 10000, 100000000);
+    IS(way(actor, 1.0) == KR_MESH_POINTS);
+    NEAR(off(at(0), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
+    NEAR(v_length(at(KR_MESH_POINTS - 1)), 0.98 + 0.02 / KR_MESH_POINTS, 1e-6);
+}
+/* A trail that holds more than is drawn, and one that has forgotten its begin. */
+static void test_trails(void)
+{
+    enum { LONG = 5 * KR_MESH_POINTS };
+    static kr_quat attitude[LONG];
+    const kr_body body = kr_scene_default().body;
+    for (int k = 0; k < LONG; k++) attitude[k] = q_exp(v3(0.0, 0.0, 0.001 * k));
+    const kr_trail all = {attitude, LONG, LONG - 1, 0.01}, last = {attitude, 3, 100, 0.1};
+    IS(kr_mesh_trail(&body, &all, 1.0, point) == KR_MESH_POINTS);
+    IS(kr_mesh_rod(&body, &last, 1.0, 0.1, 0.5, point) == 3);
+    IS(kr_mesh_trail(&body, &last, 1.0, point) == 3);
+}
+
+static kr_vec3 centre(int ring)
+{
+    kr_vec3 sum = v3(0.0, 0.0, 0.0);
+    for (int s = 0; s < KR_MESH_SIDES; s++) sum = v_add(sum, at(ring * KR_MESH_SIDES + s));
+    return v_scale(1.0 / KR_MESH_SIDES, sum);
+}
+/* Each ring lies behind the one before by the apex times the time between them. */
+static void test_rod(void)
+{
+    const kr_simulation_slot *actor = top(kr_scene_default(), 10000, 3000000);
+    const int n = rod(actor, 0.8, 0.1);
+    IS(n == 61); /* every fifth step, 0.05 apart */
+    NEAR(off(centre(0), v3(0.0, 0.0, 0.0)), 0.0, 1e-6);
+    for (int ring = 0; ring + 1 < n; ring++) {
+        kr_state then = actor->now;
+        then.q = actor->trace[300 - 5 * ring];
+        const kr_vec3 step = v_sub(centre(ring), centre(ring + 1));
+        NEAR(off(step, v_scale(0.8 * 0.05, kr_state_apex(&actor->scene, &then))), 0.0, 1e-6);
+    }
+    IS(rod(top(kr_scene_default(), 10000, 100000000), 1.0, 0.1) == KR_MESH_RINGS);
+    IS(rod(top(kr_scene_default(), 400000, 4000000), 1.0, 0.1) == 11);
+    IS(rod(top(kr_scene_default(), 1, 100), 1.0, 0.1) == 1);
+}
+/* Round for a body alike about its axis; for Kowalewski's the stiffnesses are as 2 to 1, the sides
+ * as sqrt(2) to 1. */
+static void test_section(void)
+{
+    kr_scene scene = kr_scene_default();
+    rod(top(scene, 10000, 0), 1.0, 0.1);
+    NEAR(off(at(0), v3(0.1, 0.0, 0.0)), 0.0, 1e-6);
+    NEAR(off(at(KR_MESH_SIDES / 4), v3(0.0, 0.1, 0.0)), 0.0, 1e-6);
+    scene.body = cuboid(1.0, v3(0.8 * sqrt(3.0), 0.8, 0.4), v3(0.0, 0.0, -0.4));
+    IS(kr_body_kind(&scene.body, 1e-12) == KR_KIND_KOWALEWSKI);
+    rod(top(scene, 10000, 0), 1.0, 0.1);
+    NEAR(off(at(0), v3(0.1, 0.0, 0.0)), 0.0, 1e-6);
+    NEAR(off(at(KR_MESH_SIDES / 4), v3(0.0, 0.1 * sqrt(0.5), 0.0)), 0.0, 1e-6);
+}
+/* The section is thickest against the bending about the axis of the larger moment, whichever axis
+ * the apex is nearest to. */
+static void test_section_of_any_axis(void)
+{
+    const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    const double moment[3] = {2.0, 3.0, 4.0};
+    for (int which = 0; which < 6; which++) {
+        const int k = which % 3, i = (k + 1) % 3, j = (k + 2) % 3;
+        const double aside = which < 3 ? 0.01 : 0.03;
+        kr_scene scene = kr_scene_default();
+        scene.start.q = q_one();
+        scene.body.inertia = v3(moment[0], moment[1], moment[2]);
+        scene.body.com =
+            v_add(v_scale(0.5, axes[k]), v_axpy(aside, axes[i], v_scale(0.02, axes[j])));
+        scene.body.axes = q_exp(v3(0.3, -0.2, 0.1));
+        const double most = fmax(moment[i], moment[j]);
+        rod(top(scene, 10000, 0), 1.0, 0.1);
+        NEAR(off(at(0), q_turn(scene.body.axes, v_scale(0.1 * sqrt(moment[j] / most), axes[i]))),
+             0.0, 1e-6);
+        NEAR(off(at(KR_MESH_SIDES / 4),
+                 q_turn(scene.body.axes, v_scale(0.1 * sqrt(moment[i] / most), axes[j]))),
+             0.0, 1e-6);
+    }
+}
+
+int main(void)
+{
+    test_section_of_any_axis();
+    test_box_of_a_cuboid();
+    test_box_of_density_one();
+    test_box_of_numbers_that_fit_no_body();
+    test_box_of_a_plate_and_of_none();
+    test_reach();
+    test_way();
+    test_trails();
+    test_rod();
+    test_section();
+    kr_simulation_clear(&stage);
+    return check_result();
+}

@@ -1,0 +1,363 @@
+/* The viewer's simulation: tops on a common clock that counts ticks. */
+#include "viewer/simulation.h"
+#include "tops.h"
+
+static kr_simulation stage, other;
+static const int64_t step1 = 10000, step2 = 70000; /* 0.01, 0.07; the common multiple is 0.07 */
+
+static void set(kr_simulation *s, int64_t first, int64_t second)
+{
+    const kr_scene scene = kr_scene_default();
+    kr_simulation_clear(s);
+    IS(kr_simulation_add(s, &scene, kr_method_find("bobenko_suris"), first, 0.0, -1) == KR_OK);
+    IS(kr_simulation_add(s, &scene, kr_method_find("bobenko_suris"), second, 0.0, 0) == KR_OK);
+    IS(kr_simulation_add(s, &scene, kr_method_find("extrap"), second, 1e-10, 0) == KR_OK);
+}
+
+/* The number of the measure that is this quantity. */
+static int number_of(const char *name)
+{
+    int k = 0;
+    while (k < KR_SIMULATION_ERROR && kr_simulation_quantity(k) != kr_quantity_find(name)) k++;
+    IS(k < KR_SIMULATION_ERROR);
+    return k;
+}
+static double measured(int i, int k)
+{
+    double measure[KR_SIMULATION_MEASURES];
+    kr_simulation_measure(&stage, i, measure);
+    return measure[k];
+}
+
+/* The states are those of a top on its own, to the last bit. */
+static void test_states(void)
+{
+    const kr_scene scene = kr_scene_default();
+    const kr_config config = {.step = 0.07};
+    kr_top *top = NULL;
+    kr_state alone;
+    set(&stage, step1, step2);
+    IS(kr_simulation_advance(&stage, 7000000, INT64_MAX) == 7000000);
+    IS(kr_top_create(&scene, kr_method_find("bobenko_suris"), config, &top) == KR_OK);
+    IS(kr_top_advance(top, 100 * 0.07) == KR_OK);
+    alone = kr_top_state(top);
+    IS(same(alone, stage.slots[1].now));
+    IS(memcmp(&stage.slots[1].trace[100], &alone.q, sizeof alone.q) == 0);
+    IS(stage.slots[0].steps == 700 && stage.slots[1].steps == 100 && stage.slots[2].steps == 100);
+    kr_top_free(top);
+}
+/* An adaptive method stands at multiples of its step, from each of which it begins as if new: so
+ * the step counts. */
+static void test_restarts(void)
+{
+    kr_scene scene = kr_scene_default();
+    const kr_method *extrap = kr_method_find("extrap");
+    const kr_config config = {.tol = 1e-5};
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, extrap, 10000, 1e-5, -1) == KR_OK);
+    IS(kr_simulation_add(&stage, &scene, extrap, 200000, 1e-5, 0) == KR_OK);
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("taylor"), 200000, 0.0, 0) == KR_OK);
+    kr_simulation_advance(&stage, 4000000, INT64_MAX);
+    for (int k = 1; k <= 20; k++) {
+        kr_top *top = NULL;
+        IS(kr_top_create(&scene, extrap, config, &top) == KR_OK);
+        IS(kr_top_advance(top, k * 0.2) == KR_OK);
+        scene.start = kr_top_state(top);
+        kr_top_free(top);
+    }
+    IS(same(scene.start, stage.slots[1].now));
+    IS(stage.slots[0].steps == 400 && measured(1, KR_SIMULATION_ERROR) > 1e-9);
+    IS(measured(1, KR_SIMULATION_ERROR) < 1e-4 && measured(2, KR_SIMULATION_ERROR) < 1e-4);
+}
+static void test_any_division_is_the_same(void)
+{
+    int64_t t = 0;
+    set(&stage, step1, step2);
+    set(&other, step1, step2);
+    kr_simulation_advance(&stage, 20000000, INT64_MAX);
+    for (unsigned i = 1; t < 20000000; i++) {
+        t += (int64_t)(i * 2654435761u % 99991u);
+        kr_simulation_advance(&other, t < 20000000 ? t : 20000000, i % 3 ? 5 : INT64_MAX);
+    }
+    kr_simulation_advance(&other, 20000000, INT64_MAX);
+    IS(stage.clock == other.clock && stage.rows == other.rows);
+    for (int i = 0; i < stage.count; i++) IS(same(stage.slots[i].now, other.slots[i].now));
+    for (int64_t r = 0; r < stage.rows; r++)
+        IS(memcmp(&stage.record[r], &other.record[r], sizeof(kr_record_row)) == 0);
+}
+/* Off the grid the two stand at different times: no error is to be had there, and none is
+ * recorded. */
+static void test_compares_at_common_multiples_only(void)
+{
+    set(&stage, step1, step2);
+    IS(stage.common == 70000);
+    kr_simulation_advance(&stage, 80000, INT64_MAX);
+    IS(stage.clock == 80000 && stage.slots[0].steps == 8 && stage.slots[1].steps == 1);
+    IS(isnan(measured(1, KR_SIMULATION_ERROR)) && isnan(measured(0, KR_SIMULATION_ERROR)));
+    IS(measured(1, number_of("energy")) > 0.0);
+    kr_simulation_advance(&stage, 50000000, INT64_MAX);
+    for (int64_t row = 0; row < stage.rows; row++) {
+        NEAR(fmod(stage.record[row].time + 1e-9, 0.07), 0.0, 2e-9);
+        IS(stage.record[row].at[1][KR_SIMULATION_ERROR] < 0.1 &&
+           stage.record[row].at[2][KR_SIMULATION_ERROR] < 0.01);
+    }
+    IS(stage.record[stage.rows - 1].at[1][KR_SIMULATION_ERROR] > 1e-4);
+}
+/* All quantities of one number that do not turn with the heading are measured, and no others. */
+static void test_measures_are_those_of_the_table(void)
+{
+    int k = 0;
+    for (size_t i = 0; i < kr_quantity_count(); i++) {
+        const kr_quantity *quantity = kr_quantity_at(i);
+        if (kr_quantity_doubles(quantity) > 1 || kr_quantity_flags(quantity) & KR_QUANTITY_TURNS)
+            continue;
+        IS(kr_simulation_quantity(k++) == quantity);
+    }
+    IS(k == KR_SIMULATION_ERROR && kr_simulation_quantity(k) == NULL);
+    IS(KR_SIMULATION_MODIFIED == k + 1 && KR_SIMULATION_MEASURES == k + 2);
+}
+/* Only bobenko_suris has a modified energy, which it keeps; the energy itself swings. */
+static void test_modified_energy(void)
+{
+    const double own_step = (double)step2 / KR_SIMULATION_TICKS;
+    set(&stage, step1, step2);
+    const double start = measured(1, KR_SIMULATION_MODIFIED);
+    kr_simulation_advance(&stage, 7000000, INT64_MAX);
+    const kr_simulation_slot *actor = &stage.slots[1];
+    const double now = measured(1, KR_SIMULATION_MODIFIED);
+    IS(now == kr_state_modified_energy(&actor->scene, &actor->now, own_step));
+    IS(fabs(now - start) < 1e-12 * fabs(start) && isnan(measured(2, KR_SIMULATION_MODIFIED)));
+    IS(now != measured(0, KR_SIMULATION_MODIFIED));
+}
+static void test_measures_are_the_quantities_of_the_state(void)
+{
+    kr_scene scene = tilted();
+    for (int half = 0; half < 2; half++) { /* a Lagrange top, then a Kowalewski top */
+        if (half) IS(kr_body_cuboid(1.0, v3(sqrt(3), 1, .5), v3(0, 0, -.5), &scene.body) == KR_OK);
+        kr_simulation_clear(&stage);
+        IS(kr_simulation_add(&stage, &scene, kr_method_find("strang"), step1, 0.0, -1) == KR_OK);
+        kr_simulation_advance(&stage, 3000000, INT64_MAX);
+        for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
+            double value;
+            kr_quantity_values(kr_simulation_quantity(k), &scene, 1, &stage.slots[0].now, &value);
+            IS(measured(0, k) == value || (isnan(measured(0, k)) && isnan(value)));
+        }
+        IS(isnan(measured(0, number_of("kowalewski"))) == !half);
+        IS(isnan(measured(0, number_of("goryachev_chaplygin"))));
+    }
+}
+static void test_record_is_bounded(void)
+{
+    const int energy = number_of("energy");
+    set(&stage, step1, step1);
+    kr_simulation_advance(&stage, 100000000, INT64_MAX); /* 10,000 steps */
+    IS(stage.rows > KR_SIMULATION_ROWS / 2 && stage.rows <= KR_SIMULATION_ROWS);
+    IS(stage.stride == 16 * stage.common);
+    for (int64_t row = 0; row < stage.rows; row++)
+        NEAR(stage.record[row].time, 0.16 * (double)row, 1e-12);
+    NEAR(stage.record[stage.rows - 1].at[2][energy], stage.record[0].at[2][energy], 1e-7);
+}
+/* Between two rows energy and nutation swing many times. What they swing to is in the record all
+ * the same: nearly, for nutation is looked at less often. */
+static void test_extremes_are_not_lost(const char *name, double share)
+{
+    const kr_scene scene = kr_scene_default();
+    const int what = number_of(name);
+    double low = INFINITY, high = -INFINITY, all_low = INFINITY, all_high = -INFINITY;
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("bobenko_suris"), step1, 0.0, -1) == KR_OK);
+    /* 8: one swing, each step of it in the record */
+    kr_simulation_advance(&stage, 8000000, INT64_MAX);
+    for (int64_t k = 0; k < stage.rows; k++) {
+        const double at = stage.record[k].at[0][what];
+        IS(stage.record[k].low[0][what] == at &&
+           isnan(stage.record[k].high[0][KR_SIMULATION_ERROR]));
+        all_low = fmin(all_low, at), all_high = fmax(all_high, at);
+    }
+    /* 20,000: rows 20.48 apart, more than two swings */
+    kr_simulation_advance(&stage, 20000000000, INT64_MAX);
+    IS(stage.stride == 2048 * stage.common);
+    for (int64_t k = 1; k < stage.rows; k++) {
+        const double at = stage.record[k].at[0][what], tol = share * (all_high - all_low);
+        IS(stage.record[k].low[0][what] <= at && at <= stage.record[k].high[0][what]);
+        NEAR(stage.record[k].low[0][what], all_low, tol);
+        NEAR(stage.record[k].high[0][what], all_high, tol);
+        low = fmin(low, at), high = fmax(high, at);
+    }
+    IS(high - low > 0.5 * (all_high - all_low));
+}
+static void test_common_multiples(void)
+{
+    static const int64_t of[][3] = {
+        {10000, 200000, 200000}, {30000, 200000, 600000}, {70000, 200000, 1400000}};
+    for (int i = 0; i < 3; i++) {
+        set(&stage, of[i][0], of[i][1]);
+        IS(stage.common == of[i][2]);
+    }
+}
+static void test_track(void)
+{
+    const kr_scene scene = kr_scene_default();
+    static kr_state track[51];
+    kr_top *top = NULL;
+    const kr_config config = {.step = 0.1};
+    IS(kr_top_create(&scene, kr_method_find("strang"), config, &top) == KR_OK);
+    track[0] = scene.start;
+    for (int k = 1; k <= 50; k++) {
+        IS(kr_top_step(top) == KR_OK);
+        track[k] = kr_top_state(top);
+    }
+    kr_top_free(top);
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("strang"), 100000, 0.0, -1) == KR_OK);
+    IS(kr_simulation_add_track(&stage, &scene, track, 51, 100000, 0) == KR_OK);
+    kr_simulation_advance(&stage, 5000000, INT64_MAX);
+    IS(measured(1, KR_SIMULATION_ERROR) == 0.0 && same(stage.slots[1].now, track[50]));
+    /* past its end: it stays, the other goes on */
+    kr_simulation_advance(&stage, 6000000, INT64_MAX);
+    IS(stage.slots[1].status == KR_ERR_LIMIT && isnan(measured(1, number_of("energy"))));
+    IS(stage.slots[0].steps == 60);
+}
+static void test_refusals(void)
+{
+    kr_scene scene = kr_scene_default();
+    const kr_method *method = kr_method_find("rk4");
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, NULL, step1, 0.0, -1) == KR_ERR_NO_METHOD);
+    IS(kr_simulation_add(&stage, &scene, method, 0, 0.0, -1) == KR_ERR_ARGUMENT);
+    IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, 0) == KR_ERR_ARGUMENT);
+    IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -3) == KR_ERR_ARGUMENT);
+    IS(kr_simulation_add(&stage, &scene, method, INT64_MAX, 0.0, -1) == KR_ERR_ARGUMENT);
+    IS(kr_simulation_add(&stage, &scene, method, step1, NAN, -1) == KR_ERR_ARGUMENT);
+    IS(kr_simulation_add_track(&stage, &scene, NULL, 1, step1, -1) == KR_ERR_ARGUMENT);
+    IS(kr_simulation_add_track(&stage, &scene, &scene.start, 0, step1, -1) == KR_ERR_ARGUMENT);
+    IS(kr_simulation_add_track(&stage, &scene, &scene.start, 1, 0, -1) == KR_ERR_ARGUMENT);
+    scene.start.t = 1.0;
+    IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
+    scene.start.t = 0.0;
+    scene.body.inertia.x = -1.0;
+    IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_BODY);
+    IS(stage.count == 0 && kr_simulation_advance(&stage, 1000000, INT64_MAX) == 0);
+    scene = kr_scene_default();
+    for (int i = 0; i < KR_SIMULATION_TOPS; i++)
+        IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_OK);
+    IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_OK);
+    IS(kr_simulation_advance(&stage, step1, INT64_MAX) == step1);
+    IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
+}
+/* Steps whose common multiple no integer holds are taken all the same; there is no record. */
+static void test_steps_without_a_common_multiple(void)
+{
+    const int64_t primes[] = {2147483647, 2147483629, 2147483587, 2147483579};
+    const kr_scene scene = kr_scene_default();
+    kr_simulation_clear(&stage);
+    for (int i = 0; i < KR_SIMULATION_TOPS && i < 4; i++)
+        IS(kr_simulation_add(&stage, &scene, kr_method_find("exact"), primes[i], 0.0, i ? 0 : -1) ==
+           KR_OK);
+    IS(stage.common == 0);
+    IS(kr_simulation_advance(&stage, primes[0], INT64_MAX) == primes[0] && stage.rows <= 1);
+    IS(measured(0, number_of("energy")) < INFINITY && isnan(measured(1, KR_SIMULATION_ERROR)));
+}
+/* One that fails stays at its last good state; the others go on. */
+static void test_failure(void)
+{
+    kr_scene scene = kr_scene_default();
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("bobenko_suris"), 1000000, 0.0, -1) ==
+       KR_OK);
+    scene.start.m = (kr_vec3){1e3, -2e3, 1e3};
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("rk4"), 1000000, 0.0, -1) == KR_OK);
+    IS(kr_simulation_advance(&stage, 1000000000, INT64_MAX) == 1000000000);
+    IS(stage.slots[1].status == KR_ERR_NOT_FINITE && isfinite(stage.slots[1].now.q.w));
+    IS(stage.slots[0].status == KR_OK && stage.slots[0].steps == 1000);
+}
+/* Where no top can go on the stage's clock stays, and nothing is told of one that is compared. */
+static void test_all_fail(void)
+{
+    kr_scene scene = kr_scene_default();
+    kr_simulation_clear(&stage);
+    scene.start.m = (kr_vec3){1e3, -2e3, 1e3};
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("rk4"), 1000000, 0.0, -1) == KR_OK);
+    IS(kr_simulation_advance(&stage, 1000000000, INT64_MAX) < 1000000000);
+    IS(stage.slots[0].status == KR_ERR_NOT_FINITE);
+    const int64_t stopped = stage.clock;
+    IS(kr_simulation_advance(&stage, 1000000000, INT64_MAX) == stopped);
+    scene = kr_scene_default();
+    IS(kr_simulation_add(&stage, &scene, kr_method_find("bobenko_suris"), 1000000, 0.0, 0) ==
+       KR_OK);
+    IS(isnan(measured(1, KR_SIMULATION_ERROR)) && isfinite(measured(1, number_of("energy"))));
+}
+/* A truth may come after what is compared with it, and does not go on alone. */
+static void test_truth(void)
+{
+    kr_scene scene = tilted();
+    const kr_method *strang = kr_method_find("strang"), *taylor = kr_method_find("taylor");
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add(&stage, &scene, strang, 100000, 0.0, 1) == KR_OK);
+    IS(isnan(measured(0, KR_SIMULATION_ERROR)));
+    IS(kr_simulation_add(&stage, &scene, taylor, 100000, 0.0, KR_SIMULATION_REFERENCE) == KR_OK);
+    IS(measured(0, KR_SIMULATION_ERROR) == 0.0);
+    IS(kr_simulation_advance(&stage, 1000000, INT64_MAX) == 1000000);
+    const double error = kr_attitude_error(stage.slots[0].now.q, stage.slots[1].now.q);
+    IS(error > 0.0 && measured(0, KR_SIMULATION_ERROR) == error);
+    IS(isnan(measured(1, KR_SIMULATION_ERROR)));
+    kr_simulation_clear(&stage);
+    IS(kr_simulation_add_track(&stage, &scene, &scene.start, 1, 100000, 1) == KR_OK);
+    IS(kr_simulation_add(&stage, &scene, taylor, 100000, 0.0, KR_SIMULATION_REFERENCE) == KR_OK);
+    IS(kr_simulation_advance(&stage, 1000000, INT64_MAX) <= 100000);
+    IS(stage.slots[0].status == KR_ERR_LIMIT && stage.slots[1].steps <= 1);
+}
+/* A top that is too fast for its step does not keep the caller, and gets there in the end. */
+static void test_step_budget(void)
+{
+    kr_scene scene = tilted();
+    const char *const methods[] = {"taylor", "extrap"};
+    for (int i = 0; i < 2; i++) {
+        const kr_method *method = kr_method_find(methods[i]);
+        int calls = 0, late = 0;
+        kr_simulation_clear(&stage);
+        scene.start.m = v3(0.0, 0.0, 1e12);
+        IS(kr_simulation_add(&stage, &scene, method, 1000000, 0.0, -1) == KR_OK);
+        IS(kr_simulation_advance(&stage, 1000000, INT64_C(100)) == 0 && stage.is_late);
+        /* A call in which nothing is due leaves nothing on its way. */
+        IS(kr_simulation_advance(&stage, 0, 1) == 0 && !stage.is_late);
+        IS(kr_top_stats(stage.slots[0].top).steps <=
+           KR_SIMULATION_BUDGET + 100 * KR_SIMULATION_BUDGET_PER_STEP + 256);
+        kr_simulation_clear(&stage);
+        scene.start.m = v3(0.0, 0.0, 1e5);
+        IS(kr_simulation_add(&stage, &scene, method, 1000000, 0.0, -1) == KR_OK);
+        for (; stage.clock < 1000000 && calls < 1000; calls++) {
+            IS(kr_simulation_advance(&stage, 1000000, 1) == (stage.is_late ? 0 : 1000000));
+            late += stage.is_late;
+        }
+        IS(late > 0 && late == calls - 1 && stage.slots[0].steps == 1);
+        IS(same(stage.slots[0].now, state_at(1.0, &scene, method, (kr_config){0})));
+    }
+}
+
+int main(void)
+{
+    test_truth();
+    test_step_budget();
+    test_states();
+    test_restarts();
+    test_any_division_is_the_same();
+    test_compares_at_common_multiples_only();
+    test_measures_are_those_of_the_table();
+    test_measures_are_the_quantities_of_the_state();
+    test_modified_energy();
+    test_record_is_bounded();
+    test_extremes_are_not_lost("energy", 0.02);
+    test_extremes_are_not_lost("nutation", 0.1);
+    test_common_multiples();
+    test_track();
+    test_refusals();
+    test_steps_without_a_common_multiple();
+    test_failure();
+    test_all_fail();
+    kr_simulation_clear(&stage);
+    kr_simulation_clear(&other);
+    return check_result();
+}
