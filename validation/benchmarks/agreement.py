@@ -50,18 +50,18 @@ def make_scene(rng, body, **parameters):
     return kr.Scene(body, **given)
 
 
-def damped_general(rng):
+def general_damped(rng):
     body = make_body(random_moments(rng), rng.normal(size=3))
     return make_scene(rng, body, damping=rng.uniform(0, 0.4, 3))
 
 
-def damped_symmetric(rng):
+def symmetric_damped(rng):
     i1, i3 = rng.uniform(1, 2), rng.uniform(0.3, 1.9)
     moments, com = permute(rng, np.array([i1, i1, i3]), np.array([0, 0, rng.uniform(0.2, 1)]))
     return make_scene(rng, make_body(moments, com), damping=rng.uniform(0, 0.4, 3))
 
 
-def damped_sphere(rng):
+def sphere_damped(rng):
     body = make_body(np.full(3, rng.uniform(0.5, 2)), rng.normal(size=3))
     return make_scene(rng, body, damping=rng.uniform(0, 0.4, 3) * (rng.random(3) < 0.7))
 
@@ -126,9 +126,9 @@ def small_lean(rng):
 
 
 FAMILIES = [
-    damped_general,
-    damped_symmetric,
-    damped_sphere,
+    general_damped,
+    symmetric_damped,
+    sphere_damped,
     sleeping,
     free_about_an_axis,
     steady_precession,
@@ -307,7 +307,7 @@ def check_family(family, n, seed, k, folder):
     times = [
         np.linspace(0, 1, 7)[1:] * rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1.3) for rng in rngs
     ]
-    if family.__name__.startswith("damped"):  # damped tops speed up backwards
+    if family.__name__.endswith("damped"):  # damped tops speed up backwards
         times = [np.where(t < 0, t / 4, t) for t in times]
     worst = Counter()
     bad = 0

@@ -106,7 +106,7 @@ class ScipyRun:
         self.inertia, self.end, self.tol = np.array(problem.inertia), end, setting.tol
         (self.J1, self.J2, self.J3), (self.l1, self.l2, self.l3) = problem.inertia, problem.lever
         self.decay = np.array(problem.damping) / self.inertia
-        self.system = self.damped_rates if problem.is_damped else self.rates
+        self.system = self.rates_with_damping if problem.is_damped else self.rates
 
     def rates(self, t, state):
         w, x, y, z, a, b, c = state.tolist()
@@ -122,7 +122,7 @@ class ScipyRun:
             ((J1 - J2) * a * b + u1 * l2 - u2 * l1) / J3,
         ]
 
-    def damped_rates(self, t, state):
+    def rates_with_damping(self, t, state):
         rates = np.array(self.rates(t, state))
         rates[4:] -= self.decay * state[4:]
         return rates

@@ -34,7 +34,7 @@ def radau_table():
     the polynomial through the stages.
     """
     with mp.workdps(60):
-        high, low = shifted_legendre(STAGES), [*shifted_legendre(STAGES - 1), 0]
+        high, low = legendre_coefficients(STAGES), [*legendre_coefficients(STAGES - 1), 0]
         difference = [a - b for a, b in zip(high, low, strict=True)]
         nodes = sorted(mp.polyroots(difference, maxsteps=200, extraprec=200, asc=True))
         powers = mp.matrix(STAGES)
@@ -45,14 +45,14 @@ def radau_table():
                 integrals[i, k] = x ** (k + 1) / (k + 1)
         inverse = powers**-1
         matrix = integrals * inverse
-        last = inverse[STAGES - 1, :] / shifted_legendre(STAGES - 1)[-1]
+        last = inverse[STAGES - 1, :] / legendre_coefficients(STAGES - 1)[-1]
         return (
             np.array([[real(matrix[i, j]) for j in range(STAGES)] for i in range(STAGES)]),
             np.array([real(last[j]) for j in range(STAGES)]),
         )
 
 
-def shifted_legendre(n):
+def legendre_coefficients(n):
     """Return the coefficients of the Legendre polynomial P_n(2x - 1), of ascending powers."""
     return [(-1) ** (n + k) * mp.binomial(n, k) * mp.binomial(n + k, k) for k in range(n + 1)]
 
@@ -62,7 +62,7 @@ def real(x):
     return Real(mp.nstr(x, 25))
 
 
-class DampedTop:
+class TopEquations:
     """A top in its principal axes, as a system of seven equations for q and w."""
 
     def __init__(self, problem):
@@ -149,13 +149,13 @@ def integrate(problem, times, tol=TOL):
     `tol` bounds the neglected terms of each step, relative to the state. Raises ArithmeticError if
     the steps become too small.
     """
-    top, (_, last) = DampedTop(problem), radau_table()
+    top, (_, last) = TopEquations(problem), radau_table()
     state, t, step, found = top.start, Real(0), first_step(top), []
     for end in map(Real, times):
         while t < end:
             h = min(step, end - t)
             taken = solve_stages(top, state, h)
-            error = np.inf if taken is None else neglected_part(top, last @ taken, taken)
+            error = np.inf if taken is None else truncation_size(top, last @ taken, taken)
             if error > tol:
                 step = h / 4 if taken is None else h * max(0.2, 0.8 * (tol / error) ** (1 / STAGES))
                 if t + step == t:
@@ -169,7 +169,7 @@ def integrate(problem, times, tol=TOL):
     return np.array(found)[:, :4], np.array(found)[:, 4:]
 
 
-def neglected_part(top, term, stages):
+def truncation_size(top, term, stages):
     """Return the size of the last `term` of a step, relative to the state.
 
     Angular velocities below `NEGLIGIBLE` times the first one do not count: they have decayed.
