@@ -1,7 +1,13 @@
-"""Measures of the language of the Python code: docstring openers, participle names, file names."""
+"""Measures of the language of the code: docstring openers, participle names, file names.
+
+python tests/repo/language.py                the measures of each tree and the offenders
+python tests/repo/language.py sample SEED    60 sentences and 40 private names for a reader to rate
+"""
 
 import ast
+import random
 import re
+import sys
 from collections import Counter, defaultdict
 
 from toolbox import ROOT
@@ -98,5 +104,47 @@ def report():
             print("  ", place)
 
 
+def split_sentences(text):
+    """Return the whole sentences of at least five words, without formulas, lists and examples."""
+    paragraphs = re.split(r"\n\s*\n|\n(?=\s{4,}|\s*>>>)", text)
+    prose = [" ".join(part.split()) for part in paragraphs if not part.lstrip().startswith(">>>")]
+    sentences = [s for part in prose for s in re.split(r"(?<=[.]) (?=[A-Z`])", part)]
+    whole = [s for s in sentences if re.fullmatch(r"[A-Z`].*\.", s)]
+    return [s for s in whole if len(s.split()) >= 5 and len(re.findall(r"[=^*]", s)) < 2]
+
+
+def comment_sentences(tree):
+    """Return (file, sentence) of the comments of C files below `tree`."""
+    return [
+        (file.relative_to(ROOT), sentence)
+        for file in sorted((ROOT / tree).rglob("*.[ch]"))
+        for comment in re.findall(r"/\*(.*?)\*/", file.read_text(), re.DOTALL)
+        for sentence in split_sentences(re.sub(r"\n \*", "\n", comment))
+    ]
+
+
+def docstring_sentences(*trees):
+    return [(place, s) for place, text in docstrings(*trees) for s in split_sentences(text)]
+
+
+def sample(seed):
+    """Print sentences and names drawn at random, in the shares of csrc, the package and tests."""
+    draw = random.Random(seed)
+    sources = (
+        (20, comment_sentences("csrc")),
+        (25, docstring_sentences("python/kreisel")),
+        (15, docstring_sentences("validation", "tests")),
+    )
+    for number, sentences in sources:
+        for place, sentence in draw.sample(sentences, number):
+            print(f"{place}: {sentence}")
+    private = [(place, name) for place, name in names("python/kreisel") if "/_" in place]
+    for place, name in draw.sample(private, 40):
+        print(f"{place.split('::')[0]}: {name}")
+
+
 if __name__ == "__main__":
-    report()
+    if sys.argv[1:2] == ["sample"]:
+        sample(int(sys.argv[2]))
+    else:
+        report()
