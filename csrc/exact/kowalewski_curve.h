@@ -15,12 +15,13 @@
 #ifndef KR_KOWALEWSKI_CURVE_H
 #define KR_KOWALEWSKI_CURVE_H
 #include "complex.h"
+#include "cosines.h"
 #include "kowalewski.h"
 #include "phase.h"
 
 /* Numbers of the roots: 0, 1 and 2 of phi, then k and -k. */
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
-enum { GRID = 512 /* intervals between x = 0 and pi, at most */, FOLDS = 8 };
+enum { FOLDS = 8 };
 
 typedef struct kowalewski_curve {
     dd h, l, k, c;
@@ -42,8 +43,6 @@ typedef struct kowalewski_arc {
     int points;           /* intervals that were needed */
     double sine[2][GRID]; /* theta less the series' variable, for both angles of the torus */
 } kowalewski_arc;
-
-static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
 /* Returns 2 phi's monic half: (w + h)(w^2 + c) - l^2/2. */
 static dd half_phi(const kowalewski_curve *o, dd w)
