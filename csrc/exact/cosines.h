@@ -1,12 +1,11 @@
-/* Samples of even functions of an angle at equal steps: a table of cosines in double-double, and the
- * sine series of an integral. Averages by the trapezoidal rule converge exponentially.
+/* Samples of even functions of an angle at equal steps: a table of cosines in double-double, and
+ * the sine series of an integral. Averages by the trapezoidal rule converge exponentially.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is source that is compiled once per instruction set, by files that define GRID, the
+ * largest number of intervals between 0 and pi. */
 #ifndef KR_EXACT_COSINES_H
 #define KR_EXACT_COSINES_H
 #include "math/dd.h"
-
-enum { GRID = 512 /* intervals between 0 and pi, at most */ };
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 

@@ -7,7 +7,6 @@
  * This header is source that is compiled once per instruction set. */
 #ifndef KR_KOWALEWSKI_AVERAGES_H
 #define KR_KOWALEWSKI_AVERAGES_H
-#include "cosines.h"
 #include "kowalewski_curve.h"
 
 /* A pole of the heading's integrand: N - w D = a sin^2 + b cos^2. */

@@ -15,9 +15,10 @@
 #ifndef KR_KOWALEWSKI_CURVE_H
 #define KR_KOWALEWSKI_CURVE_H
 #include "complex.h"
-#include "cosines.h"
 #include "kowalewski.h"
 #include "phase.h"
+enum { GRID = 512 /* intervals between x = 0 and pi, at most */ };
+#include "cosines.h"
 
 /* Numbers of the roots: 0, 1 and 2 of phi, then k and -k. */
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
