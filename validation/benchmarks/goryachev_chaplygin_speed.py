@@ -1,6 +1,6 @@
 """The closed form of Goryachev-Chaplygin tops: refusals, errors and times of random tops.
 
-    python -m validation.benchmarks.goryachev_chaplygin_speed [--tops 10000] [--checked 2000] [--late 4]
+    python -m validation.benchmarks.goryachev_chaplygin_speed [--tops 10000] [--checked 2000]
 
 Moments are 4 : 4 : 1 exactly, in all orders of the axes, and momenta are horizontal. Otherwise the
 tops and the measurements are those of validation/benchmarks/kowalewski_speed.py.

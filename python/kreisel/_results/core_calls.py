@@ -6,7 +6,7 @@ import numpy as np
 
 from .._core import Work, record, start
 from .._model.scene import Scene
-from .._options.methods import has_torus, explain_no_closed_form
+from .._options.methods import explain_no_closed_form, has_torus
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array

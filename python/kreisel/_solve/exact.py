@@ -172,10 +172,10 @@ class Exact(_Rates):
 
 @dataclass(frozen=True)
 class ExactTorus(Exact):
-    """A closed form whose angles are not those of Euler: the base of kreisel.ExactKowalewski and
-    kreisel.ExactGoryachevChaplygin.
+    """The base of kreisel.ExactKowalewski and kreisel.ExactGoryachevChaplygin.
 
-    Call it with a time or an array of times for a kreisel.Path.
+    Its angles are those of a torus, not Euler's. Call it with a time or an array of times for a
+    kreisel.Path.
 
     frequencies  (first, second, precession): the frequencies of the attitude matrix in space are
                  integer combinations of all three; those of quantities seen from the body are
