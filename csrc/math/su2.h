@@ -77,9 +77,9 @@ static inline kr_quat q_near(kr_quat q, kr_quat last)
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns q with unit length again where only rounding has changed it, by one step of Newton's method,
- * which needs no root. The correction is added, because a factor near 1 would be rounded itself,
- * and not evenly: over 1e6 steps the energy would drift by 1e-12. */
+/* Returns q with unit length again where only rounding has changed it, by one step of Newton's
+ * method, which needs no root. The correction is added, because a factor near 1 would be rounded
+ * itself, and not evenly: over 1e6 steps the energy would drift by 1e-12. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
