@@ -245,7 +245,7 @@ def _normal_numbers(seed: int, first: int, n: int) -> Array:
     Muller converts these words to normally distributed numbers.
     """
     drawn = np.empty((n, _DRAWS))
-    philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # Philox yields 4 words per count
+    philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # 4 words per count
     for begin in range(0, n, _ROWS):
         rows = drawn[begin : begin + _ROWS]
         raw = philox.random_raw(rows.size).reshape(len(rows), 2, _DRAWS // 2)
