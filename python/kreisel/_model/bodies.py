@@ -40,8 +40,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
     mass          [M], a number or an array
     inertia       inertia about the fixed point [M L^2]: (..., 3) moments or (..., 3, 3) matrices.
-                  An array whose last two dimensions are both 3 is read as matrices, which must be
-                  symmetric. Alternatively, inertia_about_com
+                  An array whose last two dimensions are both 3 is read as matrices, so give three
+                  bodies by three matrices. Alternatively, inertia_about_com
     com           (..., 3) centre of mass, seen from the fixed point [L]
     inertia_rtol  as in Body, a number or an array
     unphysical    as in Body, a bool or an array
@@ -344,11 +344,11 @@ def parse_tensors(name: str, given: object) -> Parameter:
         return made
     with np.errstate(over="ignore"):
         skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
-    made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_symmetric)
+    made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_matrix)
     return made
 
 
-def _check_symmetric(name: str, matrix: object) -> None:
+def _check_matrix(name: str, matrix: object) -> None:
     try:
         parse_tensor(name, matrix)
     except ValueError as error:

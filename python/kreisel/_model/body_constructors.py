@@ -75,7 +75,7 @@ class BodyConstructors:
 
     @classmethod
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
-        """Build a thin round disk of given radius [L] and mass [M], perpendicular to the third axis.
+        """Build a thin round disk of this radius [L] and mass [M], perpendicular to the third axis.
 
         pivot  the fixed point, seen from the centre [L]
 

@@ -223,7 +223,7 @@ def check_body(body: object) -> Body | Bodies:
 
 
 def broadcast_shape(body: Body | Bodies, told: Sequence[Parameter]) -> Shape:
-    """Return the shape to which bodies and parameters broadcast; raise ValueError if none exists."""
+    """Return the shape to which bodies and parameters broadcast; raise ValueError without one."""
     own = body.shape if isinstance(body, Bodies) else ()
     shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in told]
     try:

@@ -1,7 +1,7 @@
 """Homogeneous shapes: volume, second moments and centre of mass, for floats or arrays.
 
-Let s_x, s_y, s_z be the means of x^2, y^2, z^2 over the volume, about the centre of mass. The moments
-of inertia are then mass * (s_y + s_z) and so on (Goldstein, Classical Mechanics, ch. 5).
+Let s_x, s_y, s_z be the means of x^2, y^2, z^2 over the volume, about the centre of mass. The
+moments of inertia are then mass * (s_y + s_z) and so on (Goldstein, Classical Mechanics, ch. 5).
 """
 
 from __future__ import annotations

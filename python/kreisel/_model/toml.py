@@ -1,4 +1,4 @@
-"""TOML input and output of scenes: tables are passed to constructors, and numbers keep all digits."""
+"""TOML input and output of scenes: constructors called with tables, and numbers with all digits."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
 
 
 def read_limited(file: BinaryIO) -> str:
-    """Return the text of a file, device or pipe; raise ValueError if it is not UTF-8 or too long."""
+    """Return the text of a file, device or pipe.
+
+    Raises ValueError if it is longer than 1 MiB or is not UTF-8.
+    """
     data = file.read(_MAX_BYTES + 1)
     if len(data) > _MAX_BYTES:
         raise ValueError(f"a scene has at most {_MAX_BYTES} bytes")
@@ -38,7 +41,7 @@ def read_limited(file: BinaryIO) -> str:
 
 
 def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
-    """Return the result of `make`; prefix the message of its TypeError or ValueError with `name`."""
+    """Return the result of `make`; let messages of TypeError and ValueError begin with `name`."""
     try:
         return make()
     except (TypeError, ValueError) as error:
