@@ -72,7 +72,7 @@ class Table:
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the table as CSV with all digits, and write it to the file `path` if that is given.
+        """Return the table as CSV with all digits; if `path` is given, write it to that file.
 
         Missing values are empty.
         """
@@ -169,8 +169,8 @@ def compare(
     methods   names of methods; by default, all methods that apply to the scene
     steps     steps of the methods of fixed step
     tols      tolerances of the other methods; by default, each method uses its own
-    truth     a path at the same times, or the name of a method. The Taylor series then has 20
-              digits; other methods use tol 1e-13 or a sixteenth of the smallest step
+    truth     a path at the same times, or the name of a method: taylor is run with 20 digits, other
+              methods with tol 1e-13 or a sixteenth of the smallest step
     progress  function that is called after each run with the fraction of the runs that are done, up
               to 1; an exception that it raises stops the comparison
 

@@ -60,7 +60,7 @@ def _split_arguments(
 ) -> tuple[Sequence[Path], Any]:
     """Return the paths and the axes.
 
-    Raises TypeError if `path` is neither a path nor a list, or if `more` contains invalid arguments.
+    Raises TypeError if `path` is neither a path nor a list, or if `more` is invalid.
     """
     if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
         return [path, *cast(tuple[Path, ...], more)], axes

@@ -63,7 +63,7 @@ class Rod:
     def elastic(self) -> Array:
         """(n,) energy of bending and twist per length [M L^2 T^-2].
 
-        It equals the kinetic energy of the top: (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
+        It is the kinetic energy of the top, (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
         """
         one, two, twist = self.stiffness
         density: Array = (self.curvature**2 @ np.array((one, two)) + twist * self.torsion**2) / 2.0

@@ -74,7 +74,7 @@ def time_chunks(
 ) -> Iterator[Array]:
     """Return the times that `t` specifies in chunks of `size`.
 
-    `t` may also be an infinite iterator. If `t` is a number, only times beyond `after` are included.
+    `t` may also be an infinite iterator. If `t` is a number, only times after `after` are included.
     """
     if isinstance(t, Iterator):
         if every is not None:
