@@ -57,7 +57,7 @@ class Picture(tuple[Axes, ...]):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """Raise AttributeError; the message tells how to save a picture if `name` is like save."""
+            """Raise AttributeError; for names such as save, suggest `figure.savefig`."""
             hint = ": picture.figure.savefig(file) makes a file" if "save" in name else ""
             raise AttributeError(f"a picture has no {short_repr(name)}{hint}")
 

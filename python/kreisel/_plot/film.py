@@ -229,7 +229,7 @@ def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
 
 
 def _gif(film: Film) -> bytes:
-    """Encode a film as a GIF. All frames use the palette of the first one, with a byte per pixel."""
+    """Encode a film as a GIF whose frames share the palette of the first one, a byte per pixel."""
     images = _images(film)
     full = next(images)
     first = full.quantize(128)

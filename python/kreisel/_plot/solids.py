@@ -164,9 +164,7 @@ def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array
     return best or (np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3))
 
 
-def _cuboid_of_mass(
-    mass: float, moments: Array, lever: Array
-) -> tuple[Array, Array, Array] | None:
+def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, Array, Array] | None:
     centre = lever / mass
     about = np.diag(moments) - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     off = np.abs(about - np.diag(np.diag(about))).max()
