@@ -67,7 +67,7 @@ class View:
 
     @property
     def html(self) -> str:
-        """The HTML text of the page; FileNotFoundError if this installation has no page."""
+        """The HTML text of the page. Raises FileNotFoundError if this installation has none."""
         if not _PAGE.exists():
             raise FileNotFoundError(
                 f"this kreisel was installed without its page, {_PAGE}: run `make page` in the "

@@ -108,7 +108,7 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 @dataclass
 class _Run:
-    """A method with one step or tolerance: its path, run times, and the reason of a failure."""
+    """A method with one step or tolerance: its path, run times, and the reason for a failure."""
 
     scene: Scene
     t: Numbers

@@ -38,7 +38,7 @@ _NEAR = 0.1  # allowed difference of mean and line, as an angle over the whole p
 
 @dataclass(frozen=True, eq=False)
 class Frequencies(ReadOnlyArrays):
-    """The frequencies of a motion, as angles in time. Arrays are read-only.
+    """The angular frequencies of a motion. Arrays are read-only.
 
     precession  mean rate of the axis about the vertical [T^-1]. A pass within 1e-11 rad of a pole
                 counts as a pass through the pole, and its half turn is not counted. NaN if the axis

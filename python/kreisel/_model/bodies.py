@@ -40,8 +40,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
     mass          [M], a number or an array
     inertia       inertia about the fixed point [M L^2]: (..., 3) moments or (..., 3, 3) matrices.
-                  An array whose last two dimensions are both 3 is read as matrices, so give three
-                  bodies by three matrices. Alternatively, inertia_about_com
+                  An array whose last two dimensions are both 3 is read as matrices, so three bodies
+                  need three matrices. Alternatively, inertia_about_com
     com           (..., 3) centre of mass, seen from the fixed point [L]
     inertia_rtol  as in Body, a number or an array
     unphysical    as in Body, a bool or an array
@@ -129,7 +129,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _check(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Return True for each member whose inertia some distribution of mass has.
+        """Return an array that is True for members with an inertia that bodies can have.
 
         Stores the principal moments and axes if the inertia is given as matrices. Raises ValueError
         for the first member that is not a rigid body.
@@ -357,7 +357,7 @@ def _check_matrix(name: str, matrix: object) -> None:
 
 
 def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
-    """Return the tensors plus those of point masses at `at`.
+    """Return the tensors of inertia plus the inertia of point masses at `at`.
 
     The result consists of moments if all tensors are diagonal, else of matrices.
     """

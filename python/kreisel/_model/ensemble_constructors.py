@@ -188,7 +188,7 @@ def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
 
 
 def moments_about_axes(body: Body | Bodies) -> tuple[Array, Array]:
-    """Return the moments across and along the axes of symmetric bodies.
+    """Return the moments of inertia across and along the axes of symmetric bodies.
 
     Raises ValueError with the index of the first body that is not symmetric about its apex.
     """

@@ -98,7 +98,7 @@ def check_steady(steady: object, fast: object, precession: object, damping: obje
 
 
 def moments_about_axis(body: Body) -> tuple[float, float]:
-    """Return the moments across and along the axis of a symmetric body.
+    """Return the moments of inertia across and along the axis of a symmetric body.
 
     Raises ValueError for a body that is not symmetric about its apex.
     """

@@ -90,7 +90,7 @@ def unphysical_message(mass: float, tensor: Array, com: Vector) -> str:
 
 
 def add_point_mass(tensor: Array, mass: float, at: Array) -> Array:
-    """Return the tensor plus that of a point mass at a = `at`: mass * (|a|^2 1 - a a^t)."""
+    """Return the tensor plus the inertia of a point mass at a = `at`: mass * (|a|^2 1 - a a^t)."""
     with np.errstate(over="ignore", invalid="ignore"):
         products = mass * np.outer(at, at)
         xx, yy, zz = products.diagonal()

@@ -133,7 +133,7 @@ def starts(
     seed: int = 0,
     gravity: float = 1.0,
 ) -> Ensemble:
-    """Return an ensemble of tops that share an energy and a vertical momentum.
+    """Return an ensemble of tops with the same energy and the same vertical momentum.
 
     energy    kinetic plus potential energy, as path.energy [M L^2 T^-2]
     vertical  vertical momentum <m, e3>, as path.vertical_momentum [M L^2 T^-1]

@@ -48,7 +48,7 @@ def compute_turning_points(scene: Scene) -> TurningPoints:
 
 
 def explain_no_turning_points(status: str, scene: Scene) -> str:
-    """Return the reason, given by the status of the core, why a scene has no turning points."""
+    """Return text that explains, by the status of the core, why a scene has no turning points."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
     what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"

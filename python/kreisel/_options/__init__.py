@@ -1,1 +1,1 @@
-"""Options of solve and the like, validated before any run: methods, quantities, times, plans."""
+"""Options that are validated before any run: methods, quantities, times and plans."""

@@ -123,7 +123,7 @@ def member(tops: Ensemble, i: int) -> Scene:
 def method_for_all(name: object, tops: Ensemble) -> Method:
     """Return the method called `name`.
 
-    Raises ValueError if it does not suit all members; the message names the first of the others.
+    Raises ValueError if it does not suit all members; the message names the first of the rest.
     """
     method = get_method(name)
     if method.name == FALLBACK:  # suits every top
@@ -287,7 +287,7 @@ def _parse_own_times(tops: Ensemble, times: Array) -> Array:
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     """Raise ValueError with the index of the top if a row does not lead away from 0.
 
-    `first` is the number of the top of the first row.
+    The first row belongs to top number `first`, counted in C order.
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0

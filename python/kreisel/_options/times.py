@@ -74,7 +74,7 @@ def time_chunks(
 ) -> Iterator[Array]:
     """Return the times that `t` specifies in chunks of `size`.
 
-    `t` may also be an infinite iterator. If `t` is a number, only times after `after` are included.
+    `t` may also be an infinite iterator. If `t` is a number, the times begin after the time `after`.
     """
     if isinstance(t, Iterator):
         if every is not None:
@@ -93,7 +93,7 @@ def time_chunks(
 
 
 def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return True if `t` leads back in time, and `t` itself.
+    """Return a flag, which is True if `t` leads back in time, and `t` itself.
 
     An iterator is read up to its first time other than 0. The iterator that is returned still
     yields all times.
@@ -122,7 +122,7 @@ def _iterator_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
 
 
 def _count_steps(end: float, step: float) -> int:
-    """Return the number of whole steps from 0 to `end`, which may be rounded."""
+    """Return the number of whole steps from 0 to `end`, which may have a rounding error."""
     length = abs(end)
     if not length / step < COUNTABLE:
         raise ValueError(too_many_steps_message(end, step))

@@ -122,7 +122,7 @@ class Film:
                 lever.set_data([0.0, begin * x[now]], [0.0, begin * y[now]])
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
-            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # the body has 2.0
+            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # 2.0 is that of the body
             solid = draw_faces(axes, quads @ _matrix(q).T, colours)
             solid.set_zorder(2.0)
             clock.set_text(f"t = {t:.4g}")

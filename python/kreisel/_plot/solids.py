@@ -118,7 +118,7 @@ def draw_tube(
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _parallel_frames(tangent))
-    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # for a fan at each end
+    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # indices of a fan at each end
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
     middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
     ends = [
