@@ -25,9 +25,7 @@ Indices = npt.NDArray[np.int64]
 THROUGH = 1e-11  # a pass nearer to a pole than this [rad] counts as a pass through the pole
 _ROUNDS = 24  # halvings of the time between states, enough for a pass at the distance THROUGH
 _SAFETY = 4.0  # a pole must be this many times as far from a chord as the arc can be
-_STRAIGHT = (
-    0.1  # largest distance from its chord, as part of the length, of an arc that ends at a pole
-)
+_STRAIGHT = 0.1  # largest distance from its chord, per length, of an arc that ends at a pole
 
 
 class Motion(NamedTuple):

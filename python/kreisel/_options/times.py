@@ -74,7 +74,7 @@ def time_chunks(
 ) -> Iterator[Array]:
     """Return the times that `t` specifies in chunks of `size`.
 
-    `t` may also be an infinite iterator. If `t` is a number, the times begin after the time `after`.
+    `t` may also be an infinite iterator. If `t` is a number, all times are beyond the time `after`.
     """
     if isinstance(t, Iterator):
         if every is not None:

@@ -180,7 +180,7 @@ def _limits(scene: Scene) -> TurningPoints | None:
 
 
 def _least_range(chart: Axes, unit: float) -> None:
-    """Widen the vertical range if the nutation is constant up to rounding, to draw a level line."""
+    """Widen the vertical range if the nutation is constant up to rounding, to show it as level."""
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:
         middle, half = 0.5 * (low + high), 0.05 * unit
