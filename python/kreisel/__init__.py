@@ -6,8 +6,9 @@
     path = kr.solve(scene, t=300, method="bobenko_suris", step=.01, every=10)
     path.t, path.q, path.apex, path.energy
 
-Attitudes are unit quaternions (w, x, y, z), scalar first, from the body into space. Vectors are
-seen from space. Units are any consistent set, given as [M L T]. See kreisel.conventions(),
+Attitudes are unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body into
+space. Vectors are seen from space unless stated otherwise. Any consistent set of units can be used;
+dimensions are given in terms of mass, length and time [M L T]. See also kreisel.conventions(),
 kreisel.methods and kreisel.scenes.
 """
 
