@@ -277,8 +277,8 @@ class Path(ReadOnlyArrays, Tables):
 
         A notebook displays the film, and it can be written to a file. A body that is symmetric
         about its apex is drawn as a body of revolution, any other body as a cuboid. Its proportions
-        are given by its moments of inertia, and it sits at the centre of mass. The view is from the
-        side to which the top is tilted at the start.
+        are given by the moments of inertia, and it is centred on the line through the fixed point
+        and the centre of mass. The initial tilt is seen from the side.
 
         file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written atomically
         speed  the time of the path that passes in one second of the film [T]; default: the whole
