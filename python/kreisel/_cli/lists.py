@@ -1,4 +1,4 @@
-"""Lists of names: methods, scenes and quantities."""
+"""kreisel methods, scenes and quantities: commands that list names."""
 
 from __future__ import annotations
 
