@@ -1,4 +1,4 @@
-"""The command line, whose commands and options have the names of functions and arguments."""
+"""The command line: its commands and options have the names of Python functions and arguments."""
 
 from .main_command import main
 

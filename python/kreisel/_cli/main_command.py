@@ -1,4 +1,4 @@
-"""The command kreisel, which reports each failure by a line of text and an exit code."""
+"""The command kreisel, which reports each failure with one line of text and an exit code."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class _Front(click.Group):
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> None:
-        with one_line_errors(), sigterm_as_interrupt(), _warnings():
+        with one_line_errors(), sigterm_as_interrupt(), _one_line_warnings():
             super().invoke(ctx)
 
 
@@ -87,7 +87,7 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 
 @contextmanager
-def _warnings() -> Iterator[None]:
+def _one_line_warnings() -> Iterator[None]:
     """Return a context in which each warning is printed as one line to standard error."""
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)

@@ -38,7 +38,7 @@ from .run_outputs import OutputOptions, RunOutputs, output_options
 _LONGEST = 1 << 24  # limit of the bytes read from a checkpoint; checkpoints are much smaller
 
 
-class _Words(OutputOptions):
+class _SolveArguments(OutputOptions):
     """The options of kreisel solve: arguments of kreisel.solve, and output options."""
 
     method: str
@@ -52,7 +52,7 @@ class _Words(OutputOptions):
     events: tuple[str, ...]
 
 
-class _More(OutputOptions):
+class _ResumeArguments(OutputOptions):
     """The options of kreisel resume, including output options."""
 
     every: int | None
@@ -61,7 +61,11 @@ class _More(OutputOptions):
 
 _OPTIONS = (
     "t",
-    *(word for word in _Words.__annotations__ if word not in OutputOptions.__annotations__),
+    *(
+        word
+        for word in _SolveArguments.__annotations__
+        if word not in OutputOptions.__annotations__
+    ),
 )
 _T = click.option(
     "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
@@ -105,7 +109,7 @@ _EVERY = click.option("--every", type=int, help="Record every so many steps, up 
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
 @output_options
-def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
+def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) -> None:
     """Compute the motion of a scene.
 
     If the run fails or is interrupted, the files contain all states up to the last good one. Only
@@ -143,7 +147,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
 @_EVERY
 @click.option("--max-steps", type=int, help="A new limit of the steps.")
 @output_options
-def resume(run: str, t: time_option.Times, **words: Unpack[_More]) -> None:
+def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) -> None:
     """Continue a saved RUN, with the same bits.
 
     RUN is a file written by --save. Times before the saved state are ignored, so --t can be the
@@ -175,7 +179,7 @@ def _run_pieces(
 
 
 def _solve_whole(
-    scene: Scene, t: time_option.Times, words: _Words, stops: SignalHandler
+    scene: Scene, t: time_option.Times, words: _SolveArguments, stops: SignalHandler
 ) -> Iterator[Path]:
     """Yield the whole path as the only piece, for method='geometric', which needs trial runs."""
     solve_all: Callable[..., Path] = solved

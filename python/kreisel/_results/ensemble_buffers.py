@@ -20,7 +20,7 @@ Codes = npt.NDArray[np.int8]
 Counts = npt.NDArray[np.int64]
 Which = slice | npt.NDArray[np.integer | np.bool_]
 
-STATUSES = list(statuses)  # names by code
+STATUSES = list(statuses)  # the names of the statuses; their codes are the indices
 _NOT_YET = -1  # the status of a top that has not run
 INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 

@@ -68,7 +68,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def step(self) -> float | None:
-        """The step used, positive [T]; None if the method has no step or chose it itself."""
+        """The step used [T], always positive; None if the method has no step or chose it itself."""
         return self._options.solve.step
 
     @property
@@ -156,9 +156,9 @@ class EnsembleResult(ReadOnlyArrays):
     def check(self) -> Self:
         """Return this result if all tops reached their last times.
 
-        Raises kreisel.Error for the first top that did not. Its message contains the index of the
-        top and the number of failures. Its `.path` is the path of that top, its `.paths` this
-        result.
+        Raises kreisel.Error for the first top that did not. The message of the exception contains
+        the index of this top and the number of failures. Its `.path` is the path of this top, and
+        its `.paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:

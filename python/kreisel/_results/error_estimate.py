@@ -40,14 +40,15 @@ SHORTER_STEPS = [
 
 ROUNDING = 2.0**-53
 _MAX_POINTS = 1024  # maximal number of times of a path at which tangents are computed
-ROUNDINGS = 128  # bound on a closed form's error, in effects of one rounding of the start
+# The error of a closed form is far below this multiple of the effect of one rounding of the start.
+ROUNDINGS = 128
 
 
 def has_closed_form(scene: Scene) -> bool:
-    """Return True if the scene has a closed form that needs no rounding of the body's parameters.
+    """Return True if the scene has a closed form that is exact for its body.
 
-    A closed form rounds parameters if moments are almost equal or the centre of mass is almost on
-    an axis.
+    A closed form is not exact if moments are almost equal or the centre of mass is almost on a
+    principal axis, because it treats them as equal and as on the axis.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False
@@ -70,8 +71,8 @@ def estimate_error(
     """Return an estimate of the attitude error [rad] of a path computed by `method` with `digits`.
 
     `angle_to` returns the largest angle between the path and a second run with the given options.
-    `growth` returns the factor by which a rounding of the start has grown. The error is pi if
-    nothing is known about the attitude.
+    `growth` returns the factor by which the motion magnifies a rounding error of the start. The
+    error is pi if nothing is known about the attitude.
     """
     if not digits and method != EXACT and has_closed_form(scene):
         error = angle_to(CLOSED_FORM)
@@ -130,13 +131,14 @@ def rounding_growth(
     max_steps: int = 0,
     progress: Progress | Work | None = None,
 ) -> tuple[CoreResult, float]:
-    """Return a result of the core, and the largest growth of a rounding of the start.
+    """Return a result of the core, and the largest growth of a rounding error of the start.
 
     The growth is the change of the attitude [rad] divided by the relative rounding error. It is
-    computed from tangents of the Taylor series, whichever method computed the path. Up to 16 digits
-    it is the largest growth of any single rounding. With more digits, the changes caused by all
-    roundings are added as independent errors. The growth is infinite if a tangent overflows. The
-    result contains the states at which the growth was computed; some are missing if the run fails.
+    computed from tangents of the Taylor series, whichever method computed the path. For at most 16
+    digits it is the largest growth of any single rounding error. With more digits, the changes
+    caused by all rounding errors are added as independent errors. The growth is infinite if a
+    tangent overflows. The result contains the states at which the growth was computed; some of them
+    are missing if the run fails.
     """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0

@@ -37,7 +37,7 @@ def run_jobs(
     poll: Callable[[], object],
     stop: Callable[[], object],
 ) -> None:
-    """Run jobs with keys, and pass the key and the future of each finished job to `collect`.
+    """Run jobs, and pass the key and the future of each finished job to `collect`.
 
     `poll` is called regularly. After an exception, including Ctrl-C, `stop` is called; it should
     end the running jobs. Waiting jobs are cancelled, the results of successful jobs are collected,

@@ -30,7 +30,7 @@ class Indicator(ReadOnlyArrays):
     Arrays are read-only. For a single scene, `shape` is ().
 
     t            (k,) the times of the curve [T]
-    curve        (*shape, k) the indicator computed from the start to each of these times
+    curve        (*shape, k) the indicator of the motion from the start to each of these times
     certificate  (*shape,) an estimate of the largest relative error of the tangent. It is the
                  largest of three values: the changes of the derivatives of energy and of <m, e3>
                  along the tangent, which should be constant, and the last term of its series

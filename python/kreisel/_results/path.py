@@ -334,7 +334,7 @@ class Events(ReadOnlyArrays):
 
 
 class RunStop(BaseException):
-    """A run that ended before its last requested time.
+    """Exception for a run that ended before its last requested time.
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
@@ -354,13 +354,13 @@ class RunStop(BaseException):
 
 
 class Error(RunStop, RuntimeError):
-    """A failure of a run. `.path` has the states reached, `.status` the name of the reason."""
+    """Exception for a run that failed. `.path` has the states reached, `.status` the reason."""
 
     __module__ = "kreisel"  # so that a traceback shows the name that users catch
 
 
 class Interrupted(RunStop, KeyboardInterrupt):
-    """An interruption of a run by Ctrl-C. `.path` has the states reached."""
+    """Exception for Ctrl-C during a run. `.path` has the states reached."""
 
     __module__ = "kreisel"
 
@@ -402,8 +402,8 @@ def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Pa
 def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
     """Return the path with only t and the quantities in `want`; with all states if it is None.
 
-    Ctrl-C meanwhile raises kreisel.Interrupted with the complete reduced path. `end` is the last
-    requested time.
+    If Ctrl-C interrupts the computation of the quantities, it is repeated, and kreisel.Interrupted
+    with the complete path is raised. `end` is the last requested time.
     """
     if want is None:
         return path
@@ -415,6 +415,6 @@ def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -
 
 
 def progress_text(path: Path, end: float) -> str:
-    """Return text that says which time a path reached, of the last requested time `end`."""
+    """Return text with the time that a path reached, and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} got to t = {last:g} of {end:g} in {path.stats.steps} steps"

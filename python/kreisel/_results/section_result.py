@@ -168,7 +168,7 @@ SECTION = SliceRunner(run_section, is_native=True)
 
 
 def slowest_turns(tops: Ensemble) -> Array:
-    """Return (n,) estimates of the time of one turn about the axis of the largest moment [T].
+    """Estimate the times (n,) of one turn of each top about the axis of its largest moment [T].
 
     The rate is the larger of |m| / I and sqrt(mass |gravity| |com| / I), where I is the largest
     moment. The first is the rate of a turn, the second that of a swing. The time is 1 for a top at

@@ -164,7 +164,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
 def _read_arrays(
     archive: Archive, prefix: str, words: PathRecord, head: dict[str, object]
 ) -> PathRecord:
-    """Return the record `words` with the arrays of the archive whose names begin with `prefix`."""
+    """Read the arrays whose names begin with `prefix`, and return `words` with these arrays."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low is true or false, not {short_repr(is_low)}")

@@ -197,8 +197,8 @@ class States(QuantityAttributes):
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their size.
 
-        It is the largest last term of their Taylor series. The tangents themselves do not affect
-        the choice of steps.
+        It is the largest last term of their Taylor series. The steps are chosen for the accuracy of
+        the path, not of the tangents.
         """
         return self._tangents().truncation
 
@@ -220,14 +220,14 @@ class States(QuantityAttributes):
     def rotation(self) -> Rotation:
         """The attitudes as one scipy.spatial.transform.Rotation.
 
-        Raises ImportError without SciPy.
+        Raises ImportError if SciPy is not installed.
         """
         from .scipy_rotation import Attitudes
 
         return Attitudes(self.q_xyzw)
 
     def modified_energy(self, step: float) -> Array:
-        """Return (n,) the energy that bobenko_suris conserves with step `step` [M L^2 T^-2].
+        """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
         It is E + step <torque, m> / (2 I1), and NaN unless the body is a Lagrange top. Like
         `path.step`, `step` is negative for a path that goes back in time.
@@ -235,7 +235,7 @@ class States(QuantityAttributes):
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
-        """Return (n,) the energy that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
+        """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
         It differs from E by a constant and terms of order step^4. It is NaN if the body is not a
         Lagrange top, or if the step is too large for the method.

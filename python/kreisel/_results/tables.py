@@ -123,7 +123,7 @@ class Tables(States):
     """The methods of a path that return or write tables."""
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
-        """Return (n, 3) Euler's angles z-x-z: precession_angle, nutation, spin_angle [rad].
+        """Return Euler's angles z-x-z (n, 3): precession_angle, nutation, spin_angle [rad].
 
         degrees  True: return degrees
         unwrap   True: remove jumps of whole turns; consecutive states must be less than half a
@@ -212,7 +212,7 @@ class Tables(States):
             't [T],m_x [M L^2 T^-1],m_y [M L^2 T^-1],m_z [M L^2 T^-1]'
 
         units  True: append units to the names of the columns, as in 'm_x [M L^2 T^-1]' or
-               'nutation [deg]'; a dimensionless column gets none
+               'nutation [deg]'; dimensionless columns have no unit
 
         pandas.read_csv(file, index_col="t") returns the table of to_pandas. The values agree to the
         bit with pandas 3.1 or later, and with float_precision="round_trip" in older versions. The

@@ -47,7 +47,7 @@ class TangentData(NamedTuple):
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
     def conditioning(self, scene: Scene) -> Array:
-        """Return (n,) the largest change of attitude if each datum is rounded once [rad]."""
+        """Return bounds (n,) on the change of attitude if each datum is rounded once [rad]."""
         if self.by != tuple(TANGENTS):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
         data = [

@@ -67,7 +67,7 @@ class ExactEnsemble:
     """
 
     tops: Ensemble
-    _word: str = "top"  # what messages call a member: "top" or "scene"
+    _word: str = "top"  # the word for a member in messages: "top" or "scene"
 
     def __repr__(self) -> str:
         shape = self.tops.shape

@@ -1,4 +1,4 @@
-"""Runs: the motion of a top, advanced step by step, which can be saved and resumed exactly."""
+"""Runs: motions that can be advanced in several calls, saved, and resumed with the same bits."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ EventSpec = Event | Sequence[Event]
     "at the last state of its path"
 )
 class Run:
-    """A motion that advances on request, created by kreisel.start or kreisel.resume.
+    """A motion that can be advanced in several calls, from kreisel.start or kreisel.resume.
 
     Times are measured from the start of the run, and must lead away from it.
 
@@ -105,10 +105,10 @@ class Run:
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
         """Advance the run to t, and return the path.
 
-        If t is a number, the path has the current state and the state at t. With `every` it has
-        the states of every so many steps that the run has not returned yet. If t is a list, the
-        path has exactly these times. Raises what kreisel.solve raises; the run then stays at its
-        last good state.
+        If t is a number, the path has the current state and the state at t. With `every` it
+        instead has the states after every `every` steps that the run has not returned yet. If t is
+        a list, the path has exactly these times. Raises the exceptions of kreisel.solve; the run
+        then stays at its last good state.
         """
         times = self._times(t, every)
         if times.size:

@@ -66,7 +66,8 @@ def section(
 
     Raises TypeError or ValueError for invalid arguments and MemoryError for more states than fit in
     memory, before anything runs. Raises kreisel.Interrupted after Ctrl-C, with the results so far.
-    Failures of individual tops are recorded in section.status; section.check() raises the first.
+    Failures of individual tops are recorded in section.status, and section.check() raises an
+    exception for the first of them.
 
     Sources: Poincare 1892; for sections that every motion intersects H. R. Dullin, A. Wittek,
     Complete Poincare sections and tangent sets, J. Phys. A 28 (1995).

@@ -61,11 +61,11 @@ def solve(
     out: Array | None = None,
     tangents: TangentSpec | None = None,
 ) -> Path | Paths:
-    """Solve the motion of a scene, which starts at t = 0, or of each top of a kreisel.Ensemble.
+    """Compute the motion of a scene, which starts at t = 0, or of each top of a kreisel.Ensemble.
 
-    t          a list: record exactly these times, which must be monotonic and on one side of 0. A
-               number: record the start and the end, or with `every` the times of every so many
-               steps. Negative times: back in time [T]
+    t          a list: record the states at these times, which must be monotonic and on one side of
+               0. A number: record the start and the state at t, or with `every` the states after
+               every `every` steps. Negative times: back in time [T]
     method     a name in kreisel.methods; 'auto' uses exact if it applies, otherwise taylor, and
                always taylor for digits and events; 'geometric' chooses a structure-preserving
                method and a step with which the error is at most `error`
@@ -75,11 +75,12 @@ def solve(
                ignores it; other methods do not allow it
     digits     taylor only, instead of tol: up to 16, 20 or 30; low words are path.q_low and
                path.m_low
-    every      record every so many steps of a fixed-step method; only if t is a number
+    every      the number of steps of a fixed-step method from one recorded state to the next; only
+               if t is a number
     max_steps  the maximal number of steps, with 'geometric' of each trial run; 0: no limit
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]. It
                is checked against a reference with 20 digits or a closed form. Raises ValueError if
-               the error is larger after 64 times the steps of the first guess
+               the error is not met within 64 times the number of steps first estimated
     want       names such as ("nutation", "energy"): the path stores only t and these quantities,
                and the core does not compute the heading if none of them needs it
     progress   a function called about ten times per second with the time reached, and at the end

@@ -310,8 +310,7 @@ def _rates(scene: Scene) -> tuple[float, float]:
         float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
     )
     moment = sorted(body.moments)[1 if body.is_symmetric else 2]
-    # Potential energy above its minimum; the bound removes negative rounding errors of a top that
-    # hangs.
+    # The potential energy above its minimum, which rounding can make negative for a hanging top.
     above = max(0.0, potential + lever)
     if body.is_symmetric:  # drifts are exact, so the error is proportional to the torque
         rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + 2.0 * above / moment)

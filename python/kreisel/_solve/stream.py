@@ -76,10 +76,11 @@ def stream(
     have at most `chunk` states in total (default 2**20), but at least one top. t must not be an
     iterator, and threads, executor and progress are as in solve.
 
-    The stats of each path count the whole run so far; its events are those that occurred since the
-    previous path. A terminal event ends the stream. Raises what kreisel.solve raises: immediately
-    for invalid arguments, and during the iteration for invalid times of an iterator and for
-    failures. The `.path` of kreisel.Error and kreisel.Interrupted is the incomplete last path.
+    The stats of each path are those of the whole run so far; its events are those that occurred
+    after the previous path. A terminal event ends the stream. Raises the exceptions of
+    kreisel.solve: immediately for invalid arguments, and during the iteration for invalid times of
+    an iterator and for failures. The `.path` of kreisel.Error and kreisel.Interrupted is the
+    incomplete last path.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):

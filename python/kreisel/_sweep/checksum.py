@@ -14,7 +14,7 @@ PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()  # the mark, with zeros in place o
 
 
 def add_checksum(data: bytearray) -> bytearray:
-    """Write the digest of a file to its last placeholder, and return the file."""
+    """Write the digest of a file to the last placeholder in its bytes, and return the bytes."""
     at = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
     data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()
     return data

@@ -16,8 +16,8 @@ from .._results.executor import is_local, run_jobs
 from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
-# Maximal number of parts submitted to an executor and not finished. It should exceed the number of
-# workers, but these parts must be cancelled after an exception.
+# Maximal number of unfinished parts submitted to an executor. It is larger than most numbers of
+# workers, but small, because these parts must be cancelled after an exception.
 _IN_FLIGHT = 256
 _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 

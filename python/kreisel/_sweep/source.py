@@ -29,7 +29,7 @@ from .._utils.validation import as_bool, as_int, check_type, short_repr
 from .start_parameters import FLAGS, parse_start
 from .start_table import read_columns
 
-_DRAWS = 4  # random numbers drawn per top and parameter: the largest number of components
+_DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _BODY = "mass", "inertia", "com", "inertia_rtol", "unphysical"
 _FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # the beginning of an error about top 0
 _SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
@@ -255,7 +255,7 @@ class Source:
     def _first_error(
         self, parse: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
-        """Return the error of the first invalid top among those at `at`, with its source index.
+        """Return the error of the first invalid top in `at`, with the index of this top.
 
         `common` is the error that was raised when all these tops were built together. It is
         returned if no individual top is invalid.
@@ -349,7 +349,10 @@ def _check_range(name: str, one: Parameter) -> None:
 
 
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
-    """Reshape a list of values along the axis with its name, and a single value to length 1."""
+    """Reshape the values of a parameter to extend only along the axis with its name.
+
+    A parameter without such an axis has a single value, and length 1 along all axes.
+    """
     lead = [1] * len(axes)
     if one.name in axes:
         lead[axes.index(one.name)] = len(one.values)

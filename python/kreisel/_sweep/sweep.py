@@ -96,8 +96,8 @@ def sweep(
     part_size  the number of tops in a part; default: 131072, or fewer so that a part has at most
                about 64 MB
     parts      the parts that this call computes, as range(0, 100); default: all; range(0): none
-    threads    the number of threads, which together compute one part after the other; default: the
-               number of processors
+    threads    the number of threads that compute each part; parts are computed one after the
+               other; default: the number of processors
     executor   an executor of concurrent.futures instead of threads; each worker computes a part in
                one thread. For a Dask client use client.get_executor()
     progress   a function called with the finished fraction of the tops of this call, 0 .. 1
@@ -115,10 +115,10 @@ def sweep(
         ((8,), (8, 32), 'T^-1')
 
     Before anything runs, raises TypeError or ValueError for invalid arguments, ValueError if the
-    folder has another plan, FileExistsError if it has other files but no plan, OSError if it cannot
-    be written, and ImportError if pyarrow is not installed. During the run, raises OSError if a
-    file cannot be written, RuntimeError if an executor loses parts, and kreisel.SweepInterrupted
-    after Ctrl-C. Finished parts are kept.
+    folder has another plan, and FileExistsError if it is neither empty nor the folder of a sweep.
+    Raises OSError if the folder cannot be written, and ImportError if pyarrow is not installed.
+    During the run, raises OSError if a file cannot be written, RuntimeError if an executor loses
+    parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
     """
     arguments = _task_arguments(locals())  # first, so that locals() contains only the arguments
     plan = _make_plan(tops, task, arguments, part_size)
@@ -177,7 +177,7 @@ def _make_plan(
 
 
 def _parse_parts(parts: object, count: int) -> range:
-    """Return the range of the requested parts, validated; all `count` parts if it is None."""
+    """Return the requested range of parts, validated. None means all `count` parts."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:

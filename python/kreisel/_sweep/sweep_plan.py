@@ -27,7 +27,7 @@ from .task import SweepTask, TaskResult, task_from_json
 
 FORMAT = 1  # version of the layout of plans and parts
 _MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
-_MAX_INLINE = 1 << 16  # maximal number of values in the plan file; longer arrays have own files
+_MAX_INLINE = 1 << 16  # values of a parameter; a longer array is stored in a separate file
 _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 
 
