@@ -183,7 +183,7 @@ def run_lanes(
 ) -> EnsembleBuffers:
     """Run the tops begin..end, several simultaneously in lanes, and return their rows.
 
-    The rows share memory with `buffers`. `work` can stop the run. It also distributes the tops to
+    The rows share memory with `buffers`. `work` can stop the run, and distributes the tops to
     threads.
     """
     part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))

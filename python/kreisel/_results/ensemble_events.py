@@ -13,7 +13,7 @@ from .ensemble_buffers import Counts, RawEvents
 
 @dataclass(frozen=True, eq=False)
 class EnsembleEvents(ReadOnlyArrays):
-    """e events of an ensemble, sorted by top; those of a top are in the order they occurred.
+    """e events of an ensemble, sorted by top, and for each top in the order of occurrence.
 
     Arrays are read-only.
 

@@ -47,8 +47,9 @@ ROUNDINGS = 128
 def has_closed_form(scene: Scene) -> bool:
     """Return True if the scene has a closed form that is exact for its body.
 
-    A closed form is not exact if moments are almost equal or the centre of mass is almost on a
-    principal axis, because it treats them as equal and as on the axis.
+    A closed form is not exact if it treats almost equal moments as equal, or a centre of mass
+    almost on a principal axis as on the axis. Closed forms of Kowalewski and Goryachev-Chaplygin
+    tops are not counted, because it takes long to set them up.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False

@@ -102,7 +102,10 @@ class WorkerPool(NamedTuple):
         return self.executor is not None and not is_local(self.executor)
 
     def run(self, task: SliceTask[Any]) -> None:
-        """Run a task to its end. Raises KeyboardInterrupt after Ctrl-C, and what a job raises."""
+        """Run a task to its end.
+
+        Raises KeyboardInterrupt after Ctrl-C, and any exception that a job raises.
+        """
         threads = 1 if task.n <= LANES else self.threads
         if self.executor is not None:
             _run_on(self.executor, self, task)

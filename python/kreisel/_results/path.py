@@ -109,12 +109,12 @@ class Path(ReadOnlyArrays, Tables):
         """The largest attitude error of the states [rad], estimated by a second run.
 
         The second run is a closed form if it applies exactly and is precise enough, otherwise the
-        Taylor series with 20 digits. The series has 30 digits if the path has 20 digits, or if the
-        path is a closed form that differs too much from the series with 20 digits. The error of a
-        path with 30 digits is estimated from three runs with shorter steps and from the growth of
-        rounding errors. If method='geometric' was used and the path does not store the attitude,
-        the value is the largest error found during the search for the step. It is pi if nothing is
-        known about the attitude.
+        Taylor series with 20 digits. For a path with 20 digits the series has 30 digits. This is
+        also the case for a closed form that differs too much from the series with 20 digits. The
+        error of a path with 30 digits is estimated from three runs with shorter steps and from the
+        growth of rounding errors. If method='geometric' was used and the path does not store the
+        attitude, the value is the largest error found during the search for the step. It is pi if
+        nothing is known about the attitude.
 
         """
         if not len(self):
@@ -168,7 +168,7 @@ class Path(ReadOnlyArrays, Tables):
 
         Raises ValueError for times outside the path. Raises ValueError for a path of the map
         returned by kreisel.exact, which has states only at its steps. Raises kreisel.Error and
-        kreisel.Interrupted as solve does.
+        kreisel.Interrupted in the same cases as kreisel.solve.
         """
         if self._options.requested_method == EXACT != self.method:
             raise ValueError(

@@ -179,9 +179,9 @@ class States(QuantityAttributes):
         The other three rows are changes of momentum in space [M L^2 T^-1].
 
         With "start" the first six columns are the derivatives with respect to the initial state; at
-        t = 0 they form the identity matrix. The derivatives with respect to the moments (3), the
-        centre of mass (3) along the principal axes, gravity and mass follow as requested, each per
-        unit of its parameter. The initial momentum is kept constant when a parameter varies.
+        t = 0 they form the identity matrix. The next columns are the requested derivatives with
+        respect to the moments (3), the centre of mass (3) along the principal axes, gravity and
+        mass. Each is a change per unit of its parameter, at constant initial momentum.
         """
         return self._tangents().high
 

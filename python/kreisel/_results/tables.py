@@ -150,9 +150,9 @@ class Tables(States):
 
         `attrs` contains the method, the scene, and in `units` the dimension [M L T] of each column.
         The unit of an angle is 'rad' or, with degrees=True, 'deg'. unwrap=True removes jumps of
-        whole turns from angles. Raises ValueError for an unknown name, TypeError for a name that is
-        not a string, AttributeError for a quantity that `want` left out, and ImportError if pandas
-        is not installed.
+        whole turns from angles. Raises ValueError for an unknown name, and TypeError for a name
+        that is not a string. Raises AttributeError for a quantity that `want` left out, and
+        ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
             import pandas as pd
@@ -216,8 +216,8 @@ class Tables(States):
 
         pandas.read_csv(file, index_col="t") returns the table of to_pandas. The values agree to the
         bit with pandas 3.1 or later, and with float_precision="round_trip" in older versions. The
-        file is replaced atomically. Raises OSError if the file cannot be written, and otherwise
-        what to_pandas raises, but does not need pandas.
+        file is replaced atomically. Raises OSError if the file cannot be written, and the
+        exceptions of to_pandas except ImportError, because pandas is not needed.
         """
         rows = quantity_rows(self, names, degrees, unwrap)
         heads = None

@@ -177,8 +177,9 @@ def _read_starts(file: Path) -> Array:
 def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """Create the folder of a plan, or open it if it exists.
 
-    Raises ValueError if the folder has another plan, FileExistsError if it is neither empty nor the
-    folder of a sweep, OSError if it cannot be written, and ImportError if pyarrow is not installed.
+    Raises ValueError if the folder has another plan, and FileExistsError if it is neither empty nor
+    the folder of a sweep. Raises OSError if the folder cannot be written, and ImportError if
+    pyarrow is not installed.
     """
     where = Path(os.path.abspath(folder))
     store = SweepStore(where, plan)

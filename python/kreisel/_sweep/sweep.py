@@ -80,11 +80,12 @@ def sweep(
     Requires pyarrow: pip install 'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
-               all arguments up to part_size, the scene (a name, a file or a table), and one of the
-               tables [grid], [random], [scatter], [columns] with the arguments of the constructor
-               of Source with this name. Values can be { from = 0, to = 20, n = 1000 }. Each event
-               is a table [[events]] with the name of a function of kreisel.events as `event`, and
-               the arguments of this function; the event of a section is a table [event]
+               all arguments up to part_size, and the scene (a name, a file or a table). It has one
+               of the tables [grid], [random], [scatter], [columns], with the arguments of the
+               constructor of Source of this name. Values can be { from = 0, to = 20, n = 1000 },
+               which means 1000 evenly spaced values. Each event is a table [[events]]
+               with the name of a function of kreisel.events as `event`, and the arguments of this
+               function; the event of a section is a table [event]
     t          a number or a list of times, for all tops; t and the arguments up to reduce are those
                of kreisel.solve and kreisel.reduce
     folder     the folder of the parts: new, empty, or with parts of the same plan
@@ -114,11 +115,11 @@ def sweep(
         ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
         ((8,), (8, 32), 'T^-1')
 
-    Before anything runs, raises TypeError or ValueError for invalid arguments, ValueError if the
-    folder has another plan, and FileExistsError if it is neither empty nor the folder of a sweep.
-    Raises OSError if the folder cannot be written, and ImportError if pyarrow is not installed.
-    During the run, raises OSError if a file cannot be written, RuntimeError if an executor loses
-    parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
+    Before anything runs, raises TypeError or ValueError for invalid arguments. Raises ValueError if
+    the folder has another plan, and FileExistsError if it is neither empty nor the folder of a
+    sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
+    installed. During the run, raises OSError if a file cannot be written, RuntimeError if an
+    executor loses parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
     """
     arguments = _task_arguments(locals())  # first, so that locals() contains only the arguments
     plan = _make_plan(tops, task, arguments, part_size)

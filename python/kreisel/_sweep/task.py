@@ -215,7 +215,7 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
     """Return the task with the name `task` and its arguments.
 
     Raises TypeError or ValueError for an unknown task, for an argument that the task does not have,
-    and for an argument with a separate value for each top.
+    and for an argument whose value differs between tops.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
