@@ -527,8 +527,8 @@ typedef struct kr_tops {
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
 /* Computes the states of the tops at their times. Returns KR_OK even if individual tops fail: see
- * their outcomes. Returns KR_ERR_INTERRUPTED if config.poll stops the worker; unfinished tops have
- * it, too. */
+ * their outcomes. Returns KR_ERR_INTERRUPTED, also the status of unfinished tops, if config.poll
+ * stops the worker. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
 /* Computes sections: the first `times` states after the start at which each top meets an event (see
  * kr_top_watch). Here t is the longest time to wait for an event, from the start or the previous

@@ -41,7 +41,7 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
     if (flags & KR_METHOD_INTEGRABLE)
         return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER ||
                (kind == KR_KIND_KOWALEWSKI &&
-                kr_kowalewski_size() > 0); /* 0 in builds without it */
+                kr_kowalewski_size() > 0); /* 0 in builds without this closed form */
     if (flags & KR_METHOD_SYMMETRIC_ONLY) return symmetric;
     return !(flags & KR_METHOD_EULER_ONLY) || kind == KR_KIND_EULER;
 }
