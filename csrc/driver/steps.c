@@ -150,7 +150,7 @@ static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
     side->clock = 0.0;
     side->stats = (kr_stats){0};
     kr_status status = method->reset(side, from);
-    if (status == KR_ERR_STEP_SIZE) return KR_ERR_CONVERGENCE; /* an error of the run, not of the arguments */
+    if (status == KR_ERR_STEP_SIZE) return KR_ERR_CONVERGENCE; /* not an invalid input */
     if (status == KR_OK) status = method->step(side, span);
     for (int64_t n = 1;
          status == KR_OK && method->flags & KR_METHOD_ADAPTIVE && side->clock != span; n++) {

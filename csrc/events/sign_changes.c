@@ -11,7 +11,7 @@ typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
 enum { MAX_NEWTON_STEPS = 60 };
 static const double RESOLUTION = 0x1p-54; /* absolute error of a root */
 static const double NARROWEST = 0x1p-48;  /* shortest interval that is halved */
-static const double NARROW = 0x1p-5;      /* shortest interval that is halved while the last terms are omitted */
+static const double NARROW = 0x1p-5;      /* the same while the last terms are omitted */
 static const double TAIL_SHARE =
     0x1p-10; /* largest fraction of the slopes of all terms that may be omitted */
 
