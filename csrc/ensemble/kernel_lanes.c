@@ -1,9 +1,9 @@
-/* The kernel of the lanes (lane_state.h), in doubles. Each instruction set compiles this file:
- * -DKR_ISA=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
+/* The kernel of the lanes (lane_state.h), in doubles. This file is compiled once for each
+ * instruction set, with -DKR_ISA=avx2 -mavx2 -mfma etc. (CMakeLists.txt). */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Ends the step of every lane at a time. */
+/* Ends the step of every lane at the time `end`, and returns the points of the paths. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = sum_lanes(l, end, headless);
