@@ -1,7 +1,7 @@
 /* The Bobenko-Suris map, an integrable discretization of the Lagrange top in the rest frame:
  *     m' = m + h p x a M,    a' = Cay(h m' / I1) a
  * with the step h and the mass M (Bobenko and Suris, Comm. Math. Phys. 204, 1999; thesis 4.2 with
- * errata 1-5). It keeps <m,p>, <m,a> and E + h M <p x a, m> / 2 I1, and is conjugate to
+ * errata 1-5). The map conserves <m,p>, <m,a> and E + h M <p x a, m> / (2 I1). It is conjugate to
  * bobenko_suris2 by half a kick. */
 #include "bobenko_suris.h"
 

@@ -1,15 +1,16 @@
-/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one
- * kick a step. The drift has to be of order 4 too: it is exact for symmetric bodies (splitting.h),
- * and else Suzuki's composition of the turns about N and T, which needs no kick. The method keeps
- * <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded O(h^4). It is symplectic before its
- * processor, which changes the form in what is read by a bounded O(h^7). A step that may turn the
- * top by more than 2.5 rad is refused, but for Lagrange tops, whose drift may have any length. */
+/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 with one
+ * kick per step. The drift must be of order 4 too. It is exact for symmetric bodies (splitting.h);
+ * for other bodies it is Suzuki's composition of the rotations about N and T, which needs no kick.
+ * The method conserves <m,p>, for Lagrange tops <m,a>, and the energy up to a bounded O(h^4). The
+ * steps are symplectic; the processor changes the symplectic form of the states that are read by a
+ * bounded O(h^7). A step in which the top may turn by more than 2.5 rad is refused, except for
+ * Lagrange tops, whose drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"
 
 typedef struct {
-    splitting s; /* m is half a kick ahead, and unprocessed as q is */
+    splitting s; /* m is half a kick ahead; m and q are not processed */
     modified_kick kick;
     composition c;
 } takahashi_state;
@@ -56,7 +57,7 @@ static void takahashi_read(const kr_motion *motion, kr_state *out)
     out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
-/* Returns 1 if there are as many stages as the arrays of a composition may have. */
+/* Returns 1 if the number of stages fits in the arrays of a composition. */
 static int takahashi_is_valid(const void *work)
 {
     takahashi_state p;

@@ -50,7 +50,7 @@ typedef struct kr_simulation_slot {
     int64_t length;          /* states of the track */
     int64_t step;            /* in ticks */
     int64_t steps;           /* number of steps made */
-    int restarts;            /* starts anew after each step */
+    int restarts; /* nonzero: restarted after each step */
     int has_modified_energy; /* nonzero: the method conserves a modified energy */
     int reference;           /* index of the reference, which may be added later */
     kr_status status;        /* the top is advanced only while this is KR_OK */
