@@ -103,32 +103,32 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
 /* Returns the time t since the start in own units. */
-static double clock_of(const kr_top *top, double t)
+static double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* Returns the part of clock_of(top, t) that a double cannot store. */
-static double clock_low(const kr_top *top, double t)
+/* Returns the part of time_since_start(top, t) that a double cannot store. */
+static double time_since_start_low(const kr_top *top, double t)
 {
     return two_sum(t, -top->scene.start.t).lo / top->time_unit;
 }
 /* Evaluates the last step of a dense method at time t. */
 static void evaluate_dense(kr_top *top, double t, kr_state *state)
 {
-    top->main.low.t = clock_low(top, t);
-    top->method->at(&top->main, clock_of(top, t), state);
+    top->main.low.t = time_since_start_low(top, t);
+    top->method->at(&top->main, time_since_start(top, t), state);
 }
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
 {
-    top->main.low.t = clock_low(top, top->requested);
-    top->method->tangents->evaluate(&top->main, clock_of(top, top->requested), top->tangents,
-                                    kr_tangent_columns(top->config.tangents), out);
+    top->main.low.t = time_since_start_low(top, top->requested);
+    top->method->tangents->evaluate(&top->main, time_since_start(top, top->requested),
+                                    top->tangents, kr_tangent_columns(top->config.tangents), out);
 }
 /* Computes the state at t of an adaptive method, in own units. */
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
-    const double goal = clock_of(top, t);
+    const double goal = time_since_start(top, t);
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
@@ -178,7 +178,7 @@ double kr_top_time(const kr_top *top)
 static double time_reached(const kr_top *top)
 {
     const double at = kr_top_time(top);
-    if (!is_adaptive(top) || !(top->forward * (clock_of(top, at) - top->main.clock) > 0.0))
+    if (!is_adaptive(top) || !(top->forward * (time_since_start(top, at) - top->main.clock) > 0.0))
         return at;
     return nextafter(at, top->scene.start.t);
 }
@@ -188,7 +188,7 @@ kr_status kr_top_sync(kr_top *top, double t)
     kr_state state;
     if (!(top->forward * (at - top->requested) > 0.0 && top->forward * (t - at) >= 0.0))
         return KR_OK;
-    if (is_adaptive(top) && !(top->forward * (clock_of(top, at) - top->before_clock) > 0.0))
+    if (is_adaptive(top) && !(top->forward * (time_since_start(top, at) - top->before_clock) > 0.0))
         return KR_OK;
     top->main.low = (kr_state){0};
     if (top->method->at)

@@ -20,16 +20,16 @@ struct kr_top {
     double momentum_unit; /* unit of momentum of the motions [M L^2 T^-1] */
     double forward;       /* 1, or -1 backward in time */
     kr_motion main;       /* the main motion */
-    kr_motion side;      /* a motion from a point of the main motion to a requested time */
-    kr_motion saved;     /* the main motion at its last inspection; not used by dense methods */
-    int64_t steps;       /* steps made: the grid point of the main motion */
-    int64_t saved_steps; /* steps made when `saved` was written */
-    int64_t inspect_at;  /* value of `steps` at which the main motion is inspected next */
-    kr_state before;     /* adaptive methods: state before the last step, in own units */
-    double before_clock; /* adaptive methods: time since the start, before the last step */
-    double requested;    /* the last requested time */
-    kr_state now;        /* the state at the last requested time, in the user's units */
-    kr_state low;        /* the part of `now` that doubles cannot store */
+    kr_motion side;       /* a motion from a point of the main motion to a requested time */
+    kr_motion saved;      /* the main motion at its last inspection; not used by dense methods */
+    int64_t steps;        /* steps made: the grid point of the main motion */
+    int64_t saved_steps;  /* steps made when `saved` was written */
+    int64_t inspect_at;   /* value of `steps` at which the main motion is inspected next */
+    kr_state before;      /* adaptive methods: state before the last step, in own units */
+    double before_clock;  /* adaptive methods: time since the start, before the last step */
+    double requested;     /* the last requested time */
+    kr_state now;         /* the state at the last requested time, in the user's units */
+    kr_state low;         /* the part of `now` that doubles cannot store */
     /* First field that a checkpoint does not contain. */
     double horizon;     /* limit of requested times */
     kr_event *events;   /* watched events, in the user's memory */

@@ -26,7 +26,7 @@ INLINE unsigned step_lanes(kr_lanes *l, int headless)
     wide end = wide_fma(forward, lane_step_size(l, headless), t);
     lane_point r = end_lane_steps(l, end, headless);
     if (l->tangents) {
-        const wide reached = follow_step(l, l->tangents);
+        const wide reached = propagate_over_step(l, l->tangents);
         if (!mask_all(wide_equal(reached, end))) r = end_lane_steps(l, reached, headless);
         end = reached;
     }
@@ -58,7 +58,7 @@ unsigned KR_NAME(kr_lanes_advance)(kr_lanes *l, int steps)
     return l->skip_heading ? advance_without_heading(l, steps) : advance_with_heading(l, steps);
 }
 
-void KR_NAME(kr_lanes_look)(kr_lanes *l)
+void KR_NAME(kr_lanes_sample)(kr_lanes *l)
 {
     const int headless = l->skip_heading;
     const lane_point r = sum_lanes(l, wide_load(l->at), headless);

@@ -12,12 +12,12 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     static const kr_lanes_isa isas[] = {
 #if defined KR_X86
         {"avx512", &kr_lanes_count_avx512, kr_has_avx512, kr_lanes_advance_avx512,
-         kr_lanes_look_avx512, kr_lanes_begin_avx512},
-        {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_look_avx2,
+         kr_lanes_sample_avx512, kr_lanes_begin_avx512},
+        {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_sample_avx2,
          kr_lanes_begin_avx2},
 #endif
-        {KR_BASE_NAME, &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base,
-         kr_lanes_begin_base},
+        {KR_BASE_NAME, &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base,
+         kr_lanes_sample_base, kr_lanes_begin_base},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
@@ -303,7 +303,7 @@ static int has_growth(const kr_lanes *l, int lane)
 }
 /* Stores the sampled state of a lane and sets the next goal. Returns 1 if the next goal lies in the
  * same step. */
-static int take_sample(kr_worker *worker, int lane)
+static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
@@ -325,7 +325,7 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
             l->at[lane] = lanes >> lane & 1 ? l->goal[lane] : l->t[lane];
         worker->isa->sample(l);
         for (int lane = 0; lane < KR_LANES_MAX; lane++)
-            if (lanes >> lane & 1 && !take_sample(worker, lane)) lanes &= ~(1u << lane);
+            if (lanes >> lane & 1 && !store_sample(worker, lane)) lanes &= ~(1u << lane);
     }
 }
 /* Advances all lanes until one of them needs attention, at most STEPS_PER_POLL steps, and processes

@@ -96,7 +96,7 @@ typedef struct kr_lanes_isa {
 /* KR_LANES_ISA declares the exports of kernel_lanes.c for an instruction set. */
 #define KR_LANES_ISA(isa)                                                                          \
     unsigned kr_lanes_advance_##isa(kr_lanes *lanes, int steps);                                   \
-    void kr_lanes_look_##isa(kr_lanes *lanes);                                                     \
+    void kr_lanes_sample_##isa(kr_lanes *lanes);                                                   \
     void kr_lanes_begin_##isa(kr_lanes *lanes);                                                    \
     extern const int kr_lanes_count_##isa;
 KR_LANES_ISA(base)

@@ -178,7 +178,7 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
 }
 /* Returns the squared length of remove_known(d). The error is a rounding error of the squared
  * length of `d`, which is small enough for the terms of a mean. */
-INLINE wide pure_square(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
     const known_solutions known = known_solutions_at(g, at);
@@ -201,7 +201,7 @@ INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 }
 /* Writes the errors of the two conserved linear forms of a deviation, relative to the norm of the
  * form times the size of the deviation. */
-INLINE void weigh_forms(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at->w),
                    pull = lane_vec_cross(lane_vec_load(g->c), at->p),
@@ -235,7 +235,7 @@ typedef struct {
 } growth_areas;
 /* Adds the contribution of one node at the time t, with the weight `share` and the value a.last.
  * Lanes that have reached the end of the step have the weight 0. */
-INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
+INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
     a.area = a.area + weight;
@@ -245,7 +245,7 @@ INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
 }
 /* Updates the largest relative last term by the last term of the deviation d; `last` is its
  * square. */
-INLINE void add_rest(growth_areas *a, wide last, lane_deviation d)
+INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
@@ -258,17 +258,17 @@ INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_devi
                              growth_areas a)
 {
     const wide t = wide_load(l->t);
-    a = add_look(l, a, END_WEIGHT * h, t);
+    a = add_integral_node(l, a, END_WEIGHT * h, t);
     for (int i = 0; i < 4; i++) {
         const wide span = places[i] * h, time = t + span;
         const int order = g->terms[i];
         const lane_point here = sum_lane_terms(l, order, time, 1);
-        const wide square = pure_square(g, &here, sum_growth(g, order, span));
+        const wide square = square_without_known(g, &here, sum_growth(g, order, span));
         a.last = unscale_log(g, approx_log(square));
-        a = add_look(l, a, weights[i] * h, time);
+        a = add_integral_node(l, a, weights[i] * h, time);
     }
     a.last = unscale_log(g, wide_log(deviation_dot(d, d)));
-    return add_look(l, a, END_WEIGHT * h, t + h);
+    return add_integral_node(l, a, END_WEIGHT * h, t + h);
 }
 
 /* Returns the square of the last term of a deviation at the time h after the start of its
@@ -345,9 +345,9 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
  * point `at`, in at most `most` parts. Writes the time that each lane has reached. Further parts do
  * not change the bits of lanes that have reached `to`. Returns the deviation without the known
  * solutions. */
-INLINE lane_deviation carry_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
-                                      const lane_point *at, int most, growth_areas *areas,
-                                      wide *reached)
+INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
+                                          const lane_point *at, int most, growth_areas *areas,
+                                          wide *reached)
 {
     kr_lanes *path = l;
     lane_deviation d = deviation_load(g->begin.d);
@@ -366,7 +366,7 @@ INLINE lane_deviation carry_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
         const lane_point there = arrived ? *at : sum_lanes(path, wide_load(time), 1),
                          here = arrived ? *at : choose_point(whole_way, at, &there);
         const lane_deviation own = remove_known(g, &here, d);
-        add_rest(areas, last_square(g, l->order, h), d);
+        update_last_term(areas, last_square(g, l->order, h), d);
         *areas = add_part(path, g, h, own, *areas);
         if (arrived || parts == most) return own;
         begin_part(l, g, time);
@@ -383,14 +383,14 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
 /* Propagates the deviation over the last step, removes the known solutions, and scales the result
  * by a power of two. Returns the time that each lane has reached: the end of the step, or an
  * earlier time if there were too many parts. */
-INLINE wide follow_step(kr_lanes *l, kr_lane_tangents *g)
+INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
     memcpy(&g->begin, &g->end, sizeof g->end);
     growth_areas areas = load_areas(g);
     wide reached;
-    const lane_deviation d = carry_deviation(l, g, wide_load(l->end), &at, GROWTH_PARTS, &areas,
-                                             &reached),
+    const lane_deviation d = propagate_deviation(l, g, wide_load(l->end), &at, GROWTH_PARTS, &areas,
+                                                 &reached),
                          nothing = {lane_vec_zero(), lane_vec_zero()};
     wide_store(g->end.area, areas.area);
     wide_store(g->end.moment, areas.moment);
@@ -413,14 +413,15 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     const lane_point here = sum_lanes(l, at, 1);
     growth_areas areas = load_areas(g);
     wide reached;
-    const lane_deviation d = carry_deviation(l, g, at, &here, 2 * GROWTH_PARTS, &areas, &reached);
+    const lane_deviation d =
+        propagate_deviation(l, g, at, &here, 2 * GROWTH_PARTS, &areas, &reached);
     const mask is_there = wide_equal(reached, at);
     wide_store(g->out[KR_GROWTH_LOG], wide_choose(is_there, areas.last, wide_splat(NAN)));
     wide_store(g->out[KR_GROWTH_TRUNCATION], wide_sqrt(areas.rest));
     wide_store(g->out[KR_GROWTH_MEGNO],
                2.0 * wide_fma(areas.area, 1.0 - wide_log(t), areas.moment) / t);
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
-    weigh_forms(g, &here, d);
+    write_form_errors(g, &here, d);
 }
 /* Sets the limit of a deviation's last term, and the number of terms above 2^-24 at the nodes
  * inside a step. The n-th term is about tol^(n/order) at the end of the step, and x^n times as

@@ -6,20 +6,20 @@
 #include "event_polynomial.h"
 
 /* Returns the time t since the start in own units. */
-static double step_clock(const kr_top *top, double t)
+static double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
 /* Converts `clock`, a time in the last step in own units, to the user's time, and rounds the result
  * into the step. */
-static double step_time(const kr_top *top, double clock)
+static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
                  later = nextafter(t, top->forward * INFINITY);
-    if (top->forward * (step_clock(top, t) - top->main.clock) > 0.0)
+    if (top->forward * (time_since_start(top, t) - top->main.clock) > 0.0)
         return nextafter(t, top->scene.start.t);
-    return top->forward * (step_clock(top, t) - top->before_clock) < 0.0 &&
-                   top->forward * (step_clock(top, later) - top->main.clock) <= 0.0
+    return top->forward * (time_since_start(top, t) - top->before_clock) < 0.0 &&
+                   top->forward * (time_since_start(top, later) - top->main.clock) <= 0.0
                ? later
                : t;
 }
@@ -99,7 +99,7 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, 
     if (own->searched == top->steps) return;
     own->mark = 0.0;
     if (own->searched != top->steps - 1 || own->sign) {
-        const double since = step_clock(top, top->requested) - piece->begin;
+        const double since = time_since_start(top, top->requested) - piece->begin;
         own->side = 0;
         own->mark = fmax(0.0, since / (piece->end - piece->begin));
     }
@@ -114,7 +114,8 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
         kr_event *event = &top->events[i];
         const kr_event_search *own = &event->own;
         search_new_step(top, piece, event);
-        while (own->sign && top->forward * (step_time(top, own->next) - top->requested) < 0.0)
+        while (own->sign &&
+               top->forward * (user_time_in_step(top, own->next) - top->requested) < 0.0)
             find_next_event(top, piece, event);
         if (own->sign && (!first || top->forward * (own->next - first->own.next) < 0.0))
             first = event;
@@ -122,7 +123,7 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
     return first;
 }
 /* Returns 1 if the event's condition holds at the top's state. */
-static int is_event_counted(const kr_top *top, const kr_event *event)
+static int is_condition_true(const kr_top *top, const kr_event *event)
 {
     return !event->condition_count ||
            kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
@@ -136,11 +137,11 @@ static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
     hit->index = -1;
     hit->direction = 0;
     while (hit->index < 0 && (event = find_earliest(top, &piece)) != NULL) {
-        const double there = step_time(top, event->own.next);
+        const double there = user_time_in_step(top, event->own.next);
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
         if (status != KR_OK) return status;
-        if (is_event_counted(top, event)) {
+        if (is_condition_true(top, event)) {
             hit->index = event - top->events;
             hit->direction = event->own.sign;
         }
@@ -161,9 +162,10 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     while (top->event_count > 0) {
         kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;
         if (status != KR_OK) return status;
-        if (found.index >= 0 || !(top->forward * (step_clock(top, t) - top->main.clock) > 0.0))
+        if (found.index >= 0 ||
+            !(top->forward * (time_since_start(top, t) - top->main.clock) > 0.0))
             break;
-        status = kr_steps_dense(top, step_clock(top, t));
+        status = kr_steps_dense(top, time_since_start(top, t));
         if (status == KR_OK) continue;
         kr_top_sync(top, t);
         return status;

@@ -40,7 +40,7 @@ static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
 }
 /* Returns GSL_EBADFUNC if a number is not finite, because GSL would take an error of NaN for an
  * error of 0. */
-static int finite_or_bad(const double *a, int n)
+static int check_finite(const double *a, int n)
 {
     for (int i = 0; i < n; i++)
         if (!isfinite(a[i])) return GSL_EBADFUNC;
@@ -56,7 +56,7 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     (void)t;
     put_vector_at(rate, q_scale(0.5, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
-    return finite_or_bad(rate, GSL_SIZE);
+    return check_finite(rate, GSL_SIZE);
 }
 /* Each column is the derivative of the rates in the direction (dq, dW), with dP = 2 vec(q* e3
  * dq). */
@@ -81,11 +81,11 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
         rate_t[j] = 0.0;
     }
     motion->stats.evaluations++;
-    return finite_or_bad(jacobian, GSL_SIZE * GSL_SIZE);
+    return check_finite(jacobian, GSL_SIZE * GSL_SIZE);
 }
 
 static double tolerance(const kr_motion *motion) { return motion->tol > 0.0 ? motion->tol : 1e-12; }
-static void done(kr_motion *motion)
+static void release_tools(kr_motion *motion)
 {
     tools *use = motion->aux;
     if (!use) return;
@@ -107,7 +107,7 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
         if (!use->step || !use->control) {
-            done(motion);
+            release_tools(motion);
             return KR_ERR_MEMORY;
         }
     }
@@ -134,7 +134,7 @@ static double longest_step(const kr_motion *motion, double rate)
 }
 /* Tries a step of length h from p. Writes the result and the length of the following step to
  * `next`. Returns 0 if the control rejects the step; next->h is then the length to try instead. */
-static int accepted(kr_motion *motion, double h, const ode_work *p, ode_work *next)
+static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};
     const tools *use = motion->aux;
@@ -159,7 +159,7 @@ static kr_status ode_step(kr_motion *motion, double until)
             motion->step < 0.0 ? motion->clock + next.h <= until : motion->clock + next.h >= until;
         const double end = lands ? until : motion->clock + next.h, h = end - motion->clock;
         if (h == 0.0 || !isfinite(h)) return KR_ERR_STEP;
-        if (accepted(motion, h, p, &next)) {
+        if (try_step(motion, h, p, &next)) {
             /* A step that was shortened to end at `until` does not determine the length of the next
              * one. */
             if (lands && !rejected) next.h = p->h;
@@ -189,7 +189,7 @@ const kr_method kr_method_gsl_rk8pd = {
     .reset = reset_rk8pd,
     .step = ode_step,
     .read = ode_read,
-    .release = done,
+    .release = release_tools,
 };
 const kr_method kr_method_gsl_bsimp = {
     .name = "gsl_bsimp",
@@ -202,5 +202,5 @@ const kr_method kr_method_gsl_bsimp = {
     .reset = reset_bsimp,
     .step = ode_step,
     .read = ode_read,
-    .release = done,
+    .release = release_tools,
 };

@@ -54,7 +54,7 @@ static inline double gbs_square(double x) { return x * x; }
 
 /* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Divided by tol, this is the norm
  * of the thesis. */
-static inline double gbs_size(const double a[GBS_SIZE], const double b[GBS_SIZE],
+static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
     double sum = 0.0;
@@ -76,7 +76,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
     }
     for (int k = 1; k < n; k++) {
         a->form->rates(a->motion, now, rate);
-        if (k == 1 && row <= 2 && gbs_size(rate, a->rate, a->y, a->y) > 2.0 * a->speed) return 0;
+        if (k == 1 && row <= 2 && gbs_norm(rate, a->rate, a->y, a->y) > 2.0 * a->speed) return 0;
         for (int i = 0; i < GBS_SIZE; i++) {
             const double next = before[i] + 2.0 * h * rate[i];
             before[i] = now[i];
@@ -108,7 +108,7 @@ static inline int gbs_add_row(gbs_attempt *a, int row)
     a->work[row] = INFINITY; /* a single row gives no estimate of its error */
     if (row == 1) return 1;
     gbs_extrapolate(a, row);
-    a->err = gbs_size(a->table[1], a->table[2], a->table[1], a->table[2]) / a->tol;
+    a->err = gbs_norm(a->table[1], a->table[2], a->table[1], a->table[2]) / a->tol;
     if (!(a->err < 1e15) || (row > 2 && a->err >= fmax(4.0 * last, 1.0))) return 0;
     a->length[row] =
         fabs(a->h) / fmin(4.0 / shrink, fmax(shrink, pow(a->err / 0.65, exponent) / 0.94));
@@ -191,7 +191,7 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
 /* Accepts an attempted step that ends at the internal time `end`. The top may turn by more than
  * half a turn in a step. Of q and -q, the one nearer to a rotation with the mean velocity is
  * therefore chosen. */
-static inline void gbs_arrive(kr_motion *motion, const gbs_attempt *a, double end)
+static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;
     const kr_vec3 twice =
@@ -208,7 +208,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     gbs_attempt a = {.motion = motion, .form = form, .y = p->y, .tol = gbs_tolerance(motion)};
     gbs_control now = p->next;
     form->rates(motion, p->y, a.rate);
-    a.speed = gbs_size(a.rate, zero, p->y, p->y);
+    a.speed = gbs_norm(a.rate, zero, p->y, p->y);
     if (!isfinite(a.speed)) return KR_ERR_NOT_FINITE;
     if (a.tol < DBL_EPSILON) return KR_ERR_STEP; /* below rounding errors */
     for (int rejected = 0; rejected < GBS_TRIES; rejected++) {
@@ -220,7 +220,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
         const int from = anywhere ? 2 : rejected ? now.target : now.target - 1;
         const int outcome = gbs_converge(&a, from, now.target);
         if (outcome > GBS_REJECTED) {
-            gbs_arrive(motion, &a, end);
+            gbs_accept_step(motion, &a, end);
             /* A step that was shortened to end at `until` does not determine the length of the next
              * one. */
             if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);

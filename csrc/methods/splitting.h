@@ -61,7 +61,7 @@ typedef struct splitting_body {
     kr_quat r;
 } splitting_body;
 
-static inline splitting_body splitting_see(const splitting *s)
+static inline splitting_body splitting_body_of(const splitting *s)
 {
     const splitting_body b = {.m = q_turn_back(s->q, s->m)};
     return b;
@@ -97,7 +97,7 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 /* Applies the rotations `b` about N and T, unless b is NULL, and the rotation about m for the
  * fraction `part` of a step. Then corrects |q| = 1 by the error that q had before, whatever the
  * angle of rotation. */
-static inline void splitting_go(splitting *s, const splitting_body *b, double part)
+static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
     double c, sinc;
@@ -115,14 +115,14 @@ static inline void splitting_drift(splitting *s, double part)
 {
     splitting_body b;
     if (s->t == 0.0 && s->n == 0.0) {
-        splitting_go(s, NULL, part);
+        splitting_rotate(s, NULL, part);
         return;
     }
-    b = splitting_see(s);
+    b = splitting_body_of(s);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_turn_t(&b, part * s->t);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
-    splitting_go(s, &b, part);
+    splitting_rotate(s, &b, part);
 }
 /* Writes the state: undoes the fraction `part` of a kick, and applies the postponed rotation about
  * T. */

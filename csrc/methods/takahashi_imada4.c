@@ -32,13 +32,13 @@ static void takahashi_drift(takahashi_state *p)
         splitting_drift(&p->s, 1.0);
         return;
     }
-    splitting_body b = splitting_see(&p->s);
+    splitting_body b = splitting_body_of(&p->s);
     splitting_turn_n(&b, p->c.ahead * p->s.n);
     for (int i = 0; i < p->c.stages; i++) {
         splitting_turn_t(&b, p->c.drift[i] * p->s.t);
         splitting_turn_n(&b, (i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead) * p->s.n);
     }
-    splitting_go(&p->s, &b, 1.0);
+    splitting_rotate(&p->s, &b, 1.0);
 }
 static kr_status takahashi_step(kr_motion *motion, double until)
 {
@@ -54,7 +54,7 @@ static void takahashi_read(const kr_motion *motion, kr_state *out)
 {
     const takahashi_state *p = (const takahashi_state *)motion->work;
     splitting_read(&p->s, motion, 0.0, out);
-    out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
+    out->m = apply_modified_kick(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
 /* Returns 1 if the number of stages fits in the arrays of a composition. */

@@ -200,7 +200,7 @@ static int is_axis_through_com(const kr_body *b, int odd)
 /* Returns the principal axes that differ least from the frame of description, for a body with two
  * equal moments. The odd axis passes through the centre of mass if this agrees with the tensor up
  * to rounding. */
-static kr_quat minimize_turn(const kr_body *b, kr_vec3 com)
+static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
     const double reach = v_largest(com);
@@ -258,7 +258,7 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
         set_axes(&b, nearest_axes(b.axes), a, com);
-        set_axes(&b, minimize_turn(&b, com), a, com);
+        set_axes(&b, choose_nearest_axes(&b, com), a, com);
         merge_equal_moments(&b);
         if (is_ill_conditioned(&b)) return KR_ERR_BODY;
         b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),

@@ -254,7 +254,7 @@ int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t
         simulation->is_late = !take_step(simulation, next);
         if (simulation->is_late) break;
         tick = next_step(simulation, &next);
-        if (tick == reached || tick == INT64_MAX) continue; /* other tops also have a step to `reached` */
+        if (tick == reached || tick == INT64_MAX) continue; /* other tops step to `reached` too */
         simulation->clock = reached;
         record_measures(simulation);
     }

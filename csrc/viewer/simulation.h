@@ -50,7 +50,7 @@ typedef struct kr_simulation_slot {
     int64_t length;          /* states of the track */
     int64_t step;            /* in ticks */
     int64_t steps;           /* number of steps made */
-    int restarts; /* nonzero: restarted after each step */
+    int restarts;            /* nonzero: restarted after each step */
     int has_modified_energy; /* nonzero: the method conserves a modified energy */
     int reference;           /* index of the reference, which may be added later */
     kr_status status;        /* the top is advanced only while this is KR_OK */
@@ -73,8 +73,7 @@ typedef struct kr_simulation {
     int64_t common; /* the least common multiple of the steps; 0 if too large for 64 bits */
     int64_t stride; /* ticks from row to row of the record */
     int64_t rows;   /* number of rows */
-    kr_record_row
-        record[KR_SIMULATION_ROWS + 1]; /* the row after the last holds the extremes since the last */
+    kr_record_row record[KR_SIMULATION_ROWS + 1]; /* the row after the last: extremes since then */
     kr_simulation_slot slots[KR_SIMULATION_TOPS];
     int64_t budget, cost; /* remaining steps in this call; steps between two polls */
     int is_late;          /* 1 if the budget ended the call */
