@@ -69,7 +69,7 @@ typedef enum kr_status {
 /* clang-format on */
 /* Returns the text of a status. */
 KR_API const char *kr_status_text(kr_status status);
-/* Returns the version of the library, as KR_VERSION. */
+/* Returns the version of the library, KR_VERSION. */
 KR_API const char *kr_version(void);
 
 typedef struct kr_vec3 {
@@ -82,7 +82,7 @@ typedef struct kr_quat { /* w + x i + y j + z k */
 typedef struct kr_body {
     double mass;     /* [M] */
     kr_vec3 inertia; /* principal moments at the fixed point [M L^2] */
-    kr_vec3 com;     /* centre of mass seen from the fixed point, along the principal axes [L] */
+    kr_vec3 com;     /* centre of mass relative to the fixed point, along the principal axes [L] */
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
     /* Relative tolerance of the triangle inequality, for rounded values from the literature: the
      * largest moment may exceed the sum of the other two by this fraction. The moments are used as
@@ -124,7 +124,7 @@ KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double hei
  * KR_ERR_BODY for a tensor below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
-/* Makes a body from its tensor of inertia about the centre of mass; `pivot` is the fixed point. */
+/* Makes a body from its tensor of inertia about the centre of mass and the fixed point `pivot`. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
 /* Makes a body from a tensor at the fixed point with rounded moments; see kr_body.rounded. */
@@ -174,9 +174,9 @@ KR_API kr_status kr_scene_check(const kr_scene *scene);
  * rotation exceeds 120 degrees, a half turn about the first axis precedes it. If the apex is at a
  * pole, the two angles about the common axis are equal up to sign. */
 enum {
-    KR_QUANTITY_TURNS = 1,     /* changes when the top is turned about the vertical */
+    KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, of every top or of one kind */
-    KR_QUANTITY_IN_EVENTS = 4  /* its components can be used in events */
+    KR_QUANTITY_IN_EVENTS = 4  /* events can use the components */
 };
 typedef struct kr_quantity kr_quantity;
 /* Returns the number of quantities. */
@@ -390,7 +390,7 @@ enum {
     KR_TANGENT_GROWTH = 32 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
-/* Returns the number of columns of these tangents. */
+/* Returns the number of columns of the tangents selected by these flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
 /* Writes the tangents at the current state, 6 rows of kr_tangent_columns numbers. Writes the digits
  * that doubles cannot store to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
@@ -434,7 +434,7 @@ typedef struct kr_event {
     const kr_term *terms;     /* g, `count` terms */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
     size_t count, condition_count;
-    int extremum;        /* nonzero: extrema of g, zeros of dg/dt, instead of zeros of g */
+    int extremum;        /* nonzero: extrema of g (zeros of dg/dt) instead of zeros of g */
     int direction;       /* 1: g rises, or has a minimum; -1: falls, or has a maximum; 0: both */
     kr_event_search own; /* private */
 } kr_event;

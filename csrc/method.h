@@ -13,7 +13,7 @@
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
-    kr_vec3 damping;  /* torque -damping W in the body, for KR_METHOD_DAMPED methods; else 0 */
+    kr_vec3 damping;  /* the torque in the body is -damping * W; 0 unless KR_METHOD_DAMPED */
     double step, tol; /* from the config; tol = 0: the method's default */
     double clock;     /* time since the start; used by adaptive methods only */
     kr_stats stats;
@@ -37,7 +37,7 @@ typedef struct kr_motion {
     const kr_scene *scene;
 } kr_motion;
 
-/* The last step of a dense method as a polynomial in tau = (clock - begin) * rate, 0 <= tau <=
+/* The last step of a dense method as a polynomial in tau = (time - begin) * rate, 0 <= tau <=
  * span. */
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {

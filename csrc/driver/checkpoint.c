@@ -168,11 +168,11 @@ static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned
     if (image->saved_steps < 0 || image->steps < image->saved_steps || image->steps > most)
         return 0;
     if (image->steps > image->saved_steps + KR_CHECK)
-        return 0; /* recovery repeats at most KR_CHECK steps */
+        return 0; /* a recovery repeats at most KR_CHECK steps */
     if (!is_valid_motion(top, &image->main, work)) return 0;
     return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
-/* Returns 1 if `own` can be the state of a search after `steps` steps. */
+/* Returns 1 if `own` is a possible state of an event search after `steps` steps. */
 static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
     return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
@@ -220,7 +220,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (top->method->extra_doubles && !rebuild_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
-    image.inspect_at = image.steps; /* max_steps may have changed */
+    image.inspect_at = image.steps; /* because max_steps may have changed */
     set_pointers(&image.main, &top->main);
     set_pointers(&image.saved, &top->saved);
     set_pointers(&image.side, &top->side);

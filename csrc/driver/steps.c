@@ -17,7 +17,7 @@ static int is_good_state(const kr_top *top, const kr_state *state)
 /* Returns 1 if the state of the main motion is good. */
 static int is_main_good(const kr_top *top)
 {
-    kr_state state = {0}; /* not a good state until it is read */
+    kr_state state = {0}; /* not good if the method writes nothing */
     top->method->read(&top->main, &state);
     return is_good_state(top, &state);
 }

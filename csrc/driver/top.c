@@ -11,7 +11,7 @@
 
 enum {
     CACHE_LINE = 8,         /* doubles in 64 bytes */
-    STATES_PER_CHECK = 1024 /* states between two calls of poll */
+    STATES_PER_CHECK = 1024 /* number of states between two calls of poll */
 };
 
 /* Returns 1 if the motion uses more than 16 digits. */

@@ -15,7 +15,7 @@ struct kr_top {
     const kr_method *method;
     kr_config config;
     kr_quat axes;         /* working axes -> frame of description */
-    int is_turned;        /* whether `axes` is not the identity */
+    int is_turned;        /* nonzero unless `axes` is the identity */
     double time_unit;     /* unit of time of the motions [T] */
     double momentum_unit; /* unit of momentum of the motions [M L^2 T^-1] */
     double forward;       /* 1, or -1 backward in time */
@@ -31,8 +31,8 @@ struct kr_top {
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
     /* First field that a checkpoint does not contain. */
-    double horizon;     /* limit of requested times */
-    kr_event *events;   /* watched events, in the user's memory */
+    double horizon;     /* requested times must be below this limit */
+    kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
     double *tangents;   /* memory of the tangents; NULL: no tangents */
     kr_vec3 apex;       /* unit vector to the centre of mass in working axes, for events */
@@ -81,7 +81,7 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the limit of requested times of `top` with `scene`. */
+/* Returns the horizon of `top` for `scene`: the limit of requested times. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
 /* Allocates a top for `method` and the tangents of `config`, with `more` doubles after the method's
  * work. The top has no scene yet. */

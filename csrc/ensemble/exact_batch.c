@@ -6,7 +6,7 @@
 
 enum {
     STATES_PER_CALL = 64,
-    STATES_PER_POLL = 1 << 16 /* states between two calls of poll */
+    STATES_PER_POLL = 1 << 16 /* number of states between two calls of poll */
 };
 
 /* Returns a lower bound of kr_scene_horizon that is cheaper to compute. */

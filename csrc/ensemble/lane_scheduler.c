@@ -347,7 +347,7 @@ static void advance_lanes(kr_worker *worker)
     sample_lanes(worker, passed);
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
 }
-/* Returns the first lane without a top, or the number of lanes. */
+/* Returns the first lane without a top, or the number of lanes if there is none. */
 static int find_free_lane(const kr_worker *worker)
 {
     int lane = 0;

@@ -68,7 +68,7 @@ typedef struct {
     lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
     lane_vec plus, minus; /* P x W */
     wide wp_x, wp_y;      /* Wx Px, Wy Py */
-    wide quotient;        /* (P, d) f' without the newest term */
+    wide quotient;        /* of (P, d) and f', without the newest term */
 } lane_sums;
 
 INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
@@ -203,7 +203,7 @@ INLINE wide lane_step_size(kr_lanes *l, int headless)
     return wide_min(step, longest);
 }
 
-/* P, W and f at a time. */
+/* The values of P, W and f at one time. */
 typedef struct {
     lane_vec p, w;
     wide turn;

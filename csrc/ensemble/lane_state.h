@@ -28,13 +28,13 @@ typedef struct kr_lanes {
     kr_lane_vector p[KR_LANES_ORDER + 1], w[KR_LANES_ORDER + 1]; /* coefficients of P and W */
     kr_lane_number rate[KR_LANES_ORDER + 1];                     /* of f' */
     kr_lane_number turn[KR_LANES_ORDER + 1];                     /* of f */
-    kr_lane_number near[KR_LANES_ORDER + 1];                     /* of 1 + (P, d) */
+    kr_lane_number near[KR_LANES_ORDER + 1];                     /* coefficients of 1 + (P, d) */
     kr_lane_number inverse;                                      /* 1 / (1 + (P, d)) at t */
     kr_lane_quaternion q;                                        /* attitude at t */
     kr_lane_vector end_p, end_w;
     kr_lane_quaternion end_q;
-    kr_lane_vector k, up, down;           /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
-    kr_lane_vector part;                  /* factors in (W, P): 1 - Ax / Az, 1 - Ay / Az, and 0 */
+    kr_lane_vector k, up, down; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax, and cyclic permutations */
+    kr_lane_vector part;        /* factors in (W, P): 1 - Ax / Az, 1 - Ay / Az, and 0 */
     kr_lane_number t, end, goal, forward; /* `forward` is 1, or -1 backward in time */
     kr_lane_number fall;                  /* as in kr_series */
     kr_lane_number steps, max_steps;
@@ -64,7 +64,7 @@ typedef struct kr_growth {
     kr_lane_number max, last;    /* the largest and the last ln|delta| */
     kr_lane_number truncation;   /* square of the largest relative last term */
 } kr_growth;
-/* One tangent for each lane, with the names of taylor/tangents.h. */
+/* One tangent for each lane. The names are those of taylor/tangents.h. */
 typedef struct kr_lane_tangents {
     kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
     kr_lane_number lift[KR_LANES_ORDER + 1]; /* coefficients of <c, P> */

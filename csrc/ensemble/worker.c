@@ -174,8 +174,8 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Rounds a size up to a multiple of 64 bytes. A vector that crosses a cache line loads at half the
- * speed. */
+/* Rounds a size up to a multiple of 64 bytes. A vector in two cache lines takes twice the time to
+ * load. */
 static size_t round_to_lines(size_t size)
 {
     const size_t line = LINE_DOUBLES * sizeof(double);

@@ -9,7 +9,7 @@
 
 enum { KR_BATCH = 64 /* number of tops that are dispatched together */ };
 
-/* The top in a lane. */
+/* A top in a lane or in a scalar run. */
 typedef struct kr_slot {
     size_t top, states; /* index of the top; number of its good states */
     int64_t steps;      /* steps of a closed form; lanes count their own steps */
@@ -23,7 +23,7 @@ struct kr_worker {
     const kr_method *method; /* NULL: chosen for each top */
     kr_top *fallback;        /* top of the method, or taylor, for tops that cannot run in lanes */
     kr_top *exact_top;       /* top of the closed form; NULL for other methods */
-    kr_exact *plans;         /* closed forms of a batch; NULL without `exact_top` */
+    kr_exact *plans;         /* the closed forms of a batch; NULL if `exact_top` is */
     const kr_tops *tops;     /* the tops of the current call */
     int is_section;          /* nonzero: compute a section with `event` */
     kr_event event;
@@ -41,7 +41,7 @@ struct kr_worker {
 /* Writes a state of the top in `slot`, adds this state to the accumulators, and counts it. */
 void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators,
                            const kr_state *state);
-/* Returns 1 if the lanes carry tangents. */
+/* Returns 1 if each lane has a tangent. */
 int kr_worker_has_tangents(const kr_worker *worker);
 /* Writes the growth of the tangent of a lane at the next time; zeros if `row` is NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
@@ -71,7 +71,7 @@ void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status stat
 
 /* Chooses the instruction set, order and tolerance of the lanes from the config. */
 void kr_scheduler_configure(kr_worker *worker);
-/* Sets another kernel, order and tolerance, for tests and measurements. */
+/* Replaces the kernel, order and tolerance of the lanes, for tests and measurements. */
 void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int order,
                              double log2_tol);
 /* Empties all lanes. */
@@ -104,7 +104,7 @@ static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
     const kr_tops *tops = worker->tops;
     return tops->times > 0 ? tops->t[tops->own_times ? i : 0] : 0.0;
 }
-/* Returns 1 if the lanes can detect the event of the section. */
+/* Returns 1 if lanes can detect the event of the current section. */
 int kr_section_suits_lanes(const kr_worker *worker);
 /* Sets the event of a lane, in the units of a step with this rate, for axes shifted cyclically by
  * `shift`. */

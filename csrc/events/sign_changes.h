@@ -7,10 +7,10 @@ typedef struct kr_sign_search {
     const double *c;    /* sum c[n] s^n */
     int degree;         /* at most KR_POLYNOMIAL_ORDER_MAX */
     double noise;       /* values up to this count as zero */
-    double start_noise; /* the same limit before the first sign is known */
+    double start_noise; /* the same, before the first sign is known */
     int sought;         /* sign after the sought changes; 0: either sign */
     int side;           /* last sign that was certain; 0: none so far */
-    double mark;        /* the search continues here */
+    double mark;        /* where the search continues */
     double root;        /* last change of sign to `side`, if it was sought */
     int used;           /* number of terms in use, minus one */
     double tail;        /* bound of the sum of the omitted terms */

@@ -23,7 +23,7 @@ static inline mask wide_equal(wide a, wide b) { return a == b; }
 static inline mask mask_and(mask a, mask b) { return a & b; }
 static inline mask mask_or(mask a, mask b) { return a | b; }
 static inline mask mask_not(mask a) { return !a; }
-/* Returns the lanes in which the mask holds, as bits. */
+/* Returns the mask as an integer: bit i is set if lane i is true. */
 static inline unsigned mask_bits(mask a) { return (unsigned)a; }
 static inline wide wide_choose(mask m, wide yes, wide no) { return m ? yes : no; }
 #  if defined KR_FUSED
@@ -110,7 +110,7 @@ INLINE wide wide_load(const double *p)
     return a;
 }
 INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
-/* Converts between doubles and their bits. */
+/* wide_bits and wide_of_bits convert between doubles and their bits. */
 INLINE wide_integer wide_bits(wide a)
 {
     wide_integer r;

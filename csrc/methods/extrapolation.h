@@ -41,7 +41,7 @@ typedef struct {
     const double *y;
     double rate[GBS_SIZE], speed; /* the rates at y, and their norm */
     double tol, h, err;
-    double table[GBS_ROWS + 1][GBS_SIZE]; /* after row j: [k] is T(j, j + 1 - k) */
+    double table[GBS_ROWS + 1][GBS_SIZE]; /* after row j, table[k] is T(j, j + 1 - k) */
     double length[GBS_ROWS + 1];          /* length of the next step that a row suggests */
     double work[GBS_ROWS + 1];            /* work of such steps per unit of time */
     int row;                              /* the last row that was computed */

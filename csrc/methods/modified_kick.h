@@ -16,7 +16,7 @@ enum { PROCESSOR_MOST = 40 };
 
 typedef struct modified_kick {
     kr_vec3 lever;
-    kr_vec3 inverse; /* of the moments */
+    kr_vec3 inverse; /* reciprocal moments */
     double h, k;
     int lagrange; /* nonzero: the body is a Lagrange top */
 } modified_kick;

@@ -42,7 +42,7 @@ static inline kr_component kr_component_of(int number)
     const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};
     return component;
 }
-/* Returns 1 if the component changes when the top is turned about the vertical. */
+/* Returns 1 if the component changes when the top is rotated about the vertical. */
 int kr_component_is_turned(int number);
 /* Returns the value of a component at a state; NaN if `number` is invalid. */
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s);

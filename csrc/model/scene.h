@@ -1,5 +1,5 @@
-/* Own units of a top: powers of two, so that results scale bit for bit with powers of two of mass,
- * length and time. */
+/* Own units of a top. They are powers of two. If the user's units of mass, length and time change
+ * by powers of two, the results therefore change by exact powers of two. */
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"
@@ -17,10 +17,10 @@ typedef struct kr_pull {
     kr_vec3 com;
     int power;
 } kr_pull;
-/* Returns mass, gravity and `com` of a scene, scaled. */
+/* Returns the scaled mass, gravity and `com` of a scene. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Checks a scene as kr_scene_check, except for its body. */
+/* Checks a scene like kr_scene_check, except for the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
 /* Constants that determine the unit of time: the unit of moments, its reciprocal, and the rate of a
@@ -30,7 +30,7 @@ typedef struct kr_swing {
 } kr_swing;
 /* Returns the constants that determine the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* Smallest unit with a finite reciprocal. */
+/* Smallest unit whose reciprocal is finite. */
 static const double kr_min_unit = 0x1p-1020;
 /* Writes the exponent of the unit of time, a power of two, for a given largest component of the
  * momentum. Returns 0 if the units exceed the range of doubles. */

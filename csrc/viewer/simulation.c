@@ -2,7 +2,7 @@
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks; a product of two steps fits in 64 bits. */
+/* Largest step in ticks, so that a product of two steps fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
 /* Converts a number of ticks to a time. */
@@ -208,7 +208,7 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
 static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
 {
     const int64_t k = a->steps + 1;
-    simulation->cost = a->restarts ? 1 : 256; /* steps of the method between two polls */
+    simulation->cost = a->restarts ? 1 : 256; /* number of steps of the method between two polls */
     if (a->track) {
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
         if (a->status == KR_OK) a->now = a->track[k];

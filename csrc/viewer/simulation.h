@@ -23,14 +23,15 @@ enum {
     KR_SIMULATION_TOPS = 8,
     /* Number of attitudes kept for each top, one for each step. */
     KR_SIMULATION_TRACE = 4096,
-    /* Largest number of rows of the record. A full record is halved, and its stride doubled. */
+    /* Largest number of rows of the record. When the record is full, every second row is
+     * removed. */
     KR_SIMULATION_ROWS = 1024,
     /* Number of measurements of integrals and errors between two rows, if there are that many
      * common times; */
     KR_SIMULATION_SAMPLES = 64,
     /* number of measurements of the other quantities, which cost more. */
     KR_SIMULATION_FULL_SAMPLES = 32,
-    KR_SIMULATION_TICKS = 1000000, /* ticks to the unit of time */
+    KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
     /* Special values of `reference`: none, or this top is itself a reference. A reference is
      * advanced only while another top can continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
@@ -47,7 +48,7 @@ typedef struct kr_simulation_slot {
     kr_state now;
     kr_top *top;             /* owned by the simulation; NULL for a track */
     const kr_state *track;   /* owned by the caller; NULL for a top */
-    int64_t length;          /* states of the track */
+    int64_t length;          /* number of states in the track */
     int64_t step;            /* in ticks */
     int64_t steps;           /* number of steps made */
     int restarts;            /* nonzero: restarted after each step */
@@ -69,14 +70,14 @@ typedef struct kr_record_row {
 
 typedef struct kr_simulation {
     int count;
-    int64_t clock;  /* ticks that all tops have reached */
+    int64_t clock;  /* time that all tops have reached, in ticks */
     int64_t common; /* the least common multiple of the steps; 0 if too large for 64 bits */
-    int64_t stride; /* ticks from row to row of the record */
+    int64_t stride; /* ticks between two rows of the record */
     int64_t rows;   /* number of rows */
     kr_record_row record[KR_SIMULATION_ROWS + 1]; /* the row after the last: extremes since then */
     kr_simulation_slot slots[KR_SIMULATION_TOPS];
     int64_t budget, cost; /* remaining steps in this call; steps between two polls */
-    int is_late;          /* 1 if the budget ended the call */
+    int is_late;          /* 1 if the last call ended because the budget was used up */
 } kr_simulation;
 
 /* Returns the quantity of measure k; NULL for the last two measures, which are not quantities. */
