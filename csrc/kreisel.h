@@ -176,7 +176,7 @@ KR_API kr_status kr_scene_check(const kr_scene *scene);
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, of every top or of one kind */
-    KR_QUANTITY_IN_EVENTS = 4  /* events can use the components */
+    KR_QUANTITY_IN_EVENTS = 4  /* its components can appear in events */
 };
 typedef struct kr_quantity kr_quantity;
 /* Returns the number of quantities. */
@@ -371,10 +371,11 @@ KR_API double kr_top_time(const kr_top *top);
 /* Returns the name of the instruction set in use, "" if there is no choice; writes the order. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
-/* Tangents: derivatives of the state, whose bits do not depend on them. X(parameter, bit, number of
- * columns, name). The 6 rows are the rotation vector of the attitude in the frame of description
- * [rad], followed by the momentum in space; so are the 6 columns of the start. Moments and com are
- * along the principal axes. The derivative by a parameter is taken at fixed initial momentum. */
+/* Tangents: derivatives of the state. Computing them does not change the bits of the state.
+ * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
+ * the frame of description [rad], followed by the momentum in space; so are the 6 columns of the
+ * start. Moments and com are along the principal axes. The derivative by a parameter is taken at
+ * fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \

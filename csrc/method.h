@@ -54,7 +54,7 @@ typedef struct kr_step_polynomial {
 } kr_step_polynomial;
 
 /* Deviations from a motion, in working axes and own units: a rotation vector in the body, and a
- * change of the momentum in space. A seed is an initial deviation with its parameter: the
+ * change of the momentum in space. A seed is the initial deviation for a parameter, and the
  * derivatives of the lever and of the moments (xx, yy, zz, yz, zx, xy) by this parameter.
  * Deviations do not change the motion, except that strongly damped motions then take short steps
  * only. */

@@ -172,7 +172,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     total->evaluations += spent->evaluations;
     total->rejected += spent->rejected;
     total->iterations += spent->iterations;
-    top->inspect_at--; /* many times between two grid points also lead to an inspection */
+    top->inspect_at--; /* requests between two grid points count towards the next inspection */
     if (status == KR_OK) {
         top->method->read(&top->side, &state);
         if (!is_good_state(top, &state)) status = KR_ERR_NOT_FINITE;

@@ -390,7 +390,8 @@ kr_status kr_top_step(kr_top *top)
     if (!top) return KR_ERR_ARGUMENT;
     if (is_adaptive(top)) return step_adaptive(top);
     return kr_top_advance(
-        top, grid_time(top, top->steps + 1)); /* differs from the current time, up to the horizon */
+        top,
+        grid_time(top, top->steps + 1)); /* below the horizon, grid points are distinct doubles */
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

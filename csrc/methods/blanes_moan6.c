@@ -1,6 +1,6 @@
 /* Fourteen kicks between fifteen free drifts (splitting.h), with Blanes and Moan's coefficients for
  * Nystrom's case (compose.h). They need an exact drift, that is, a body with two equal moments. The
- * method conserves <m,p>, for Lagrange tops and free bodies <m,T>, and the energy up to a bounded
+ * method conserves <m,e3>, <m,T> for Lagrange tops and free bodies, and the energy up to a bounded
  * O(h^6). */
 #include "composed.h"
 

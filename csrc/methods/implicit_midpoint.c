@@ -2,9 +2,9 @@
  *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    which is, up to the norm of q_,
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
  * with the angular velocity V = J^-1 q_* (m + m')/2 q_ at the midpoint, seen from the body, the
- * centre of mass a_ at the midpoint, and the mass M. The equation is solved for V by Newton's
- * iteration (Hairer, Lubich, Wanner, VII.5). The method conserves |q| and <m,p>. If h |V| is small,
- * it also conserves <m,a> and the energy up to a bounded O(h^2). */
+ * centre of mass a_ at the midpoint, the mass M, and the vector p of gravity. The equation is
+ * solved for V by Newton's iteration (Hairer, Lubich, Wanner, VII.5). The method conserves |q| and
+ * <m,p>. If h |V| is small, it also conserves <m,a> and the energy up to a bounded O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };

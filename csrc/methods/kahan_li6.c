@@ -1,5 +1,5 @@
 /* Nine times half kick, free drift, half kick (splitting.h), with Kahan and Li's coefficients
- * (compose.h). The method conserves <m,p>, for Lagrange tops and free symmetric bodies <m,T>, and
+ * (compose.h). The method conserves <m,e3>, <m,T> for Lagrange tops and free symmetric bodies, and
  * the energy up to a bounded O(h^6). */
 #include "composed.h"
 

@@ -5,8 +5,8 @@
  * flow of G = k d(potential)/dt with the rates
  *     Om = k J^-1 (A x P),   dm = q (k P x (J^-1 M x A)) q*   (Om, M, P: seen from the body)
  * evaluated at the midpoint, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The
- * processor is applied only when a state is set (-k) or read (+k). <m,e3> is conserved, and <m,a>
- * for a Lagrange top. */
+ * processor is applied only when a state is set (-k) or read (+k). <m,e3> is conserved, and for a
+ * Lagrange top the axial momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>

@@ -1,5 +1,5 @@
 /* Five times half kick, free drift, half kick (splitting.h), with Suzuki's coefficients
- * (compose.h). The method conserves <m,p>, for Lagrange tops and free symmetric bodies <m,T>, and
+ * (compose.h). The method conserves <m,e3>, <m,T> for Lagrange tops and free symmetric bodies, and
  * the energy up to a bounded O(h^4). */
 #include "composed.h"
 

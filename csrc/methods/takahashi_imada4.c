@@ -1,10 +1,10 @@
 /* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 with one
  * kick per step. The drift must be of order 4 too. It is exact for symmetric bodies (splitting.h);
  * for other bodies it is Suzuki's composition of the rotations about N and T, which needs no kick.
- * The method conserves <m,p>, for Lagrange tops <m,a>, and the energy up to a bounded O(h^4). The
- * steps are symplectic; the processor changes the symplectic form of the states that are read by a
- * bounded O(h^7). A step in which the top may turn by more than 2.5 rad is refused, except for
- * Lagrange tops, whose drift is exact. */
+ * The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy up to a bounded
+ * O(h^4). The steps are symplectic; the processor changes the symplectic form of the states that
+ * are read by a bounded O(h^7). A step in which the top may turn by more than 2.5 rad is refused,
+ * except for Lagrange tops, whose drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"

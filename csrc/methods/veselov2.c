@@ -1,6 +1,6 @@
 /* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks between
- * successive steps are combined. The method conserves <m,p>, for Lagrange tops <m,a>, and the
- * energy: exactly for a free body, otherwise up to a bounded O(h^2). */
+ * successive steps are combined. The method conserves <m,e3>, the axial momentum of Lagrange tops,
+ * and the energy: exactly for a free body, otherwise up to a bounded O(h^2). */
 #include "veselov.h"
 
 typedef struct {

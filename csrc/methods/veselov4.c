@@ -5,8 +5,9 @@
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
  * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H; kicks change them. The
- * method conserves <m,p>, for Lagrange tops <m,a>, and for free bodies the energy. A step in which
- * the top may turn by more than 1.25 rad is refused, because the series in h is then useless. */
+ * method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free bodies. A
+ * step in which the top may turn by more than 1.25 rad is refused, because the series in h is then
+ * useless. */
 #include "modified_kick.h"
 #include "veselov.h"
 

@@ -17,7 +17,7 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     if (kr_body_from_tensor(mass, about_com, v3(0.0, 0.0, 0.0), &b) != KR_OK) return 0.0;
     const kr_vec3 j = b.inertia, twice = v3(j.y + j.z - j.x, j.z + j.x - j.y, j.x + j.y - j.z);
     const kr_vec3 squares = v_scale(1.5 / mass, twice);
-    /* the edge of length 0 of a plate is replaced by a thin one */
+    /* an edge of length 0, of a plate, is given a small thickness */
     const double thin = 1e-8 * v_largest(squares);
     if (!(fmin(squares.x, fmin(squares.y, squares.z)) > -thin && thin > 1e-16 * square)) return 0.0;
     box->half =
