@@ -252,7 +252,7 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
     X(DENSE,            64, "dense",          "evaluates the state anywhere in its last step")    \
     X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
-    X(INTEGRABLE,      256, "integrable",     "for Lagrange and Kowalewski tops and free bodies") \
+    X(INTEGRABLE,      256, "integrable",     "for the integrable tops and free bodies")          \
     X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
     X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
     X(DIGITS,         2048, "digits",         "can compute more digits than a double has")        \
@@ -619,6 +619,44 @@ KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 /* Writes n states, with the bits of kr_kowalewski_state, but faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
+
+/* Why a Goryachev-Chaplygin top has no closed form: X(name, what it says). */
+/* clang-format off */
+#define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
+    X(PLANNED,     "there is a plan")                                                             \
+    X(VERTICAL,    "the angular momentum has a vertical component")                               \
+    X(ZERO,        "the integral G is near zero: the motion is elliptic, planar or at rest")      \
+    X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
+    X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
+    X(INTEGRALS,   "a series of one angle of its torus does not converge")                        \
+    X(START,       "the start does not lie on the arcs of its curve that are known")              \
+    X(HEADING,     "the series of its heading has too many terms: it is near a separatrix")       \
+    X(CERTIFICATE, "its series miss the motion by more than is allowed")
+typedef enum kr_chaplygin_refusal {
+#define KR_X_(name, text) KR_CHAPLYGIN_##name,
+    KR_CHAPLYGIN_REFUSAL_LIST(KR_X_)
+#undef KR_X_
+    KR_CHAPLYGIN_REFUSAL_COUNT
+} kr_chaplygin_refusal;
+/* clang-format on */
+/* Returns the text of a refusal, or NULL if there is none of this number. */
+KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
+/* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency of its attitude's
+ * matrix is a sum of whole multiples of `first` and `second` [T^-1]; the mean precession is zero.
+ * `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1; `mismatch` includes
+ * <m, e3> over |m|, which may be a rounding. */
+typedef struct kr_goryachev_chaplygin {
+    double first, second, certificate, mismatch;
+    int refusal; /* a kr_chaplygin_refusal */
+} kr_goryachev_chaplygin;
+#define KR_CHAPLYGIN_BOUND 1e-11
+/* The next four are as those of Kowalewski tops. */
+KR_API size_t kr_goryachev_chaplygin_size(void);
+KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
+                                             const kr_goryachev_chaplygin **out);
+KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
+KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
+                                          const double t[], kr_state out[]);
 
 /* Turning points of the apex of a Lagrange top, or of a free body symmetric about the apex.
  * motion_type is "resting", "circle" (both for free bodies), "sleeping", "hanging", "steady",

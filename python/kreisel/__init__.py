@@ -32,7 +32,14 @@ from ._results.reductions import Reductions
 from ._results.section_result import Section
 from ._solve.chaos import lyapunov, megno, oli
 from ._solve.ensemble_plan import EnsemblePlan, plan
-from ._solve.exact import Exact, ExactKowalewski, ExactMap, exact
+from ._solve.exact import (
+    Exact,
+    ExactGoryachevChaplygin,
+    ExactKowalewski,
+    ExactMap,
+    ExactTorus,
+    exact,
+)
 from ._solve.exact_ensemble import ExactEnsemble
 from ._solve.load import load
 from ._solve.run import Run, resume, start
@@ -61,8 +68,10 @@ __all__ = [
     "Events",
     "Exact",
     "ExactEnsemble",
+    "ExactGoryachevChaplygin",
     "ExactKowalewski",
     "ExactMap",
+    "ExactTorus",
     "Frequencies",
     "Indicator",
     "Interrupted",

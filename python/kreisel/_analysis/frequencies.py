@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._options.methods import EXACT, is_kowalewski
+from .._options.methods import EXACT, has_torus
 from .._results.path import Path
 from .._solve.exact import exact
 from .._utils.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
@@ -105,7 +105,7 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     lines, amplitudes, rest = _lines(t, seen, count)
     told = lines, amplitudes, rest
     freeze_arrays(told)
-    if path.method == EXACT and not is_kowalewski(path.scene):
+    if path.method == EXACT and not has_torus(path.scene):
         form = exact(path.scene)
         return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)
     return Frequencies(*_rates(path), *told, False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, cast
 
-from .._core import KIND_RTOL, body_kind, kowalewski_plan, method_applies, method_suits
+from .._core import KIND_RTOL, body_kind, method_applies, method_suits, torus_plan
 from .._core import flags as FLAGS
 from .._core import methods as core_methods
 from .._model.body import Body
@@ -99,7 +99,8 @@ class Method:
         kinds = {
             FLAGS["lagrange_only"]: lagrange,
             FLAGS["integrable"]: lagrange
-            + ", for Kowalewski tops, and for any body without torque",
+            + ", for Kowalewski tops, for Goryachev-Chaplygin tops without vertical momentum, "
+            "and for any body without torque",
             FLAGS["symmetric_only"]: "two equal moments",
             FLAGS["euler_only"]: "the centre of mass at the fixed point",
         }
@@ -155,6 +156,9 @@ def unknown_method_message(name: str) -> str:
 methods = Methods({row["name"]: Method(**row) for row in core_methods})
 
 
+TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
+
+
 def describe_kind(scene: Scene) -> str:
     """Return a description of the body of a scene by its kind."""
     damped, near = "damped " if scene._is_damped else "", scene.body._near_kind
@@ -162,14 +166,14 @@ def describe_kind(scene: Scene) -> str:
     return f"this {damped}body of kind {scene.body.kind!r}{which}"
 
 
-def is_kowalewski(scene: Scene) -> bool:
-    """Return True if gravity acts on a Kowalewski top.
+def has_torus(scene: Scene) -> bool:
+    """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 
-    Its closed form is used only on request: setting it up takes as long as some hundred units of
-    time by a series.
+    Such a closed form is used only on request: setting it up takes as long as some hundred units
+    of time by a series.
     """
     # Ask the core directly: this check is part of every solve.
-    return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) == "kowalewski"
+    return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
 
 
 def explain_no_closed_form(scene: Scene) -> str:
@@ -178,11 +182,12 @@ def explain_no_closed_form(scene: Scene) -> str:
         return f"no closed form is known for {describe_kind(scene)} with damping"
     if not methods[EXACT].applies_to(scene.body):
         return f"no closed form is known for {describe_kind(scene)} under gravity"
-    if is_kowalewski(scene):
-        status, refusal = kowalewski_plan(scene._block, 0.0)[:2]
+    if has_torus(scene):
+        top = TORUS_KINDS[body_kind(scene.body._block, KIND_RTOL)]
+        status, refusal = torus_plan(scene._block, 0.0)[:2]
         if status == "OK":
-            return "the closed form of a Kowalewski top is available for single scenes only"
-        return f"this motion of a Kowalewski top has no closed form: {refusal}"
+            return f"the closed form of a {top} top is available for single scenes only"
+        return f"this motion of a {top} top has no closed form: {refusal}"
     return (
         "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
         "the start, and yet does not stand"
@@ -205,7 +210,7 @@ def resolve_method(name: object, scene: Scene) -> Method:
     Raises ValueError if there is none, or if it does not apply to the scene.
     """
     if isinstance(name, str) and name == "auto":
-        closed = not is_kowalewski(scene) and methods[EXACT].suits(scene)
+        closed = not has_torus(scene) and methods[EXACT].suits(scene)
         return methods[EXACT if closed else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._core import Work, record, start
 from .._model.scene import Scene
-from .._options.methods import explain_no_closed_form, is_kowalewski
+from .._options.methods import explain_no_closed_form, has_torus
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array
@@ -52,7 +52,7 @@ def creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
     """Return the exception for a top that the core cannot create, with a step that it accepts."""
-    if status == "ERR_METHOD" and is_kowalewski(scene):
+    if status == "ERR_METHOD" and has_torus(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
     would = ""
     if status == "ERR_STEP_SIZE" and step:

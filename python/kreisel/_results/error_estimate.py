@@ -20,7 +20,7 @@ import numpy as np
 from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._options.methods import EXACT, FALLBACK, is_kowalewski, methods
+from .._options.methods import EXACT, FALLBACK, has_torus, methods
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.literals import MethodName
 from .._utils.validation import Array, Quaternion
@@ -44,7 +44,7 @@ ROUNDINGS = 128  # a closed form errs by far less than this many roundings of th
 
 def has_closed_form(scene: Scene) -> bool:
     """Return True if the scene has a closed form without any rounding of its body."""
-    if not CLOSED_FORM.method.suits(scene) or is_kowalewski(scene):
+    if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False
     near = 2.0 * KIND_RTOL
     pairs = combinations(scene.body.moments, 2)
