@@ -16,8 +16,8 @@
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 const kr_tangents_kernel kr_tangents_base, kr_tangents_dd_base;
 /* The closed forms of Kowalewski and of Goryachev-Chaplygin tops are omitted too, because they are
- * as large as all other closed forms together. A plan of size 0 makes kr_method_applies refuse these
- * tops. */
+ * as large as all other closed forms together. A plan of size 0 makes kr_method_applies refuse
+ * these tops. */
 static size_t no_size(void) { return 0; }
 const kr_kowalewski_one kr_kowalewski_one_base = {.size = no_size};
 void kr_kowalewski_many_base(const kr_theta_sums *plan, size_t n, const double t[], kr_state out[])
