@@ -210,9 +210,11 @@ static kr_status create_scalar_tops(kr_worker *worker)
     kr_status status = KR_OK;
     if (worker->method != &kr_method_exact)
         status = kr_top_alloc(method, &worker->config, 0, &worker->fallback);
-    if (status == KR_OK && worker->plans)
-        status = kr_top_alloc(&kr_method_exact, &worker->config, kr_exact_extra_doubles(),
-                              &worker->exact_top);
+    if (status == KR_OK && worker->plans) {
+        /* Without a method, tops whose plan needs more memory take the Taylor series. */
+        const size_t extra = worker->method ? kr_exact_extra_doubles() : 0;
+        status = kr_top_alloc(&kr_method_exact, &worker->config, extra, &worker->exact_top);
+    }
     if (status != KR_OK) return status;
     status = kr_top_init(worker->fallback ? worker->fallback : worker->exact_top, &scene,
                          &worker->config);
