@@ -49,7 +49,8 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
 {
     widest_isa()->evaluate(exact, n, t, out);
 }
-/* Map states are evaluated one by one, where vectors wider than AVX2 bring nothing. */
+/* The states of maps are evaluated one at a time, so vectors wider than those of AVX2 would bring
+ * no gain. */
 static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_X86
@@ -65,7 +66,7 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
     return widest_maps()->state(map, k);
 }
-/* A table of its own, so that programs for single tops do not link the batches. */
+/* The batches have a table of their own, so that programs for single tops do not link them. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {
