@@ -51,9 +51,7 @@ enum {
 };
 /* Tops waiting until a full set can be computed. */
 typedef struct batch_queue {
-    int count,
-        turned
-            [2]; /* number of tops; whether some axes of the body, or working axes, are not the identity */
+    int count, turned[2]; /* number of tops; whether some of the two axes are not the identity */
     size_t index[MANY];
     int framed[MANY];
     kr_quat frame[MANY][4];

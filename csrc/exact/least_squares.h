@@ -12,9 +12,8 @@ enum { LSQ_ROWS = 128, LSQ_COLUMNS = 16 };
 typedef struct lsq {
     int rows, columns, rank;
     double a[LSQ_COLUMNS][LSQ_ROWS];
-    double
-        size[LSQ_COLUMNS]; /* original lengths of the columns; 0 for a column that counts as zero */
-    int from[LSQ_COLUMNS]; /* index of each column before the exchanges */
+    double size[LSQ_COLUMNS]; /* original lengths; 0 for a column that counts as zero */
+    int from[LSQ_COLUMNS];    /* index of each column before the exchanges */
     double diagonal[LSQ_COLUMNS];
 } lsq;
 

@@ -160,8 +160,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     kr_exact *curve = &map->curve;
     dd a[3], plus;
     const dd minus = axis_of(top->q, a, &plus), angle = dd_atan2(k.c, dd_of(1.0));
-    const dd twist =
-        dd_div(dd_mul(i1, k.c), dd_of(top->inertia.z)); /* half of step * <m, a> / I3 */
+    /* half of step * <m, a> / I3 */
+    const dd twist = dd_div(dd_mul(i1, k.c), dd_of(top->inertia.z));
     curve->constant.z = top->m.z;
     curve->side = 1.0;
     if (!(map_height(&k, k.s).hi > 0.0)) return 0;
@@ -229,8 +229,8 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     exact_top seen;
     map_link k;
     int below = top.own.lever.hi < 0.0;
-    for (int i = 0; i < 2;
-         i++) { /* the second pass decides the side; a third would repeat the second */
+    /* The second pass decides the side; a third would repeat the second. */
+    for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;

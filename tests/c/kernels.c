@@ -1,7 +1,7 @@
-/* Prints a hash of the results of each instruction set that this processor has: the Taylor
- * kernels, ensembles in lanes with and without tangents, and the closed form. Results depend on
- * fused multiply-add alone, not on the width of the vectors; those of the closed form do not
- * depend on either. */
+/* Prints a hash of the results of each instruction set that this processor has: the Taylor kernels,
+ * ensembles in lanes with and without tangents, and the closed form. Results depend only on whether
+ * there is fused multiply-add, not on the width of the vectors. Those of the closed form depend on
+ * neither. */
 #include <stdlib.h>
 #include "bits.h"
 #include "driver/top.h"
@@ -24,11 +24,11 @@ static void must(int holds, const char *what)
     fprintf(stderr, "kernels: %s\n", what);
     exit(1);
 }
-/* Hashes the states of a top on its way by one kernel. */
+/* Returns the hash of the states of a top that one kernel computes. */
 static uint64_t way(const kr_scene *scene, kr_config config, const kr_kernel *kernel,
                     double log2_tol)
 {
-    kr_state states[80]; /* and what their doubles leave out */
+    kr_state states[80]; /* each followed by its low words */
     kr_top *top = NULL;
     must(kr_top_create(scene, kr_method_find("taylor"), config, &top) == KR_OK, "no top");
     kr_taylor_set_kernel(&top->main, kernel, log2_tol);
@@ -56,7 +56,8 @@ static void alone(const kr_isa *isa, int which)
             way(&s, config, &isa->deep[i], i == KR_DIGITS_20 ? -70.0 : -100.0));
     }
 }
-/* Hashes the states of tops in lanes and, where tangents ride along, how these grow. */
+/* Prints the hash of the states of tops in lanes, and of the growth of their tangents if the config
+ * has any. */
 static void in_lanes(const kr_lanes_isa *isa, kr_config config, const char *what, int which)
 {
     enum { TOPS = 19, TIMES = 20 };

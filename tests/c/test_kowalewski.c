@@ -1,6 +1,6 @@
-/* The closed form of Kowalewski tops: against truths by heyoka and against the Taylor series with
- * 30 digits, its integrals, near separatrices and degenerate motions, refusals by name; batches and
- * instruction sets give the same bits. */
+/* The closed form of Kowalewski tops: comparison with references by heyoka and with the Taylor
+ * series at 30 digits, integrals, motions near separatrices and degenerate motions, and the reasons
+ * for refusals. Batches and instruction sets give the same bits. */
 #include <stdlib.h>
 #include "exact/kowalewski.h"
 #include "kowalewski_truth.h"
@@ -15,8 +15,8 @@ static kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q
         {1.0, inertia, com, {1, 0, 0, 0}, 0}, gravity, {0.0, q, m}, {0.0, 0.0, 0.0}};
     return s;
 }
-/* Returns a top with moments 2, 2, 1 and mass gravity |com| = 1, whose body sees e3 and its angular
- * velocity so; the axes are those of the closed form. */
+/* Returns a top with moments 2, 2, 1 and mass * gravity * |com| = 1, given e3 and the angular
+ * velocity in the body frame of the closed form. */
 static kr_scene seen_so(kr_vec3 up, kr_vec3 velocity)
 {
     const kr_vec3 e3 = v_unit(up);
@@ -44,7 +44,7 @@ static const kr_kowalewski *plan_of(const kr_scene *s)
     IS(status == KR_OK || status == KR_ERR_METHOD);
     return top;
 }
-/* The largest |m| that the top's energy allows is what errors of m are measured by. */
+/* Returns the unit for errors of m: the largest |m| that the top's energy allows. */
 static double scale_of(const kr_scene *s)
 {
     const double lever = fabs(s->gravity) * v_length(s->body.com);
@@ -115,7 +115,7 @@ static void integrals_are_constant(void)
         }
     }
 }
-/* Every drawn motion is planned with a small certificate; hardly any is refused. */
+/* Nearly all random motions are planned, with a small error bound; very few are refused. */
 static void drawn_tops_are_planned(void)
 {
     int refused = 0;
@@ -182,7 +182,7 @@ static void degenerate_motions_are_refused_by_name(void)
     kr_scene s = seen_so(v3(0.4, -0.3, 0.7), v3(0.3, 0.5, 0.8));
     IS(plan_of(&s));
     s.damping = v3(0.0, 0.0, 1e-3);
-    IS(refusal_of(&s) == KR_KOWALEWSKI_PLANNED); /* it is no question of the motion */
+    IS(refusal_of(&s) == KR_KOWALEWSKI_PLANNED); /* not refused because of the motion */
     s.damping = none;
     s.gravity = 0.0;
     IS(refusal_of(&s) == KR_KOWALEWSKI_PLANNED);
@@ -204,7 +204,8 @@ static void bad_arguments_are_refused(void)
     s.start.q.w = 2.0;
     IS(kr_kowalewski_plan(&s, 0.0, memory, &top) == KR_ERR_ATTITUDE && !top);
 }
-/* A body that misses the ratio by a rounding is planned, and its plan says so. */
+/* A body whose moments differ from the exact ratio by a rounding error is planned, and its plan
+ * says so. */
 static void a_rounded_body_is_told(void)
 {
     kr_scene s = seen_so(v3(0.4, -0.3, 0.7), v3(0.3, 0.5, 0.8));
