@@ -1,4 +1,4 @@
-// Closed forms. Python holds a plan as its doubles.
+// Closed forms. Python stores a plan as an array of its doubles.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -18,7 +18,8 @@ static py::tuple exact_plan(const kr_scene &scene)
     const kr_status status = kr_exact_plan(&scene, &plan);
     return planned(status, plan, plan);
 }
-// Returns None if a time is not below `most`, or if the times need validation by Python.
+// Returns the states of a plan at the times t. Returns None if a time is not below `most`, or if
+// the times need validation by Python.
 static py::object exact_states(const doubles &plan, const py::object &t, double most)
 {
     const auto p = value_of<kr_exact>(plan);
@@ -40,7 +41,7 @@ struct kowalewski_memory {
     std::vector<double> doubles;
     const kr_kowalewski *top = nullptr;
 };
-// Returns the plan, and the numbers at its head.
+// Returns the plan of a Kowalewski top, and the numbers at the head of the plan.
 static py::tuple kowalewski_plan(const kr_scene &scene, double bound)
 {
     auto memory = std::make_unique<kowalewski_memory>();
@@ -53,7 +54,7 @@ static py::tuple kowalewski_plan(const kr_scene &scene, double bound)
                           py::make_tuple(head.first, head.second, 2.0 * head.heading),
                           head.certificate, head.mismatch, std::move(memory));
 }
-// As exact_states, for Kowalewski tops.
+// Returns the same as exact_states, for Kowalewski tops.
 static py::object kowalewski_states(const kowalewski_memory &plan, const py::object &t, double most)
 {
     if (!plan.top) throw py::value_error("there is no plan");
@@ -95,7 +96,8 @@ static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py
         return status;
     });
 }
-// Returns states (tops, times, 8) at times shared by all tops, or of each.
+// Writes states of the shape (tops, times, 8), at times that are common to all tops or given for
+// each.
 static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
                                       const py::object &out, const doubles &t)
 {
@@ -118,7 +120,7 @@ static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
 static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
                                       "steady",  "separatrix", "pendulum", "rosette",
                                       "loops",   "cusps",      "waves"};
-// Writes the numbers of a kr_turning as a row, and the index of its type of motion.
+// Writes the numbers of a kr_turning to a row, and the index of its type of motion.
 static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course)
 {
     kr_turning r;
