@@ -13,7 +13,7 @@ static kr_exact lagrange_closed_form(const exact_top *top)
     setting s;
     s.top = below ? seen_from_below(top) : *top;
     begin_setting(&s);
-    if (stands(&s.start)) {
+    if (is_resting_at_pole(&s.start)) {
         const dd half = dd_half(s.start.w[2]);
         memset(&s.exact, 0, sizeof s.exact);
         s.exact.constant.z = s.top.m.z;

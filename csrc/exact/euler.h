@@ -74,7 +74,7 @@ static body_axes body_axes_of(const double inertia[3], const dd m[3])
     return r;
 }
 /* Returns a rotation that takes m to the direction of e3. */
-static kr_quat towards_e3(kr_vec3 m)
+static kr_quat rotation_to_e3(kr_vec3 m)
 {
     const double h = v_length(m) + fabs(m.z);
     if (m.z >= 0.0) return q_unit(q4(h, v3(m.y, -m.x, 0.0)));
@@ -82,8 +82,8 @@ static kr_quat towards_e3(kr_vec3 m)
 }
 /* Sets up a motion in which |alpha| and |beta| are constant: rest, rotation about a principal axis,
  * or any motion of a body with two equal moments. Returns 0 for all other motions. */
-static int steady(kr_exact *exact, const double inertia[3], const dd m[3], dd square, kr_quat q,
-                  kr_quat left)
+static int set_up_steady_motion(kr_exact *exact, const double inertia[3], const dd m[3], dd square,
+                                kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
     /* Components below this count as zero, because their squares are negligible. */
@@ -150,7 +150,7 @@ static void euler_series(kr_exact *exact, const body_axes *a, double c2, double 
     }
 }
 /* LEAST_SQUARE is a lower bound that is imposed on k^2, k'^2 and 1 - c^2, so that quotients stay
- * finite. It is far below the values of all motions that `steady` does not handle. If k'^2 is below
+ * finite. It is far below the values of all motions that `set_up_steady_motion` does not handle. If k'^2 is below
  * CLOSE, the phase of the start may be measured from the middle axis. */
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
@@ -177,7 +177,7 @@ static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mea
 }
 /* Sets up a motion of a body with three different moments, except a rotation about a principal
  * axis. */
-static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
+static void set_up_asymmetric_motion(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
 {
     const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])),
              i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
@@ -224,10 +224,10 @@ static kr_exact euler_closed_form(const exact_top *top)
     dd body[3];
     turned_back(top->q, m, body);
     exact.constant = top->m;
-    const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(towards_e3(top->m));
-    if (!steady(&exact, moments, body, dd_dot(body, body), q, left)) {
+    const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(rotation_to_e3(top->m));
+    if (!set_up_steady_motion(&exact, moments, body, dd_dot(body, body), q, left)) {
         const body_axes a = body_axes_of(moments, body);
-        uneven(&exact, &a, q, left);
+        set_up_asymmetric_motion(&exact, &a, q, left);
     }
     return exact;
 }

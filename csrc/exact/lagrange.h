@@ -275,7 +275,7 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
 }
 /* Returns the phase of the start [turns], between 0 and 1/4, from the distance to the nearer
  * turning height. */
-static inline dd place(const turning *r, wide mean)
+static inline dd phase_at_start(const turning *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
                per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
@@ -297,7 +297,7 @@ static inline dd place(const turning *r, wide mean)
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
-    const dd *p = top->q, here = place(r, mean);
+    const dd *p = top->q, here = phase_at_start(r, mean);
     const wide zero = wide_splat(0.0);
     const wide alpha = p[0].hi * p[0].hi + p[3].hi * p[3].hi,
                beta = p[1].hi * p[1].hi + p[2].hi * p[2].hi, per_all = 2.0 / (alpha + beta);
@@ -323,7 +323,7 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
 }
 /* Returns 1 if the axis rests at a pole. Otherwise it leans or moves by more than the limit of
  * kr_exact_resolves. */
-static inline mask stands(const initial *s)
+static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),

@@ -145,7 +145,7 @@ static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, d
 }
 /* Returns 1 if the axis rests. It rests at a pole, where a tilt and a velocity below 1e-100 count
  * as zero, or anywhere without gravity and momentum. */
-static int stands_still(const map_link *k, dd plus, dd minus)
+static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,
                  w = wh + k->l.hi * k->l.hi;
@@ -165,7 +165,7 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     curve->constant.z = top->m.z;
     curve->side = 1.0;
     if (!(map_height(&k, k.s).hi > 0.0)) return 0;
-    if (stands_still(&k, plus, minus)) {
+    if (is_axis_at_rest(&k, plus, minus)) {
         const dd turn = dd_atan2(k.l, dd_of(1.0)), rest = dd_sub(twist, angle);
         steady_closed_form(curve, rounded(top->q), dd_add(turn, rest), dd_sub(turn, rest));
         return 1;

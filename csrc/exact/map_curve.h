@@ -130,7 +130,7 @@ static void find_map_roots(map_link *k)
 }
 /* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2, from
  * the distances of s from the roots. */
-static void at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
+static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
     const dd scale = dd_sub(dd_of(1.0), dd_mul(k->b, w));
@@ -153,7 +153,7 @@ static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
 static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
 {
     dd s, square, re, im;
-    at_phase(k, sn2, cn2, &s, &square);
+    link_at_phase(k, sn2, cn2, &s, &square);
     const dd other = dd_sqrt(square), y = dd_mul(k->x, map_height(k, s));
     const dd u = dd_half(dd_add(s, dd_times(sign, other))),
              v = dd_half(dd_sub(s, dd_times(sign, other)));
@@ -163,10 +163,10 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
 /* Returns u3 - 1, computed from the product (1 - u)(1 - u') of the link next to u3. */
-static dd beyond(const map_link *k, dd sn2, dd cn2)
+static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
-    at_phase(k, sn2, cn2, &s, &square);
+    link_at_phase(k, sn2, cn2, &s, &square);
     const dd y = dd_mul(k->x, map_height(k, s)), other = dd_half(dd_add(s, dd_sqrt(square)));
     map_linear(k, s, -1.0, &re, &im);
     return dd_div(dd_add(dd_square(re), dd_square(im)),
@@ -221,7 +221,7 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
      * not. */
     if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
         const dd kc = dd_mul(r->k2, ch);
-        const dd gap = beyond(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));
+        const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));
         cd = dd_div(dd_mul(kc, gap), dd_mul(r->kp2, far));
     }
     r->y2 = dd_mul(dd_mul(r->mean, dd_sqrt(dd_div(rho, r->kp2))), dd_rf(cd, one, dd_add(one, rho)));

@@ -70,7 +70,7 @@ static enum motion_type free_motion_type(const initial *s)
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
-    const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = place(r, mean.hi);
+    const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = phase_at_start(r, mean.hi);
     const dd rise = dd_sub(dd_of(0.25), here);
     const double turn = 2.0 * two_pi / (sqrt(r->g31.hi) * mean.hi);
     const int falls = s->climb.hi < 0.0;
@@ -102,7 +102,7 @@ static kr_turning turning_downwards(const exact_top *top)
     const initial s = initial_of(top, i1);
     const int free = s.g.hi == 0.0;
     kr_turning r = turning_of_body(top, &s, i1);
-    if (free ? free_motion_type(&s) == RESTING : stands(&s)) {
+    if (free ? free_motion_type(&s) == RESTING : is_resting_at_pole(&s)) {
         r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
         return r;
     }

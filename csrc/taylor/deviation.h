@@ -35,19 +35,19 @@ INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
 /* Returns coefficient n of P x b. */
-INLINE triple pull(const kr_series *s, const kr_tangent *g, int n)
+INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple p = triple_of(s->x[n] + 4), b = load_lever(g);
-    return triple_less(triple_mul(triple_next(p), triple_prev(b)),
-                       triple_mul(triple_prev(p), triple_next(b)));
+    return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
+                      triple_mul(triple_prev(p), triple_next(b)));
 }
 /* Returns the damping terms, which are subtracted from N', given theta' and the two halves of theta
  * x W. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
-    const triple drag = triple_of(g->drag), change = triple_less(rate, triple_less(plus, minus));
+    const triple drag = triple_of(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
     const triple turned_by =
-        triple_less(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
+        triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
     return triple_fma(drag, change, turned_by);
 }
 /* Sums over j + m = n of the products of coefficient j of a deviation and coefficient m of the
@@ -71,16 +71,16 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
                  pushed = halves_add(halves_add(a->push, a->cross), halves_add(b->push, b->cross));
     const triple plus = triple_mul(share, halves_lo(crossed)),
                  minus = triple_mul(share, halves_hi(crossed));
-    triple own = load_push(g, n), force = triple_less(halves_lo(pushed), halves_hi(pushed));
+    triple own = load_push(g, n), force = triple_sub(halves_lo(pushed), halves_hi(pushed));
     if (g->changes != 0.0) {
-        own = triple_less(own, moments_times(s, g, n));
-        force = triple_add(force, pull(s, g, n));
+        own = triple_sub(own, moments_times(s, g, n));
+        force = triple_add(force, lever_torque(s, g, n));
     }
     own = triple_mul(triple_mul(share, triple_of(g->per)), own);
     const triple rate =
         triple_fma(triple_of(g->ahead), plus, triple_fma(triple_of(g->behind), minus, own));
     force = triple_mul(share, force);
-    if (g->damped != 0.0) force = triple_less(force, damping(g, rate, plus, minus));
+    if (g->damped != 0.0) force = triple_sub(force, damping(g, rate, plus, minus));
     set_deviation(g, d, n + 1, rate, force);
 }
 /* Adds the terms `first`, `first` + 2, ... to `a`. If PARTS_AT_ONCE is 2, adds the terms between

@@ -43,7 +43,7 @@ INLINE triple triple_fma(triple a, triple b, triple c)
 {
     return triple_all(duo_fma(a.x, b.x, c.x), duo_fma(a.y, b.y, c.y), duo_fma(a.z, b.z, c.z));
 }
-INLINE triple triple_less(triple a, triple b)
+INLINE triple triple_sub(triple a, triple b)
 {
     return triple_fma(triple_splat(duo_splat(-1.0)), b, a);
 }

@@ -17,7 +17,7 @@ typedef duo turned, path_term, halves;
 INLINE triple triple_of(const double four[4]) { return quad_load(four); }
 INLINE triple triple_inverse(int n) { return quad_inverse(n); }
 INLINE triple triple_add(triple a, triple b) { return quad_add(a, b); }
-INLINE triple triple_less(triple a, triple b) { return quad_fma(quad_splat(-1.0), b, a); }
+INLINE triple triple_sub(triple a, triple b) { return quad_fma(quad_splat(-1.0), b, a); }
 INLINE triple triple_mul(triple a, triple b) { return quad_mul(a, b); }
 INLINE triple triple_fma(triple a, triple b, triple c) { return quad_fma(a, b, c); }
 INLINE triple triple_next(triple a) { return quad_next(a); }

@@ -60,7 +60,7 @@ INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const t
     add_term(b, s, of, m, j, what);
     a->cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->cross);
 }
-INLINE void join(series_sums *a, const series_sums *b, form what)
+INLINE void add_chains(series_sums *a, const series_sums *b, form what)
 {
     if (what == HEADLESS)
         a->p = duo_add(a->p, b->p);
@@ -84,7 +84,7 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
         add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, of, n - j, j, what);
-    if (SIDE_BY_SIDE) join(&a, &b, what);
+    if (SIDE_BY_SIDE) add_chains(&a, &b, what);
     if (n > 0) add_pair(&a, &a, s, of, n, 0, what);
     return a;
 }
@@ -181,25 +181,25 @@ INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
     return approx_exp2(lone_fma(log2_size, 1.0 / head, a < b ? a : b));
 }
 
-INLINE void turn_known(kr_series *s, turned_pair *of, int from, form what)
+INLINE void permute_known_coefficients(kr_series *s, turned_pair *of, int from, form what)
 {
     for (int n = 0; n <= from; n++) {
         set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
         if (what == HEADLESS) set_turned(s->x[n] + 4, &of[n].p, duo_hi(duo_load(s->x[n])));
     }
 }
-INLINE void damped_terms(kr_series *s, int from, int order, form what)
+INLINE void expand_damped_form(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
-    turn_known(s, of, from, what);
+    permute_known_coefficients(s, of, from, what);
     for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, 1);
 }
 APART void expand_damped(kr_series *s, int from, int order, form what)
 {
     if (what == HEADLESS)
-        damped_terms(s, from, order, HEADLESS);
+        expand_damped_form(s, from, order, HEADLESS);
     else
-        damped_terms(s, from, order, WHOLE);
+        expand_damped_form(s, from, order, WHOLE);
 }
 /* Computes the coefficients from + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
@@ -209,7 +209,7 @@ INLINE void expand_series(kr_series *s, int from, int order, form what)
         expand_damped(s, from, order, what);
         return;
     }
-    turn_known(s, of, from, what);
+    permute_known_coefficients(s, of, from, what);
     UNROLL
     for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, 0);
 }

@@ -77,7 +77,7 @@ static vec_dd divide_by_axes(vec_dd a, kr_vec3 A)
     return v;
 }
 /* Multiplies a vector by `rate`, a power of two. */
-static vec_dd at_rate(double rate, vec_dd a)
+static vec_dd scale_by_power(double rate, vec_dd a)
 {
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
     return v;
@@ -101,7 +101,7 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
 {
     const kr_vec3 A = motion->inertia;
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
-    const vec_dd c = at_rate(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low));
+    const vec_dd c = scale_by_power(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low));
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
     set_vector_words(s[0].k, s[1].k, divide_by_axes(pair, A));
     set_vector_words(s[0].up, s[1].up, divide_by_axes(up, A));
@@ -136,7 +136,8 @@ static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
                  *low_w = p->series[1].at_w;
-    const vec_dd W = at_rate(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
+    const vec_dd W =
+        scale_by_power(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
     const kr_vec3 A = motion->inertia;
     const vec_dd M = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
     const quat_dd q = qdd_unit(
@@ -184,7 +185,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
         memcpy(low->x[0], &q_low, sizeof q_low);
     }
     set_vector_words(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
-    set_vector_words(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
+    set_vector_words(high->w[0], low->w[0], scale_by_power(1.0 / p->rate, W));
     kr_taylor_set_constants(p->series, motion, p->rate);
     high->t = p->rate * motion->clock;
     reset_to_begin(p->series);

@@ -264,7 +264,8 @@ static void test_landing_keeps_the_error(const kr_method *method)
 }
 /* Checks that the first step fails with the status `want` after few evaluations, and leaves q, m
  * and the internal time unchanged. */
-static void fails(const kr_method *method, const problem *p, double tol, kr_status want)
+static void check_first_step_fails(const kr_method *method, const problem *p, double tol,
+                                   kr_status want)
 {
     kr_motion motion = {.inertia = p->inertia, .lever = p->lever, .step = 0.01, .tol = tol};
     kr_state before = {0}, after = {0};
@@ -285,15 +286,15 @@ static void test_failures(const kr_method *method)
 {
     problem p = thesis;
     p.start.m.y = NAN;
-    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    check_first_step_fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
     p = thesis;
     p.start.q.x = INFINITY;
-    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    check_first_step_fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
     p = thesis;
     p.lever.z = NAN;
-    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
-    fails(method, &thesis, 1e-20, KR_ERR_STEP);
-    fails(method, &thesis, 1e-300, KR_ERR_STEP);
+    check_first_step_fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    check_first_step_fails(method, &thesis, 1e-20, KR_ERR_STEP);
+    check_first_step_fails(method, &thesis, 1e-300, KR_ERR_STEP);
 }
 /* If the time is so late that doubles do not resolve a step of the necessary length, the step
  * fails. */

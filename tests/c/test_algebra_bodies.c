@@ -59,7 +59,7 @@ static void test_quaternions(void)
 }
 
 /* Returns J_ij in the frame of description: J = axes diag(inertia) axes^t. */
-static double described(const kr_body *b, int i, int j)
+static double inertia_as_described(const kr_body *b, int i, int j)
 {
     const kr_vec3 u = q_turn_back(b->axes, v3(i == 0, i == 1, i == 2)),
                   w = q_turn_back(b->axes, v3(j == 0, j == 1, j == 2));
@@ -82,11 +82,12 @@ static void test_tensors(void)
         const kr_vec3 com = random_vec(1);
         double j[9];
         made.axes = random_quat();
-        for (int i = 0; i < 9; i++) j[i] = i / 3 <= i % 3 ? described(&made, i / 3, i % 3) : 0.0;
+        for (int i = 0; i < 9; i++)
+            j[i] = i / 3 <= i % 3 ? inertia_as_described(&made, i / 3, i % 3) : 0.0;
         j[3] = j[1], j[6] = j[2], j[7] = j[5];
         IS(kr_body_from_tensor(2.0, j, com, &found) == KR_OK);
         for (int i = 0; i < 9; i++)
-            NEAR(described(&found, i / 3, i % 3) / scale, j[i] / scale, 3e-15);
+            NEAR(inertia_as_described(&found, i / 3, i % 3) / scale, j[i] / scale, 3e-15);
         NEAR(off(q_turn(found.axes, found.com), com), 0.0, 2e-15);
         /* The nearest axes need a rotation of at most 120 degrees, or 90 if an axis is free. */
         IS(found.axes.w >= (equal == 0 ? 0.5 : 0.7) - 1e-12);
@@ -117,8 +118,8 @@ static void test_bodies(void)
        kr_body_kind(&b, 1e-12) == KR_KIND_GORYACHEV_CHAPLYGIN);
     IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0.1, -0.2, -1.0), &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_GENERAL);
-    NEAR(described(&b, 0, 1), b.mass * 0.1 * 0.2, 1e-14);
-    NEAR(described(&b, 1, 2), -b.mass * 0.2 * 1.0, 1e-14);
+    NEAR(inertia_as_described(&b, 0, 1), b.mass * 0.1 * 0.2, 1e-14);
+    NEAR(inertia_as_described(&b, 1, 2), -b.mass * 0.2 * 1.0, 1e-14);
     IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0, 0, 0), &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_EULER);
     IS(kr_body_from_com(15.0, about_com, v3(0, 1, 0), v3(0, 0, 0), &b) == KR_OK);

@@ -15,7 +15,7 @@ enum { MOST = 1 << 15, LIVES = 200, LEAST = 32 /* least bytes that an allocation
 static int stop(void *context) { return ++*(int *)context > 2; }
 /* Creates a top and frees it again. In between, the top advances, searches, saves, loads, resets,
  * fails and refuses calls. */
-static void life(const kr_method *method, const kr_scene *s)
+static void use_and_free_top(const kr_method *method, const kr_scene *s)
 {
     static unsigned char saved[MOST];
     const kr_term turning[] = {{1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE}};
@@ -50,9 +50,9 @@ static void test_balance(const kr_method *method)
 {
     kr_scene s = tilted();
     if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
-    for (int i = 0; i < 3; i++) life(method, &s);
+    for (int i = 0; i < 3; i++) use_and_free_top(method, &s);
     const size_t before = in_use();
-    for (int i = 0; i < LIVES; i++) life(method, &s);
+    for (int i = 0; i < LIVES; i++) use_and_free_top(method, &s);
     IS(in_use() < before + LIVES * LEAST);
 }
 /* Steps are aligned wherever in a cache line the heap places a top. */

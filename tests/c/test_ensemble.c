@@ -290,7 +290,7 @@ static void test_headless(void)
 static int stop_at(void *context) { return --*(int *)context < 0; }
 /* Interrupts a worker after this many polls, and checks that all tops keep their states. Returns by
  * how much twice the number of unfinished tops exceeds the number of lanes. */
-static int interrupted(int after)
+static int interrupt_worker(int after)
 {
     int left = after, on_the_way = 0, lanes;
     ensemble f;
@@ -395,7 +395,7 @@ int main(void)
     test_failures();
     test_reductions();
     test_headless();
-    for (int after = 0; after < 60; after++) on_the_way += interrupted(after);
+    for (int after = 0; after < 60; after++) on_the_way += interrupt_worker(after);
     IS(on_the_way >= 0);
     test_pairs_and_reversal();
     test_refusals();

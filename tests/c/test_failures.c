@@ -27,7 +27,7 @@ static int is_on_path(const kr_state *state, const kr_scene *s, const kr_method 
     return same(*state, state_at(state->t, s, method, config));
 }
 /* Advances a top to random times until it fails. Returns 1 if it has failed. */
-static int fails(const kr_method *method, kr_config config)
+static int run_until_failure(const kr_method *method, kr_config config)
 {
     const kr_scene s = wild_scene(method);
     kr_state out[TIMES], marked[TIMES];
@@ -60,7 +60,8 @@ static void test_wild_steps(void)
         const kr_method *method = kr_method_at(i);
         if (kr_method_flags(method) & KR_METHOD_ADAPTIVE) continue;
         for (int k = 0; k < TOPS; k++)
-            failed += fails(method, (kr_config){.step = ldexp(k % 2 ? 1.0 : -1.0, k % 7)});
+            failed +=
+                run_until_failure(method, (kr_config){.step = ldexp(k % 2 ? 1.0 : -1.0, k % 7)});
     }
     IS(failed > 50);
 }

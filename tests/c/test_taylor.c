@@ -188,7 +188,7 @@ static void test_extremes(void)
         }
 }
 /* Checks that a step fails with the status `why` and leaves the motion unchanged. */
-static void fails(double lever, double tol, double clock, kr_status why)
+static void check_step_fails(double lever, double tol, double clock, kr_status why)
 {
     kr_motion motion = {
         .inertia = {1.0, 0.75, 0.5}, .lever = {0, 0, lever}, .tol = tol, .clock = clock};
@@ -211,11 +211,11 @@ static void test_refusals(void)
     const kr_config loose = {.tol = 1.0};
     kr_top *top = NULL;
     IS(kr_top_create(&s, taylor(), loose, &top) == KR_ERR_ARGUMENT && top == NULL);
-    fails(NAN, 0, 0, KR_ERR_NOT_FINITE);
-    fails(INFINITY, 0, 0, KR_ERR_NOT_FINITE);
-    fails(1.0, 1e-17, 0, KR_ERR_STEP);
-    fails(1.0, 0, 0x1p60, KR_ERR_STEP);
-    fails(1.0, 0, -0x1p60, KR_ERR_STEP);
+    check_step_fails(NAN, 0, 0, KR_ERR_NOT_FINITE);
+    check_step_fails(INFINITY, 0, 0, KR_ERR_NOT_FINITE);
+    check_step_fails(1.0, 1e-17, 0, KR_ERR_STEP);
+    check_step_fails(1.0, 0, 0x1p60, KR_ERR_STEP);
+    check_step_fails(1.0, 0, -0x1p60, KR_ERR_STEP);
 }
 /* A kernel outside the tables gives the same states as the kernel of which it is a copy, under its
  * own name. Events are found with it. */
