@@ -68,8 +68,8 @@ static py::object kowalewski_states(const kowalewski_memory &plan, const py::obj
     });
     return std::move(out);
 }
-// Calls use(i, scene) for the tops begin to end until one is refused. Returns its index, or `end`,
-// and its status.
+// Calls use(i, scene) for the tops begin to end until one is refused. Returns the index of the
+// refused top, or `end`, and the status.
 template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
 {
     kr_status status = KR_OK;
@@ -144,8 +144,8 @@ static py::tuple exact_turning(const kr_scene &scene)
     if (status == KR_OK) std::copy(std::begin(row), std::end(row), out.mutable_data());
     return py::make_tuple(name_of(status), out, courses[course]);
 }
-// Writes the rows of the tops begin to end. Returns the index of the first without turning points,
-// or `end`, with its status.
+// Writes the rows of the tops begin to end. Returns the index of the first top without turning
+// points, or `end`, and the status.
 static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const py::object &rows,
                                 const py::object &numbers)
 {

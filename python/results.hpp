@@ -46,7 +46,7 @@ inline const kr_quantity *quantity_of(const std::string &name)
     if (!quantity) throw py::key_error(name);
     return quantity;
 }
-// Writes the values at the first `done` of n states, and NaN at the others.
+// Writes the values of a quantity at the first `done` of n states, and NaN at the others.
 inline void take_values(const kr_quantity *quantity, const kr_scene &scene, size_t n, size_t done,
                         const kr_state *states, double *out)
 {

@@ -82,7 +82,7 @@ class given_times
             if (!(std::fabs(first[i]) < most)) return false;
         return true;
     }
-    // Returns true if the times lead away from 0 in one direction.
+    // Returns true if all times lie on the same side of 0, in the order of their distances from 0.
     bool lead_away() const
     {
         const double sign = end() < 0.0 ? -1.0 : 1.0;

@@ -7,7 +7,8 @@
 #  include <emmintrin.h>
 #endif
 
-/* States of a block: as many as fit in the first-level cache, one array for each number. */
+/* The states of a block, with one array for each number. A block has as many states as fit in the
+ * first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];

@@ -1,6 +1,6 @@
 /* The closed forms of many tops. Heavy tops are computed in lanes, each with the bits of a single
  * top (lane_types.h). All other tops are computed one by one, among them free tops, tops at rest at
- * a pole, and invalid ones. Each instruction set compiles this file. */
+ * a pole, and invalid ones. This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
@@ -205,8 +205,8 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns the lanes with gravity whose axis is tilted or moving enough for lagrange_moving and
- * kr_exact_resolves. */
+/* Returns the mask of the lanes with gravity whose axis is tilted or moves enough for
+ * lagrange_moving and kr_exact_resolves. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);

@@ -1,6 +1,6 @@
-/* The closed form of a scene, its states at single times, and its turning points. Each instruction
- * set compiles this file, because double-double products are three times as fast with fused
- * multiply-add. */
+/* The closed form of a scene, its states at single times, and its turning points. This file is
+ * compiled once for each instruction set, because double-double products are three times as fast
+ * with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"

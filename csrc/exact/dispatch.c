@@ -14,11 +14,12 @@ const kr_exact_isa *kr_exact_isa_at(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns the first instruction set that runs here; the last one runs everywhere. */
+/* Returns the first instruction set of the table that this processor supports. Every processor
+ * supports the last one. */
 static const kr_exact_isa *widest_isa(void)
 {
     int i = 0;
-    while (!kr_exact_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    while (!kr_exact_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
     return kr_exact_isa_at(i);
 }
 kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact)
@@ -81,6 +82,6 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 void kr_exact_run(const kr_exact_request *request)
 {
     int i = 0;
-    while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
     kr_exact_batch_isa_at(i)->batch(kr_exact_batch_isa_at(i)->scalar, request);
 }

@@ -1,5 +1,5 @@
 /* The curve of the Bobenko-Suris map m' = m + step torque(a), a' = Cay(step m' / I1) a. With h =
- * step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1 the constants of map and link are
+ * step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1, the constants of map and link are
  *     l = W.e3,   c = W.a,   E = |W|^2 (1 + b s) + b s,   X = 2 (1 + c^2)/(1 + E),
  *     s = u + u',   y = X (1 + b s) = 1 + a.a',   N+- = y +- s + i(l y - c s);   then
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),

@@ -1,10 +1,10 @@
-/* The recurrence of tangents.h: coefficients and sums. Each instruction set compiles this source
- * four times: in doubles (quat_simd.h) and in double-double (quat_simd_dd.h), for single deviations
- * (deviation_single.h) and for batches (deviation_batch.h). These headers define `triple`, one
- * vector for each deviation; `turned`, a triple in the form in which it is multiplied by a
- * `path_term`; and `halves`, the two sums of such products. The cross product of two series is the
- * difference of the two sums, whose factors are cyclic permutations of the components. The newest
- * coefficient comes last in each sum, because all others can be added before it is known. */
+/* The recurrence of tangents.h: coefficients and sums. This source is compiled four times for each
+ * instruction set: in doubles (quat_simd.h) and in double-double (quat_simd_dd.h), for single
+ * deviations (deviation_single.h) and for batches (deviation_batch.h). These headers define
+ * `triple`, one vector for each deviation; `turned`, a triple in the form in which it is multiplied
+ * by a `path_term`; and `halves`, the two sums of such products. The cross product of two series is
+ * the difference of the two sums, whose factors are cyclic permutations of the components. The
+ * newest coefficient comes last in each sum, because all others can be added before it is known. */
 #include "tangents.h"
 
 /* Coefficients of the path in the order (prev | next), after BEFORE zeros: w those of W, p those of

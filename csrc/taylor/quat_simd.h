@@ -2,7 +2,7 @@
  * vector if the instruction set has one of this width (x86-64-v4: 8 lanes, v3: 4, baseline and
  * arm64: 2). Otherwise it is a pair of the next narrower width, down to plain C99 doubles. fma is a
  * fused multiply-add if the hardware has one, otherwise a product and a sum. Results therefore have
- * one of two possible sets of bits. Each instruction set compiles this header. */
+ * one of two possible sets of bits. This header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"

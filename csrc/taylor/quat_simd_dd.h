@@ -1,7 +1,7 @@
 /* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of about 31 digits (Dekker
  * 1971). In memory each low word lies sizeof(kr_series) bytes after its high word. At the end of
- * this file the names of quat_simd.h are redefined for these vectors. Each instruction set compiles
- * this header. */
+ * this file the names of quat_simd.h are redefined for these vectors. This header is compiled once
+ * for each instruction set. */
 #ifndef KR_QUAT_SIMD_DD_H
 #define KR_QUAT_SIMD_DD_H
 #include "math/dd.h"

@@ -1,5 +1,5 @@
-/* The recurrence of taylor.h: coefficients, step size, sums. Each instruction set compiles this
- * source twice, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. It is
+/* The recurrence of taylor.h: coefficients, step size, sums. This source is compiled twice for each
+ * instruction set, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. It is
  * fast for three reasons. Every sum runs from its middle terms outwards, so that the two newest
  * coefficients come last. The terms (j, m) and (m, j) are added in parallel. The compiler knows the
  * order and can unroll the loops. */

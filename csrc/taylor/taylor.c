@@ -194,7 +194,7 @@ static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {
     double log2_tol = log2_tolerance(motion);
     int i = 0;
-    while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: if the first one runs */
     const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
     kr_taylor_set_kernel(motion, kernel, log2_tol);
     set_start(work_of(motion), motion, start);

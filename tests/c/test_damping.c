@@ -122,7 +122,7 @@ static void test_reversal(void)
     const kr_state headless = state_at(8.0, &s, taylor(), level);
     NEAR(off(body_velocity(&s, &more), body_velocity(&s, &headless)), 0.0, 1e-13);
 }
-/* Powers of two of mass, length and time scale all numbers exactly. */
+/* Changing the units of mass, length and time by powers of two scales all numbers exactly. */
 static void test_scaling(void)
 {
     const double mass = 0x1p20, length = 0x1p-7, time = 0x1p11, moment = mass * length * length,

@@ -33,7 +33,7 @@ static kr_scene heavy(void)
     return s;
 }
 
-/* The truth is the attitude at t = 100 to 34 digits, in two words. */
+/* The reference is the attitude at t = 100 to 34 digits, in two words. */
 static void test_truth(void)
 {
     kr_scene s = kr_scene_default();

@@ -92,7 +92,7 @@ static void test_exponentials(void)
         NEAR(apart(dd_exp(dd_of(of[i].power)), of[i].value), 0.0, 3e-29);
     IS(!isfinite(dd_exp(dd_of(1e36)).hi) && isnan(dd_exp(dd_of(NAN)).hi));
 }
-/* Roots, quotients and the order of two numbers use the low words. */
+/* Roots, quotients and comparisons use the low words. */
 static void test_arithmetic(void)
 {
     const dd third = dd_div(dd_of(1.0), dd_of(3.0)), two = dd_of(2.0), root = dd_sqrt(two);

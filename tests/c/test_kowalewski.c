@@ -213,7 +213,7 @@ static void a_rounded_body_is_told(void)
     const kr_kowalewski *top = plan_of(&s);
     IS(top && top->mismatch > 1e-17 && top->mismatch < KR_KIND_RTOL);
 }
-/* Powers of two as units of mass, length and time change no bit. */
+/* Units of mass, length and time that are powers of two scale the results exactly. */
 static void results_scale_with_powers_of_two(void)
 {
     const kr_scene s = seen_so(v3(0.4, -0.3, 0.7), v3(0.3, 0.5, 0.8));

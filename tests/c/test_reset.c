@@ -1,5 +1,5 @@
-/* kr_top_reset: the top equals one created with that start, for every method. A refused reset
- * leaves every bit unchanged. */
+/* kr_top_reset: for every method, the top then equals one that was created with the new start. A
+ * refused reset leaves every bit unchanged. */
 #include <stdlib.h>
 #include "random.h"
 #include "tops.h"

@@ -37,7 +37,7 @@ static void check_states(const kr_scene *scene, const kr_exact *exact)
         CLAIM(fabs(t[i]) < horizon || is_nan(s) || is_good(s));
         CLAIM(fabs(t[i]) >= horizon || is_nan(s) || is_good(s));
         CLAIM(is_nan(s) ? is_nan(out[i]) : same(s, out[i]));
-        /* There is a state wherever a double resolves the motion. */
+        /* There is a state at every time at which doubles resolve the motion. */
         if (fabs(t[i]) + fabs(scene->start.t) < 0x1p40 * pace) CLAIM(is_good(s));
     }
 }

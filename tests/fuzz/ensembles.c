@@ -1,4 +1,4 @@
-/* Calls of workers: the result of a top does not depend on the others. */
+/* Calls of workers: the result of a top does not depend on the other tops. */
 #include <math.h>
 #include <string.h>
 #include "calls.h"

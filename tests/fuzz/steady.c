@@ -36,7 +36,7 @@ static double square_rate(kr_vec3 A, int axis, double momentum)
                  other = component(A, (axis + 2) % 3), spin = momentum / own;
     return spin * spin * (own - one) * (other - own) / (one * other);
 }
-/* Returns an attitude that permutes the axes exactly. */
+/* Returns an attitude that permutes the axes, without rounding errors. */
 static kr_quat exact_attitude(void)
 {
     const kr_quat all[4] = {q_one(), q4(0.0, v3(1.0, 0.0, 0.0)), q4(0.5, v3(0.5, 0.5, 0.5)),

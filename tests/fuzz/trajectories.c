@@ -82,7 +82,7 @@ void call_record(place *p)
     end_call(p, status);
 }
 
-/* Returns 1 if the grid has more points than there are doubles. */
+/* Returns 1 if a fixed step is so short that doubles near t do not resolve the grid. */
 static int is_coarse(const place *p, double t)
 {
     const double next = nextafter(fabs(t), INFINITY) - fabs(t);
