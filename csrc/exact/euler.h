@@ -150,8 +150,8 @@ static void euler_series(kr_exact *exact, const body_axes *a, double c2, double 
     }
 }
 /* LEAST_SQUARE is a lower bound that is imposed on k^2, k'^2 and 1 - c^2, so that quotients stay
- * finite. It is far below the values of all motions that `set_up_steady_motion` does not handle. If k'^2 is below
- * CLOSE, the phase of the start may be measured from the middle axis. */
+ * finite. It is far below their values in all motions that `set_up_steady_motion` does not handle.
+ * If k'^2 is below CLOSE, the phase of the start may be measured from the middle axis. */
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
 

@@ -46,9 +46,9 @@ static inline initial initial_of(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Finds the turning heights if u3 is the lone root. The cubic is expanded about the start, in v = u
- * - u0, because u1 and u2 may be close to u0. Newton's method gives V = g (u3 - u0); the two other
- * roots follow. */
+/* Finds the turning heights if u3 is the lone root. The cubic is expanded about the start, in
+ * v = u - u0, because u1 and u2 may be close to u0. Newton's method gives V = g (u3 - u0); the two
+ * other roots follow. */
 static inline void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
@@ -194,8 +194,8 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns the arguments, which are incomplete elliptic integrals of the first kind. p1 and p2 are 1
- * + u1 and 1 + u2; m1 and m2 are 1 - u1 and 1 - u2. */
+/* Returns the arguments, which are incomplete elliptic integrals of the first kind. p1 and p2 are
+ * 1 + u1 and 1 + u2; m1 and m2 are 1 - u1 and 1 - u2. */
 static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r,
                                      dd average)
 {

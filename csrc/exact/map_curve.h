@@ -1,5 +1,5 @@
-/* The curve of the Bobenko-Suris map m' = m + step torque(a), a' = Cay(step m' / I1) a. With h =
- * step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1, the constants of map and link are
+/* The curve of the Bobenko-Suris map m' = m + step torque(a), a' = Cay(step m' / I1) a. With
+ * h = step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1, the constants of map and link are
  *     l = W.e3,   c = W.a,   E = |W|^2 (1 + b s) + b s,   X = 2 (1 + c^2)/(1 + E),
  *     s = u + u',   y = X (1 + b s) = 1 + a.a',   N+- = y +- s + i(l y - c s);   then
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
@@ -102,8 +102,8 @@ static void find_map_roots(map_link *k)
     mask top;
     const double guess = lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
     if (top) { /* also if b = 0, where P is a quadratic */
-        /* Division by the lone root V = b v3 leaves v^2 - B v - C for the two others, with C = c0 /
-         * V >= 0. */
+        /* Division by the lone root V = b v3 leaves v^2 - B v - C for the two others, with
+         * C = c0 / V >= 0. */
         const dd scaled[3] = {dd_mul(dd_square(k->b), c[0]), dd_mul(k->b, c[1]), c[2]};
         const dd third = newton_cubic(dd_of(1.0), scaled, guess), product = dd_div(c[0], third);
         const dd b = dd_div(dd_mul(k->b, product), third);
@@ -147,9 +147,9 @@ static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
     *re = dd_add(y, dd_times(sign, s));
     *im = dd_sub(dd_mul(k->l, y), dd_mul(k->c, s));
 }
-/* Writes the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles: 1 + sign *
- * u by a sum, 1 - sign * u from the product (1 - sign * u)(1 - sign * u'). The link is the one that
- * begins at the turning height. */
+/* Writes the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles:
+ * 1 + sign * u by a sum, 1 - sign * u from the product (1 - sign * u)(1 - sign * u'). The link is
+ * the one that begins at the turning height. */
 static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
 {
     dd s, square, re, im;

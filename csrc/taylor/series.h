@@ -89,8 +89,8 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     return a;
 }
 
-/* Returns the next coefficient of (q | P): the right side of the equation of motion times `share` =
- * 1 / (n + 1). The next two functions do the same for P alone and for W. */
+/* Returns the next coefficient of (q | P): the right side of the equation of motion times
+ * `share` = 1 / (n + 1). The next two functions do the same for P alone and for W. */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));

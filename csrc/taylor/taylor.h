@@ -3,8 +3,8 @@
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
  *     A W' = AW x W + P x c - D W W: angular velocity in the body; A: moments; c: mass gravity com;
  *                                 D: damping
- * Every right side consists of products of two unknowns and of linear terms. The coefficients of x
- * = sum x_n t^n are therefore
+ * Every right side consists of products of two unknowns and of linear terms. The coefficients of
+ * x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n

@@ -44,8 +44,8 @@ static void test_sphere(void)
         NEAR(kr_attitude_error(end.q, turn), 0.0, 1e-14 * size);
     }
 }
-/* In a free symmetric body, W3 decays. W1 and W2 decay, and (W1, W2) rotates by the integral of (I3
- * - I1) W3 / I1. */
+/* In a free symmetric body, W3 decays. W1 and W2 decay, and (W1, W2) rotates by the integral of
+ * (I3 - I1) W3 / I1. */
 static void test_symmetric_body(void)
 {
     const double I1 = 2.0, I3 = 0.75, D1 = 0.25, D3 = 0.125, t = 9.0;

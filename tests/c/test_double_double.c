@@ -117,8 +117,9 @@ static void test_cancellations(void)
     IS(first.hi == 0x1p-120 + 0x1p-130 && first.lo == -0x1p-190);
     IS(second.hi == 0.1 && second.lo == 0x1p-80 && split_dd(&sum, 2).hi == 0x1p-500);
 }
-/* The vector (8, 0, 6) is seen from a frame rotated about y by 2 atan(1 / 3): x becomes 8 * 0.8 - 6
- * * 0.6 and z becomes 8 * 0.6 + 6 * 0.8, times 10. A second vector has a z that almost cancels. */
+/* The vector (8, 0, 6) is seen from a frame rotated about y by 2 atan(1 / 3): x becomes
+ * 8 * 0.8 - 6 * 0.6 and z becomes 8 * 0.6 + 6 * 0.8, times 10. A second vector has a z that almost
+ * cancels. */
 static void test_inverse_turns(void)
 {
     const kr_quat q = {3.0, 0.0, 1.0, 0.0};

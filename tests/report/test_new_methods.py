@@ -29,7 +29,6 @@ NAMED = {  # why each of these files knows a method by name
     "ensemble_runs": {"exact", "taylor", "gsl_rk8pd"},  # who moves many tops at once
     "published": {"rk4"},  # asked for the angular velocity at the start, where it does nothing
     "fastest": {"gsl_rk8pd"},  # whom the tables compare with
-    "readme_picture": {"bobenko_suris"},  # what is drawn
     "frequency_data": {"taylor"},  # whose frequencies are held against the closed form's
     "stiff_needle": {"exact"},  # a truth, not one of those compared
 }

@@ -1,4 +1,4 @@
-"""The picture of sections in README.md: order, chaos, and the remains of order.
+"""The picture of sections in docs/theory/tangents.md: order, chaos, and the remains of order.
 
 Tops of one body, energy and vertical momentum leave a point at every lowest position of the apex,
 with a colour for each top. Gravity increases from panel to panel.

@@ -1,4 +1,4 @@
-"""The picture of a sweep in README.md: the greatest tilt of two million tops.
+"""The picture of a sweep in docs/theory/ensembles.md: the greatest tilt of two million tops.
 
 The tops have one body without a closed form, with its centre of mass slightly off its axis. They
 differ in spin and tilt. Parts of the sweep that exist are not computed again.
