@@ -1,5 +1,5 @@
-// Ensembles of which each top is run by itself, for events on the way and for digits beyond
-// doubles, which no worker of the core offers.
+// Ensembles in which each top is a separate run. They offer events between the times, and digits
+// beyond doubles, which no worker of the core supports.
 #include "results.hpp"
 
 class single_file
@@ -7,12 +7,13 @@ class single_file
     const kr_method *method;
     kr_config config;
     patience waiting;
-    looked_for wanted; // as it stands before a top has begun
+    looked_for wanted; // the events, in their state before a run begins
     journal path, met;
     std::vector<kr_state> states, rest, last, last_low;
     std::vector<int64_t> met_by, last_of;
 
-    // Returns the states at the given times, with the events on the way; `done` counts the states.
+    // Records the states at the given times and the events between them. Writes the number of
+    // states to `done`.
     kr_status record(kr_top *top, size_t n, const double *t, size_t *done)
     {
         if (wanted.events.empty())
@@ -75,9 +76,9 @@ class single_file
     single_file(const single_file &) = delete;
     single_file &operator=(const single_file &) = delete;
 
-    // Moves the tops begin to end to their times, one row for all or one for each. Returns the last
-    // states of tops that stopped early, their low words and indices, and the events: (top, states,
-    // low, which, direction).
+    // Runs the tops begin to end to their times, given by one row for all tops or one for each.
+    // Returns the last states of tops that stopped early, their low words and indices, and the
+    // events: (top, states, low, which, direction).
     py::tuple run(const tops &all, size_t begin, size_t end, const doubles &t, const results &to)
     {
         const size_t times = size_t(t.shape(t.ndim() - 1));

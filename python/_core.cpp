@@ -1,6 +1,6 @@
-// The module of the binding, without numerics, defaults or messages. Tables of the core become
-// Python tables. States are an (n, 8) array, shared and not copied; bodies and scenes are blocks of
-// bytes.
+// The module of the binding. It contains no numerics, defaults or messages. Tables of the core
+// become Python tables. States are an (n, 8) array that is shared, not copied; bodies and scenes
+// are blocks of bytes.
 #include <string>
 #include <vector>
 #include "arrays.hpp"
@@ -16,7 +16,8 @@ static const kr_state *states_of(const doubles &a)
     return reinterpret_cast<const kr_state *>(a.data());
 }
 
-// Returns an array with the results of a function at n states of a scene, `shape` for each.
+// Returns an array with the results of a function at n states of a scene, each result of the shape
+// `shape`.
 template <class Function>
 static doubles each(const doubles &states, std::vector<py::ssize_t> shape, Function function)
 {

@@ -1,4 +1,4 @@
-// Events: the table of components, and values of event functions.
+// Events: the table of components, and the values of event functions.
 #include "events.hpp"
 
 static doubles terms_value(const kr_scene &scene, const doubles &states, const py::list &list)

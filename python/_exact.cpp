@@ -1,4 +1,4 @@
-// Closed forms. Python holds a plan as its doubles.
+// Closed forms. Python stores a plan as an array of its doubles.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -18,7 +18,8 @@ static py::tuple exact_plan(const kr_scene &scene)
     const kr_status status = kr_exact_plan(&scene, &plan);
     return planned(status, plan, plan);
 }
-// Returns None if a time is not below `most`, or if the times need validation by Python.
+// Returns the states of a plan at the times t. Returns None if a time is not below `most`, or if
+// the times need validation by Python.
 static py::object exact_states(const doubles &plan, const py::object &t, double most)
 {
     const auto p = value_of<kr_exact>(plan);
@@ -35,8 +36,8 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// The plan of a top with a torus, in memory that Python cannot write. Its kind is the pointer that
-// is set.
+// The plan of a top whose motion is on a torus, in memory that Python cannot write. Only the
+// pointer to the plan's own kind is set.
 struct torus_memory {
     std::unique_ptr<double[]> doubles;
     const kr_kowalewski *kowalewski = nullptr;
@@ -44,6 +45,7 @@ struct torus_memory {
 
     void allocate(size_t bytes) { doubles.reset(new double[bytes / sizeof(double) + 1]); }
 };
+// Returns the plan of a Kowalewski top, and the numbers at the head of the plan.
 static py::tuple plan_kowalewski(const kr_scene &scene, double bound)
 {
     auto memory = std::make_unique<torus_memory>();
@@ -56,6 +58,7 @@ static py::tuple plan_kowalewski(const kr_scene &scene, double bound)
                           py::make_tuple(head.first, head.second, 2.0 * head.heading),
                           head.certificate, head.mismatch, std::move(memory));
 }
+// Returns the same for a Goryachev-Chaplygin top.
 static py::tuple plan_chaplygin(const kr_scene &scene, double bound)
 {
     auto memory = std::make_unique<torus_memory>();
@@ -68,14 +71,15 @@ static py::tuple plan_chaplygin(const kr_scene &scene, double bound)
                           py::make_tuple(head.first, head.second, 0.0), head.certificate,
                           head.mismatch, std::move(memory));
 }
-// The plan of a Goryachev-Chaplygin or, for all other bodies, of a Kowalewski top, and its head.
+// Returns the plan of a Goryachev-Chaplygin top or, for all other bodies, of a Kowalewski top, and
+// the numbers at its head.
 static py::tuple torus_plan(const kr_scene &scene, double bound)
 {
     return kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KIND_GORYACHEV_CHAPLYGIN
                ? plan_chaplygin(scene, bound)
                : plan_kowalewski(scene, bound);
 }
-// As exact_states.
+// Returns the states of a plan at the times t, or None in the same cases as exact_states.
 static py::object torus_states(const torus_memory &plan, const py::object &t, double most)
 {
     if (!plan.kowalewski && !plan.chaplygin) throw py::value_error("there is no plan");
@@ -93,8 +97,8 @@ static py::object torus_states(const torus_memory &plan, const py::object &t, do
     });
     return std::move(out);
 }
-// Calls use(i, scene) for the tops begin to end until one is refused. Returns its index, or `end`,
-// and its status.
+// Calls use(i, scene) for the tops begin to end until one is refused. Returns the index of the
+// refused top, or `end`, and the status.
 template <class Use> static py::tuple each_of(const tops &all, size_t begin, size_t end, Use use)
 {
     kr_status status = KR_OK;
@@ -121,7 +125,8 @@ static py::tuple exact_rates(const tops &all, size_t begin, size_t end, const py
         return status;
     });
 }
-// Returns states (tops, times, 8) at times shared by all tops, or of each.
+// Writes states of the shape (tops, times, 8), at times that are common to all tops or given for
+// each.
 static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
                                       const py::object &out, const doubles &t)
 {
@@ -144,7 +149,7 @@ static py::tuple exact_states_of_tops(const tops &all, size_t begin, size_t end,
 static const char *const courses[] = {"resting", "circle",     "sleeping", "hanging",
                                       "steady",  "separatrix", "pendulum", "rosette",
                                       "loops",   "cusps",      "waves"};
-// Writes the numbers of a kr_turning as a row, and the index of its type of motion.
+// Writes the numbers of a kr_turning to a row, and the index of its type of motion.
 static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course)
 {
     kr_turning r;
@@ -168,8 +173,8 @@ static py::tuple exact_turning(const kr_scene &scene)
     if (status == KR_OK) std::copy(std::begin(row), std::end(row), out.mutable_data());
     return py::make_tuple(name_of(status), out, courses[course]);
 }
-// Writes the rows of the tops begin to end. Returns the index of the first without turning points,
-// or `end`, with its status.
+// Writes the rows of the tops begin to end. Returns the index of the first top without turning
+// points, or `end`, and the status.
 static py::tuple exact_turnings(const tops &all, size_t begin, size_t end, const py::object &rows,
                                 const py::object &numbers)
 {

@@ -1,5 +1,5 @@
-// Runs: single tops in motion, with the GIL released, signals and progress handled, and
-// checkpoints.
+// Runs of single tops: the GIL is released, signals and progress are handled, and checkpoints are
+// saved and loaded.
 #include <atomic>
 #include <pybind11/stl.h>
 #include <limits>
@@ -16,8 +16,8 @@ struct steering {
     bool leave_heading;
     uint64_t tangents;
 };
-// Returns the states written, and the last good one if it is later, as the first rows of an array
-// that is not copied.
+// Returns the first `rows` rows of an array, without a copy: the states that were written, and the
+// last good state if it is later.
 static doubles reached(const doubles &out, size_t rows)
 {
     return py::object(out[py::slice(0, py::ssize_t(rows), 1)]);
@@ -29,10 +29,10 @@ class run
     looked_for wanted;
     std::unique_ptr<kr_top, void (*)(kr_top *)> top{nullptr, kr_top_free};
     std::atomic<bool> busy{false}, has_ended{false};
-    std::atomic<double> reached_time{0.0}; // by the last call that has ended
-    py::ssize_t columns = 0;               // of its tangents
+    std::atomic<double> reached_time{0.0}; // at the end of the last call
+    py::ssize_t columns = 0;               // number of columns of the tangents
 
-    // One thread at a time, and not from within its own progress.
+    // Lock of a run: one thread at a time may use the run, and its own progress function may not.
     struct turn {
         std::atomic<bool> &busy;
         explicit turn(std::atomic<bool> &flag) : busy(flag)
@@ -91,7 +91,7 @@ class run
         return py::make_tuple(name_of(status), out, low, counts(kr_top_stats(top.get())), t.end());
     }
     // Records states with their tangents, the low words, and the largest last term of the series:
-    // (states, tangents, low, rest).
+    // (states, tangents, low words, rest).
     py::tuple record_tangents(const doubles &t, bool low_too, const py::object &progress)
     {
         const turn mine(busy);
@@ -122,7 +122,8 @@ class run
         return py::make_tuple(rows, reached(carried, done), reached(rest, done),
                               kr_top_tangent_truncation(top.get()));
     }
-    // Records states with the events on the way: (states, low, which, direction).
+    // Records the states at given times and the events between them: (states, low words, which,
+    // direction).
     py::tuple record_events(const doubles &t, const py::object &progress)
     {
         const turn mine(busy);
@@ -183,7 +184,8 @@ class run
         reached_time = kr_top_state(top.get()).t;
         has_ended = wanted.ended();
         watching.progress = py::none();
-        // An exception holds frames, which may hold this run; it is therefore not stored.
+        // An exception refers to frames, which may refer to this run. The exception is therefore
+        // not stored.
         const auto raised = std::move(watching.raised);
         if (raised && !raised->matches(PyExc_KeyboardInterrupt)) throw *raised;
         return status;
@@ -207,8 +209,8 @@ static py::tuple start(const kr_scene &scene, const std::string &method, double 
     return py::make_tuple(name_of(status),
                           status == KR_OK ? py::cast(std::move(made)) : py::none());
 }
-// Returns all states in one call; a number of times stands for the start and itself. Returns None
-// if Python must validate the times: if they are not plain numbers, not all below `most`, not
+// Returns all states of a run in one call. A single number t means the two times 0 and t. Returns
+// None if Python must validate the times: if they are not plain numbers, not all below `most`, not
 // leading away from 0, or more than `limit`.
 static py::object record(const kr_scene &scene, const std::string &method, double step, double tol,
                          int digits, int64_t max_steps, bool leave_heading, const py::object &t,

@@ -1,4 +1,4 @@
-// Scenes: arguments are checked and stored in one call.
+// Scenes: one call checks and stores the arguments.
 #include "times.hpp"
 
 // Reads doubles from a tuple or list of numbers, or from an array of doubles. Returns false for
@@ -10,9 +10,9 @@ template <size_t n> static bool numbers_of(const py::handle &given, double (&to)
     std::memcpy(to, row.data(), sizeof to);
     return true;
 }
-// Returns the block of a scene and its momentum, attitude, gravity and damping as Python stores
-// them. Returns None if an argument is not plain numbers, and the name of the status if the scene
-// is invalid.
+// Returns the block of a scene, with its momentum, attitude, gravity and damping as Python stores
+// them. Returns None if an argument does not consist of plain numbers. Returns the name of the
+// status if the scene is invalid.
 static py::object scene(const kr_body &body, const py::object &momentum, const py::object &attitude,
                         const py::object &gravity, const py::object &damping)
 {

@@ -35,7 +35,7 @@ static doubles start_values(const tops &all, const std::string &name)
 
 // Makes bodies from mass, inertia (moments, or the rows of a matrix), com and inertia_rtol. Returns
 // the status and index of the first invalid body, whether each body is physical, and the blocks of
-// bodies that are given by matrices.
+// the bodies that are given by matrices.
 static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given, bool are_matrices)
 {
     const columns<4> all(shape, given, {1, are_matrices ? size_t(9) : size_t(3), 3, 1});
@@ -61,8 +61,8 @@ static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given,
     return py::make_tuple(name_of(found.second), found.first, can_be, blocks);
 }
 
-// Functions of the C library, because those of numpy differ in their last bits between machines,
-// and from Python's.
+// Functions of the C library. Those of numpy are not used, because their last bits differ between
+// machines and from Python's.
 static double cosine(double x) { return std::cos(x); }
 static double sine(double x) { return std::sin(x); }
 static double logarithm(double x) { return std::log(x); }

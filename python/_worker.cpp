@@ -1,14 +1,14 @@
-// Ensembles in workers of the core: a range of tops in a call, a few hundred at a time, with the
-// GIL released. If the shared work allows, a call starts its own threads, which start faster than
-// Python's. The thread that waits for several such calls stops them, and reads their progress,
-// through that work.
+// Ensembles in workers of the core. A call runs a range of tops, a few hundred at a time, with the
+// GIL released. If the shared work permits, a call starts its own threads, which start faster than
+// Python's. Through the shared work, the thread that waits for several such calls can stop them and
+// read their progress.
 #include <future>
 #include <optional>
 #include <system_error>
 #include "results.hpp"
 
-// A task: n tops from `begin` on, to be moved as `these` to their times or to an event, and the
-// arrays of their results.
+// A task: n tops from `begin` on, which run to their times or to an event as `these` specifies, and
+// the arrays of their results.
 struct task {
     const tops &all;
     size_t begin, n;
@@ -27,7 +27,7 @@ class mover
     std::vector<kr_outcome> outcomes;
     std::vector<kr_state> scratch;
 
-    // Moves n tops of a task; their results begin at row `at`.
+    // Runs n tops of a task; their results begin at row `at`.
     void move(const task &asked, size_t at, size_t n)
     {
         const results &to = asked.to;
@@ -62,7 +62,7 @@ class mover
   public:
     patience waiting;
     std::vector<kr_state> last;
-    std::vector<int64_t> failed; // the rows of these last states
+    std::vector<int64_t> failed; // the rows of the last states
 
     mover(const kr_method *method, kr_config config, const std::vector<kr_reduction> &kept,
           std::shared_ptr<work> with)
@@ -81,7 +81,7 @@ class mover
     mover &operator=(const mover &) = delete;
     const kr_worker *of_core() const { return core.get(); }
 
-    // Runs a task, or the ranges of it that this thread takes.
+    // Runs a task, or those of its ranges that this thread takes.
     void go(const task &asked)
     {
         const size_t n = asked.n, times = asked.these.times, most = 512, memory = 1 << 18;
@@ -107,9 +107,9 @@ class worker
     kr_config config;
     std::vector<kr_reduction> kept;
     std::shared_ptr<work> shared;
-    std::vector<std::unique_ptr<mover>> movers; // the first is the calling thread's
+    std::vector<std::unique_ptr<mover>> movers; // the first belongs to the calling thread
 
-    // Starts all movers, each but the first on a thread of its own, as far as threads are
+    // Starts all movers, each except the first on a thread of its own, as long as threads are
     // available. The first thread to finish waits for the others and handles signals meanwhile.
     void go(const task &asked)
     {
@@ -120,7 +120,7 @@ class worker
                 others.push_back(
                     std::async(std::launch::async, &mover::go, movers[i].get(), std::cref(asked)));
         } catch (const std::system_error &) {
-            // No more threads are available; the running ones move all tops.
+            // No more threads are available; the running ones take over all tops.
         }
         try {
             movers[0]->go(asked);
@@ -151,7 +151,8 @@ class worker
         movers.push_back(std::make_unique<mover>(method, config, kept, shared));
     }
     size_t width() const { return kept.size(); }
-    // Returns the instruction set of the lanes, "" without lanes, and their order.
+    // Returns the name of the lanes' instruction set, or "" without lanes, and the order of the
+    // series.
     py::tuple kernel() const
     {
         int order = 0;
@@ -164,7 +165,7 @@ class worker
     {
         patience &waiting = movers[0]->waiting;
         waiting.begin();
-        while (shared && movers.size() < shared->threads) { // each holds an object of Python
+        while (shared && movers.size() < shared->threads) { // each mover holds a Python object
             movers.push_back(std::make_unique<mover>(method, config, kept, shared));
             movers.back()->waiting.watching.signals = watch::theirs;
         }
@@ -199,7 +200,8 @@ static py::tuple run(worker &mover, const tops &all, size_t begin, size_t end, c
     these.own_times = t.ndim() == 2;
     return mover.run({all, begin, n, these, to, nullptr});
 }
-// Computes sections: n states in which each top meets an event, each within the given time.
+// Computes sections: for each top, n states at which an event occurs, each within the given time
+// after the last.
 static py::tuple section(worker &mover, const tops &all, size_t begin, size_t end,
                          const py::list &event, size_t n, const doubles &wait,
                          const py::object &status, const py::object &done, const py::object &counts,
@@ -219,8 +221,9 @@ static py::tuple section(worker &mover, const tops &all, size_t begin, size_t en
     return mover.run({all, begin, end - begin, these, to, sought.events.data()});
 }
 
-// Computes the growth of one tangent of each of the tops begin to end, at times shared by all: rows
-// of KR_GROWTH_COUNT numbers, NaN after a failure. The direction has six numbers, or none.
+// Computes the growth of one tangent for each of the tops begin to end, at times common to all
+// tops. Writes rows of KR_GROWTH_COUNT numbers, NaN after a failure. The direction has six numbers
+// or is empty.
 static void growth(const tops &all, size_t begin, size_t end, const doubles &t, double tol,
                    int64_t max_steps, const std::vector<double> &direction,
                    const py::object &status, const py::object &out, std::shared_ptr<work> with)
@@ -261,8 +264,8 @@ static void growth(const tops &all, size_t begin, size_t end, const doubles &t, 
     waiting.end();
 }
 
-// Returns a quantity at the states of all tops, (tops, times, 8) in C order, with the given numbers
-// of good states.
+// Writes a quantity at the states of all tops, an array (tops, times, 8) in C order, given the
+// number of good states of each top.
 static void values_of_tops(const std::string &name, const tops &all, const doubles &states,
                            const py::array_t<int64_t, py::array::c_style> &done,
                            const py::object &out)
@@ -286,9 +289,9 @@ static void values_of_tops(const std::string &name, const tops &all, const doubl
         }
     });
 }
-// Returns the index of the first top that the method does not suit, and the number of such tops. A
-// top that differs from the one before only in its start is not checked again; the method exact,
-// which depends on the start, reports it when it runs.
+// Returns the index of the first top that the method does not support, and the number of such tops.
+// A top that differs from the one before only in its start is not checked again. The method exact,
+// which depends on the start, reports such tops when it runs.
 static py::tuple unsuited(const tops &all, const std::string &name)
 {
     const bool chosen = name == "auto";
@@ -321,7 +324,7 @@ static py::tuple unsuited(const tops &all, const std::string &name)
     return py::make_tuple(first, count);
 }
 
-// Returns the horizon of each top.
+// Writes the horizon of each top.
 static void horizons(const tops &all, const py::object &out)
 {
     double *to = in_place<double>(out, all.size());

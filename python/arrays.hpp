@@ -27,8 +27,8 @@ inline const kr_method *method_of(const std::string &name)
     return method;
 }
 
-// Runs work of at most microseconds for each of n items, with the GIL released. Signals are checked
-// every few milliseconds.
+// Calls `work` for pieces of n items, with the GIL released. Each item may take at most
+// microseconds, so that signals are checked every few milliseconds.
 template <class Work> inline void in_pieces(py::ssize_t n, Work work)
 {
     const py::ssize_t piece = 1 << 15;
@@ -42,7 +42,6 @@ template <class Work> inline void in_pieces(py::ssize_t n, Work work)
 static_assert(sizeof(kr_state) == 8 * sizeof(double), "plain doubles");
 static_assert(sizeof(kr_scene) == 24 * sizeof(double), "plain doubles");
 
-// Arrays in and out.
 template <class T> inline T value_of(const doubles &a)
 {
     T value;
@@ -57,7 +56,7 @@ template <class T> inline doubles array_of(const T &value)
     return a;
 }
 
-// Returns the numbers of an array that is written in place.
+// Returns the address of an array's numbers, to be written in place.
 template <class T> inline T *in_place(const py::handle &given, size_t count)
 {
     if (!py::isinstance<py::array_t<T, py::array::c_style>>(given))
@@ -67,7 +66,8 @@ template <class T> inline T *in_place(const py::handle &given, size_t count)
     return array.mutable_data();
 }
 
-// Blocks out; arguments of type kr_body and kr_scene take them in.
+// Returns a value as a block of bytes. Arguments of the types kr_body and kr_scene accept such
+// blocks.
 template <class T> inline py::bytes block_of(const T &value)
 {
     return py::bytes(reinterpret_cast<const char *>(&value), sizeof value);

@@ -1,5 +1,6 @@
-// Events of a run, requested and found. Python passes an event as (terms, where, extremum,
-// direction, most, terminal), and a term as (factor, of, times) with numbers from `components`.
+// Events of a run: those requested and those found. Python passes an event as (terms, where,
+// extremum, direction, most, terminal), and a term as (factor, of, times) with indices into the
+// table `components`.
 #pragma once
 #include <vector>
 #include "arrays.hpp"
@@ -25,7 +26,7 @@ class looked_for
 
   public:
     std::vector<kr_event> events;
-    std::vector<int64_t> found; // how often each has counted
+    std::vector<int64_t> found; // number of occurrences of each event that have counted
 
     void take(const py::list &list)
     {
@@ -47,14 +48,15 @@ class looked_for
             events[i].condition = where.data(), events[i].condition_count = where.size();
         }
     }
-    // Counts event i. Returns false if it was found often enough.
+    // Counts an occurrence of event i. Returns false if the event has already been found as often
+    // as requested.
     bool counts(size_t i)
     {
         if (most[i] && found[i] >= most[i]) return false;
         ++found[i];
         return true;
     }
-    // Returns true once a terminal event was found for the last time requested.
+    // Returns true if a terminal event has been found as often as requested.
     bool ended() const
     {
         for (size_t i = 0; i < events.size(); i++)
@@ -88,13 +90,13 @@ inline py::tuple numbers_of(const journal &events)
         py::array_t<int>(py::ssize_t(events.direction.size()), events.direction.data()));
 }
 
-// Advances to each of the times and records the state and the events on the way. Ends at the last
-// of a terminal event.
+// Advances to each of the times, and records the states and the events between them. Ends at the
+// last requested occurrence of a terminal event.
 template <class Stopped>
 inline kr_status follow(kr_top *top, const double *t, size_t n, looked_for &wanted, journal &path,
                         journal &events, Stopped stopped)
 {
-    const size_t often = 1024; // states that are read without asking whether to go on
+    const size_t often = 1024; // number of states between two calls of `stopped`
     kr_status status = KR_OK;
     bool last = wanted.ended();
     for (size_t i = 0; i < n && status == KR_OK && !last; i++) {

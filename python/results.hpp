@@ -1,4 +1,4 @@
-// Results of many tops: rows written in place, and the interruption of the work.
+// Results of many tops, whose rows are written in place, and the interruption of their computation.
 #pragma once
 #include <pybind11/stl.h>
 #include <cmath>
@@ -6,7 +6,8 @@
 #include "tops.hpp"
 #include "watch.hpp"
 
-// A poll of the core, stopped by the shared work, or by signals without it.
+// A poll function for the core. It stops a run if the shared work is stopped or, without shared
+// work, on a signal.
 struct patience {
     std::shared_ptr<work> shared;
     watch watching;
@@ -45,7 +46,7 @@ inline const kr_quantity *quantity_of(const std::string &name)
     if (!quantity) throw py::key_error(name);
     return quantity;
 }
-// Writes the values at the first `done` of n states, and NaN at the others.
+// Writes the values of a quantity at the first `done` of n states, and NaN at the others.
 inline void take_values(const kr_quantity *quantity, const kr_scene &scene, size_t n, size_t done,
                         const kr_state *states, double *out)
 {
@@ -57,7 +58,7 @@ inline void take_values(const kr_quantity *quantity, const kr_scene &scene, size
 // Arrays of the results, one row for each top; NULL if not requested.
 struct results {
     struct column {
-        const kr_quantity *quantity; // its values, or what the doubles of q or m leave out
+        const kr_quantity *quantity; // the quantity, or q or m if the low words are requested
         bool is_low;
         double *to;
     };
@@ -76,7 +77,7 @@ struct results {
         reached[row] = outcome.last.t;
         std::copy(std::begin(counted), std::end(counted), counts + 4 * row);
     }
-    // Writes the requested results of n states, of which `done` are good; `rest` holds their low
+    // Writes the requested results of n states, of which `good` are good. `rest` holds their low
     // words, or is NULL.
     void take_columns(size_t row, const kr_scene &scene, size_t n, size_t good,
                       const kr_state *these, const kr_state *rest) const
@@ -94,7 +95,8 @@ struct results {
     }
 };
 
-// Existing tops, and times: one row for all of them, or one for each.
+// Checks that the range of tops exists, and that there is one row of times for all tops or one for
+// each.
 inline void check_range(const tops &all, size_t begin, size_t end, const doubles &t)
 {
     if (t.ndim() == 0 || t.ndim() > 2 || begin > end || end > all.size() ||

@@ -1,17 +1,19 @@
-// Times that need no further validation. Python validates all others and words the errors.
+// Times that need no further validation. Python validates all other times and writes the error
+// messages.
 #pragma once
 #include <cmath>
 #include <cstring>
 #include <vector>
 #include "arrays.hpp"
 
-// A numpy double, as loops over its arrays yield it: its base is float, and it has no unit.
+// Returns true for a numpy double, as loops over numpy arrays yield it. Its base class is float,
+// and it has no unit.
 inline bool is_numpy_double(PyObject *given)
 {
     return PyFloat_Check(given) && std::strcmp(Py_TYPE(given)->tp_name, "numpy.float64") == 0;
 }
-// Reads a float or int, but no subclass except numpy's, as a double. Returns false for anything
-// else.
+// Reads a float, an int or a numpy double as a double. Returns false for anything else, including
+// other subclasses.
 inline bool plain_number(PyObject *given, double &number)
 {
     if (PyFloat_CheckExact(given) || is_numpy_double(given)) {
@@ -45,7 +47,8 @@ class given_times
     bool take(const py::handle &t)
     {
         const auto *array_type = py::detail::npy_api::get().PyArray_Type_;
-        if (Py_TYPE(t.ptr()) == array_type && py::isinstance<doubles>(t)) { // no mask, no unit
+        // Masked arrays and arrays with units have other types.
+        if (Py_TYPE(t.ptr()) == array_type && py::isinstance<doubles>(t)) {
             const auto array = py::reinterpret_borrow<doubles>(t);
             first = array.data();
             count = size_t(array.size());
@@ -66,7 +69,7 @@ class given_times
         take_own();
         return true;
     }
-    // A number stands for the start and itself.
+    // Inserts the time 0 of the start if the times are given by a single number.
     void begin_at_start()
     {
         if (!is_number) return;
@@ -79,7 +82,7 @@ class given_times
             if (!(std::fabs(first[i]) < most)) return false;
         return true;
     }
-    // Returns true if the times lead away from 0 in one direction.
+    // Returns true if all times lie on the same side of 0, in the order of their distances from 0.
     bool lead_away() const
     {
         const double sign = end() < 0.0 ? -1.0 : 1.0;

@@ -1,20 +1,20 @@
-// Many tops as columns: arrays that broadcast to one shape, so that shared numbers are stored once.
-// Scenes are assembled a few at a time, when they are needed.
+// Many tops as columns: arrays that broadcast to one shape, so that numbers common to many tops are
+// stored once. Scenes are assembled a few at a time, when they are needed.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <vector>
 #include "arrays.hpp"
 
-// N arrays of doubles over one shape, each with some numbers for each member, traversed together in
-// C order. As in numpy's broadcast_to, a column that does not vary has stride zero.
+// N arrays of doubles over one shape, each with a fixed number of doubles per member, traversed
+// together in C order. As in numpy's broadcast_to, a column that does not vary has the stride zero.
 template <size_t N> class columns
 {
     struct column {
-        py::array kept; // for as long as its numbers are read
+        py::array kept; // keeps the numbers alive while they are read
         const char *data;
         std::vector<py::ssize_t> strides; // along the shape
-        py::ssize_t step, inner;          // along its last dimension, and from number to number
+        py::ssize_t step, inner; // along the last dimension, and between the numbers of a member
         size_t width;
     };
     std::vector<size_t> shape;
@@ -96,7 +96,7 @@ class tops
     {
     }
     size_t size() const { return fields.size(); }
-    // Returns true if all members share body, gravity and damping.
+    // Returns true if all members have the same body, gravity and damping.
     bool differ_in_starts_alone() const
     {
         bool shared = fields.is_shared(9);

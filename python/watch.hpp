@@ -13,19 +13,19 @@ inline bool in_main_thread()
     return main_thread().attr("ident").cast<unsigned long>() == PyThread_get_thread_ident();
 }
 
-// State shared by the calls that run the tops of an ensemble. Another thread may stop them. If
-// `listens` is set, the calls run in the thread that would wait for them. It checks signals and
-// calls `progress`; an exception of either stops all calls.
+// State shared by the calls that run the tops of an ensemble. Another thread may stop these calls.
+// If `listens` is set, there is no separate waiting thread: the calling thread itself checks
+// signals and calls `progress`, and an exception from either stops all calls.
 struct work {
     using clock = std::chrono::steady_clock;
     std::atomic<bool> stopped{false};
     std::atomic<int64_t> done{0}; // tops
     bool listens = false;
     py::object progress = py::none();
-    clock::time_point looked = clock::now(), told = looked; // last look for signals, last progress
+    clock::time_point looked = clock::now(), told = looked; // last check, last call of progress
     std::unique_ptr<py::error_already_set> raised;
-    // Threads take parts of the remaining tops, ever fewer at a time, so that all end at about the
-    // same time. With 0 threads each call has its own range.
+    // Threads take parts of the remaining tops. The parts become smaller and smaller, so that all
+    // threads end at about the same time. With 0 threads each call has its own range.
     size_t threads = 0, tops = 0;
     std::atomic<size_t> next{0};
 
@@ -48,16 +48,17 @@ struct work {
     }
 };
 
-// The core polls this. Acquiring the GIL costs time, hence the clock. Only the main thread may run
-// Python's signal handlers; which thread runs is determined at the first check.
+// The poll function of the core. Acquiring the GIL costs time, so it is acquired only at intervals.
+// Only the main thread may run Python's signal handlers; the first check determines whether this is
+// the main thread.
 struct watch {
     using clock = std::chrono::steady_clock;
     static constexpr std::chrono::milliseconds longest{100}; // between calls of progress
     const kr_top *top = nullptr;
     py::object progress = py::none();
-    std::shared_ptr<work> shared;                     // in place of progress
-    work *counted = nullptr;                          // progress is called with its share
-    enum { unknown, ours, theirs } signals = unknown; // those of Python, for the main thread alone
+    std::shared_ptr<work> shared; // used instead of progress
+    work *counted = nullptr;      // progress is called with the share of this work
+    enum { unknown, ours, theirs } signals = unknown; // who handles them: ours in the main thread
     // times of the last check and the last call of progress, for the whole run
     clock::time_point looked = clock::now(), told = looked;
     std::unique_ptr<py::error_already_set> raised;
@@ -69,7 +70,7 @@ struct watch {
         signals = unknown;
         raised.reset();
     }
-    // Calls the progress of `all`, if it listens, from now on.
+    // Starts to watch for `all`. Calls the progress function of `all` from now on if `all` listens.
     void begin(work &all)
     {
         begin(all.listens ? all.progress : py::none());
@@ -103,8 +104,8 @@ struct watch {
     }
 };
 
-// Returns the step for a direction of time. The step 0 is a method's own choice and leads forward;
-// backward such a method begins with 0.1.
+// Returns the step for a direction of time. With the step 0 a method chooses its own step forward
+// in time; backward in time it begins with -0.1.
 inline double led(double step, bool back) { return !back ? step : step > 0.0 ? -step : -0.1; }
 inline py::tuple counts(const kr_stats &s)
 {

@@ -1,8 +1,9 @@
-/* Bodies with two equal moments and the centre of mass across the third, the odd axis: from a
- * user's scene to the axes and units of the closed form. Axis 3 is the odd axis; axis 1 is the
- * direction of the centre of mass times `side` and the sign of gravity; mass |gravity| |com| = 1.
+/* Bodies with two equal moments and the centre of mass perpendicular to the third axis, the odd
+ * one: conversion of a user's scene to the axes and units of the closed form. Axis 3 is the odd
+ * axis. Axis 1 is the direction of the centre of mass times `side` and the sign of gravity. In
+ * these units mass * |gravity| * |com| = 1.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_EXACT_ACROSS_H
 #define KR_EXACT_ACROSS_H
 #include "model/scene.h"
@@ -11,19 +12,19 @@
 /* A body's odd axis, and the direction and distance of its centre of mass. */
 typedef struct across_body {
     int odd;
-    double com[2];  /* along the axes after the odd one, over a power of two */
-    dd reach, c, s; /* |com| likewise, and the direction of axis 1 there */
+    double com[2];  /* along the axes after the odd one, divided by a power of two */
+    dd reach, c, s; /* |com|, also divided, and the direction of axis 1 in this plane */
 } across_body;
-/* The way from the axes and units of the closed form back to the scene. */
+/* The conversion from the axes and units of the closed form back to the scene. */
 typedef struct across_way {
     dd time;                       /* the unit of time, in units of the power of two `units.time` */
     double momentum, own_momentum; /* the unit of momentum, in the user's units and in `units` */
     kr_units units;
-    kr_quat attitude; /* the start's, of the axes of the closed form */
+    kr_quat attitude; /* attitude of these axes at the start */
     kr_quat turn;     /* these axes -> working axes */
     kr_quat axes;     /* these axes -> frame of description */
 } across_way;
-/* A start seen from the body. */
+/* A start in the body frame. */
 typedef struct across_start {
     dd momentum[3], up[3]; /* the angular momentum, and e3 */
     dd vertical;           /* <m, e3> */
@@ -43,14 +44,15 @@ static across_body body_of(const kr_body *b, kr_vec3 com, double side)
     r.s = dd_div(dd_of(side * r.com[1]), r.reach);
     return r;
 }
-/* Returns the turn about the third axis by an angle with this cosine and sine. */
+/* Returns the rotation about the third axis by an angle with this cosine and sine. */
 static kr_quat turn_about_third(double c, double s)
 {
     const double half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
     return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
                     : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
 }
-/* Computes the components of q* v q along axes that are turned about the third. */
+/* Computes the components of q* v q along the axes of the closed form, which are rotated about the
+ * third axis. */
 static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, dd out[3])
 {
     dd r[3];
@@ -59,8 +61,8 @@ static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, d
     out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
     out[2] = r[2];
 }
-/* Brings a checked scene into these axes and units. The unit of moment is `factor`, a power of two,
- * times the odd moment. */
+/* Converts a scene that has been checked to these axes and units. The unit of moment is `factor`, a
+ * power of two, times the odd moment. */
 static kr_status read_across(const kr_scene *scene, double side, double factor, across_start *start,
                              across_way *way)
 {
@@ -95,7 +97,8 @@ static kr_status read_across(const kr_scene *scene, double side, double factor, 
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Brings the phases of a plan to the user's unit of time or, with `own`, to that of `units`. */
+/* Converts the phases of a plan to the user's unit of time or, if `own` is nonzero, to that of
+ * `units`. */
 static void scale_phases(kr_phase turn[], int count, const across_way *way, int own)
 {
     const double unit = own ? 1.0 : way->units.time;
@@ -106,7 +109,7 @@ static void scale_phases(kr_phase turn[], int count, const across_way *way, int 
     }
 }
 /* Returns the largest relative deviation of a body's equal moments from `ratio` times the odd one,
- * and of its centre of mass from the plane across the odd axis. */
+ * and of its centre of mass from the plane perpendicular to the odd axis. */
 static double mismatch_of(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia, c = body->com;

@@ -1,13 +1,14 @@
-/* Many states of the closed form, in blocks of times with the width of the instruction set. Each
- * instruction set compiles this file with loop vectorization: -DKR_ISA=avx2 -mavx2 -mfma, and so on
- * (CMakeLists.txt). */
+/* Evaluation of a closed form at many times, in blocks that compilers turn into vectors. This file
+ * is compiled once for each instruction set, with loop vectorization and with options such as
+ * -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt). */
 #include "dispatch.h"
 #include "single.h"
 #if defined __SSE2__
 #  include <emmintrin.h>
 #endif
 
-/* States of a block: as many as fit in the first-level cache, one array for each number. */
+/* The states of a block, with one array for each number. A block has as many states as fit in the
+ * first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -28,7 +29,7 @@ INLINE void frame(const kr_exact *e, batch *b, int n)
         b->w[i] = r.w, b->x[i] = r.x, b->y[i] = r.y, b->z[i] = r.z;
     }
 }
-/* Writes eight arrays as states, a transposition. */
+/* Writes the eight arrays of a block as states, by transposition. */
 INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
 {
     for (int i = 0; i < n; i++) {
@@ -37,8 +38,8 @@ INLINE void write(const batch *restrict b, int n, kr_state *restrict out)
         out[i].m.x = b->mx[i], out[i].m.y = b->my[i], out[i].m.z = b->mz[i];
     }
 }
-/* `stream` bypasses the cache. It helps if the states exceed the cache, whose lines would be read
- * before they are written. */
+/* `stream` bypasses the cache. This helps if the states exceed the cache, because ordinary stores
+ * first read each line of the cache. */
 #if defined __SSE2__
 enum { LARGE = 1 << 14 };
 static int is_stream(size_t n, const kr_state out[])
@@ -65,7 +66,7 @@ INLINE void end_stream(void) {}
  * needed. */
 static void states(const kr_exact *exact, batch *b, int count)
 {
-    /* No store can change a local copy, so the compiler keeps its numbers in registers. */
+    /* No store can change a local copy, so the compiler can keep its numbers in registers. */
     const kr_exact e = *exact;
     const int n = (count + 7) & ~7;
     switch (e.curve) {
@@ -84,8 +85,8 @@ static void states(const kr_exact *exact, batch *b, int count)
     }
     if (e.framed) frame(&e, b, n);
 }
-/* Replaces states at times too late for the kernel. Most blocks have none, which a loop without
- * branches finds out. */
+/* Replaces the states at times beyond the range of the kernel. Most blocks have no such times,
+ * which a loop without branches detects. */
 static void replace_beyond(const kr_exact *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,25 +1,26 @@
 /* The closed forms of many tops. Heavy tops are computed in lanes, each with the bits of a single
- * top (lane_types.h). Tops of other kinds, at rest at a pole, or with errors are computed one by
- * one. Each instruction set compiles this file. */
+ * top (lane_types.h). All other tops are computed one by one, among them free tops, tops at rest at
+ * a pole, and invalid ones. This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
 #include "lagrange.h"
 #include "math/exponent.h"
 
-/* With more times than FEW_TIMES, states are evaluated top by top. GROUPS vectors of tops are set
- * up together. */
+/* If tops have more than FEW_TIMES times, the states of each top are evaluated separately. GROUPS
+ * vectors of tops are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles of a closed form without its frame, which is the head of a kr_exact. */
+/* Number of doubles of a closed form without its frame. They are the first members of a
+ * kr_exact. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 typedef char form_is_laid_out[FORM * sizeof(double) == offsetof(kr_exact, frame) ? 1 : -1];
 
-/* Data that tops of one body share, and of one gravity. */
+/* Data that are common to tops with the same body and gravity. */
 typedef struct body_data {
     kr_body body;
     int fits; /* lanes can handle the body */
     kr_working working;
-    kr_vec3 apex;       /* of the body, in the frame of description; up to its sign */
+    kr_vec3 apex;       /* in the frame of description, up to its sign */
     double per_inertia; /* 1 / I1 */
     double mass, reach; /* fractions of mass and |com| */
     int power;          /* the sum of their exponents */
@@ -28,7 +29,7 @@ typedef struct body_data {
     int framed[2]; /* whether the frames of tops seen from above, and from below, are computed */
     kr_quat frame[2][4];
     double gravity, gravity_fraction;
-    int gravity_power; /* its exponent, less that of the unit of moment */
+    int gravity_power; /* its exponent minus that of the unit of moment */
     kr_swing swing;
 } body_data;
 
@@ -50,14 +51,14 @@ enum {
 };
 /* Tops waiting until a full set can be computed. */
 typedef struct batch_queue {
-    int count, turned[2]; /* number of tops; whether any of the two axes is not the identity */
+    int count, turned[2]; /* number of tops; whether some of the two axes are not the identity */
     size_t index[MANY];
     int framed[MANY];
     kr_quat frame[MANY][4];
     double in[NUMBERS][MANY];
 } batch_queue;
 
-/* Computes the data that tops of this body share. */
+/* Computes the data that are common to tops with this body. */
 static void analyse_body(const kr_body *body, body_data *known)
 {
     const kr_scene scene = {.body = *body};
@@ -79,7 +80,8 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the frame of such a top. Returns 0 if it has none. */
+/* Writes the frame of a top with this body, seen from below if `below` is nonzero. Returns 0 if the
+ * top needs no frame. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -108,7 +110,7 @@ static void put_scene(batch_queue *w, const kr_scene *scene, const body_data *kn
     w->turned[0] |= !is_one(body);
     w->turned[1] |= !is_one(work);
 }
-/* Computes the data that tops of this gravity share. */
+/* Computes the data that are common to tops with this gravity. */
 static void analyse_gravity(const kr_scene *scene, body_data *known)
 {
     known->gravity = scene->gravity;
@@ -118,10 +120,11 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Guesses whether u3 is the lone root (lone_root), by the cubic in u of the same motion,
+/* Guesses whether u3 is the root that lone_root returns, from the cubic in u of the same motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops of one guess are set up together, so that few lanes need the other's branches; nothing else
- * depends on it. `lever` is in own units, m in those of time alone. */
+ * Tops with the same guess are set up together, so that few lanes need the branches of the other
+ * case. Nothing else depends on the guess. `lever` is in own units; m is in the user's units except
+ * for the unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -131,7 +134,7 @@ static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double 
     const double c2 = -(square + g * a.z), c1 = g * (2.0 * l * n - g), c0 = g * g * (e - l * l);
     return c2 * (9.0 * c1 - 2.0 * c2 * c2) - 27.0 * c0 >= 0.0;
 }
-/* Adds a top to the queue of its guess. Returns 0 if lanes cannot handle it. */
+/* Adds a top to the queue that guess_lone_root chooses. Returns 0 if lanes cannot handle it. */
 static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t index,
                         body_data *known)
 {
@@ -142,7 +145,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
     int unit;
     if (!kr_swing_time(&known->swing, most, &unit)) return 0;
     const int power = known->power + known->gravity_power + 2 * unit;
-    /* A larger exponent may exceed the powers of two. */
+    /* Powers of two with larger exponents may exceed the range of doubles. */
     if (power < -1000 || power > 1000 || unit < -1000 || unit > 1000) return 0;
     const double gravity = known->gravity_fraction, scale = power_of_2(power),
                  time = power_of_2(unit), lever = known->mass * (gravity * known->reach);
@@ -164,8 +167,8 @@ typedef struct group {
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
 
-/* Rotates the attitudes by the axes that begin at index `axes`, where these are not the identity.
- * */
+/* Rotates the attitudes by the axes whose inputs begin at index `axes`. Lanes whose axes are the
+ * identity keep their bits. */
 INLINE void turn_lanes(exact_top *top, group w, int axes)
 {
     const quat_lanes by = {in_lanes(w, axes), in_lanes(w, axes + 1), in_lanes(w, axes + 2),
@@ -202,8 +205,8 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns the lanes with gravity whose axis is tilted or moving enough for lagrange_moving and
- * kr_exact_resolves. */
+/* Returns the mask of the lanes with gravity whose axis is tilted or moves enough for
+ * lagrange_moving and kr_exact_resolves. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -213,10 +216,10 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* Result of a group, as bits of lanes. */
+/* Results of a group, one bit for each lane: whether the top must be planned alone, and whether it
+ * is refused because a rate exceeds the range of doubles. */
 typedef struct group_result {
-    unsigned alone,
-        refused; /* must be planned one by one; has a rate beyond the range of doubles */
+    unsigned alone, refused;
 } group_result;
 
 /* Prepares a group for lagrange_moving. */
@@ -258,7 +261,7 @@ typedef struct forms {
     double form[FORM][LANES];
 } forms;
 
-/* Writes the closed form of a lane; `place` is its index in the queue. */
+/* Writes the closed form of a lane; `place` is the index of its top in the queue. */
 static void put_form(const forms *f, const batch_queue *w, int place, kr_exact *out)
 {
     const int lane = place % LANES;
@@ -290,7 +293,7 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     }
     return r;
 }
-/* Evaluates the k-th state of a group's good lanes. */
+/* Writes the k-th state of each lane of a group whose bit in `good` is set. */
 static void read_states(const batch_job *j, group g, const exact_lanes *exact, unsigned good,
                         size_t k)
 {
@@ -332,7 +335,7 @@ static void plan_scalar(const batch_job *j, size_t index)
         KR_NAME(kr_exact_evaluate)(&one, request->times, times_of(request, index),
                                    request->states + index * request->times);
 }
-/* Writes the results of a group's good lanes. */
+/* Writes the results of the lanes of a group whose bits in `good` are set. */
 static void write_group(const batch_job *j, group g, const exact_lanes *exact, unsigned good)
 {
     const kr_exact_request *request = j->request;

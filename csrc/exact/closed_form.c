@@ -1,5 +1,6 @@
-/* The closed form of a scene, single states, and turning points. Each instruction set compiles this
- * file, because double-double products are three times as fast with fused multiply-add. */
+/* The closed form of a scene, its states at single times, and its turning points. This file is
+ * compiled once for each instruction set, because double-double products are three times as fast
+ * with fused multiply-add. */
 #include "dispatch.h"
 #include "euler.h"
 #include "turning.h"
@@ -12,7 +13,7 @@ static kr_exact lagrange_closed_form(const exact_top *top)
     setting s;
     s.top = below ? seen_from_below(top) : *top;
     begin_setting(&s);
-    if (stands(&s.start)) {
+    if (is_resting_at_pole(&s.start)) {
         const dd half = dd_half(s.start.w[2]);
         memset(&s.exact, 0, sizeof s.exact);
         s.exact.constant.z = s.top.m.z;
@@ -28,8 +29,8 @@ static kr_exact lagrange_closed_form(const exact_top *top)
     }
     return s.exact;
 }
-/* Computes the closed form of a user's scene. If `own` is nonzero, it stays in working axes and own
- * units and begins at time 0. */
+/* Computes the closed form of a user's scene. If `own` is nonzero, the closed form stays in working
+ * axes and own units, and begins at time 0. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
 {
     described_top top;

@@ -1,15 +1,15 @@
-/* Samples of even functions of an angle at equal steps: a table of cosines in double-double, and
- * the sine series of an integral. Averages by the trapezoidal rule converge exponentially.
+/* Samples of even functions of an angle at equal intervals: a table of cosines in double-double,
+ * and the sine series of an integral. Averages by the trapezoidal rule converge exponentially.
  *
- * This header is source that is compiled once per instruction set, by files that define GRID, the
- * largest number of intervals between 0 and pi. */
+ * This header is compiled once for each instruction set, in files that define GRID, the largest
+ * number of intervals between 0 and pi. */
 #ifndef KR_EXACT_COSINES_H
 #define KR_EXACT_COSINES_H
 #include "math/dd.h"
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The cosines of pi i/GRID, for multiples i of `stride`. */
+/* The cosines of pi * i / GRID, for multiples i of `stride`. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];
@@ -22,7 +22,7 @@ static void begin_cosines(cosine_table *t)
     t->c[GRID / 2] = dd_of(0.0);
     t->c[GRID] = dd_of(-1.0);
 }
-/* Refine the table to this stride. */
+/* Refines the table to this stride. */
 static void refine_cosines(cosine_table *t, int stride)
 {
     while (t->stride > stride) {
@@ -33,7 +33,7 @@ static void refine_cosines(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
-/* Compute the sine series of the integral of an even function less its average, from samples at
+/* Computes the sine series of the integral of an even function minus its average, from samples at
  * n + 1 angles between 0 and pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {

@@ -14,11 +14,12 @@ const kr_exact_isa *kr_exact_isa_at(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns the first instruction set that runs here; the last one runs everywhere. */
+/* Returns the first instruction set of the table that this processor supports. Every processor
+ * supports the last one. */
 static const kr_exact_isa *widest_isa(void)
 {
     int i = 0;
-    while (!kr_exact_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    while (!kr_exact_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
     return kr_exact_isa_at(i);
 }
 kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact)
@@ -49,7 +50,8 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
 {
     widest_isa()->evaluate(exact, n, t, out);
 }
-/* Map states are evaluated one by one, where vectors wider than AVX2 bring nothing. */
+/* The states of maps are evaluated one at a time, so vectors wider than those of AVX2 would bring
+ * no gain. */
 static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_X86
@@ -65,7 +67,7 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
     return widest_maps()->state(map, k);
 }
-/* A table of its own, so that programs for single tops do not link the batches. */
+/* The batches have a table of their own, so that programs for single tops do not link them. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {
@@ -80,6 +82,6 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 void kr_exact_run(const kr_exact_request *request)
 {
     int i = 0;
-    while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
     kr_exact_batch_isa_at(i)->batch(kr_exact_batch_isa_at(i)->scalar, request);
 }

@@ -1,18 +1,20 @@
-/* Set-up of the free top's closed form, in the frame that has m along e3 and along -e3 the extreme
- * axis a (the 3rd) about which m circulates in the body. There u = -a.e3 = c dn(X), and alpha and
- * beta are theta1 and theta4 in the square of the nome, with one common rate
+/* Set-up of the free top's closed form. Let a be the axis of the largest or smallest moment (the
+ * 3rd) about which m circulates in the body. In the frame with m along e3 in space and with a along
+ * -e3 in the body, u = -a.e3 = c dn(X). There alpha and beta are theta1 and theta4 in the square of
+ * the nome, with the common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2,
- * or its value from the other side for small c. D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1| are sums
- * of one sign (Jacobi 1849; Whittaker, Dynamics, 69). This header is source that is compiled once
- * per instruction set, because its double-doubles want the fused product. */
+ * or an equivalent expression for small c (common_rate). D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1|
+ * are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This header
+ * is compiled once for each instruction set, because double-doubles are faster with fused
+ * multiply-add. */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
 #include "math/trig.h"
 #include "single.h"
 #include "theta.h"
 
-/* The body's axes in order: 2 is that of the middle moment, 3 is the one about which m circulates,
- * and m has M3 >= 0. D1 and D3 are those of the file's head. */
+/* The body's axes in a new order: axis 2 has the middle moment, and m circulates about axis 3, with
+ * M3 >= 0. D1 and D3 are defined at the head of this file. */
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3;                          /* D1, D3 */
@@ -21,8 +23,8 @@ typedef struct body_axes {
     kr_quat turn; /* the attitude of these axes in the body */
 } body_axes;
 
-/* Returns the turn that carries e3 to axis k and e2 to axis `middle` up to its sign, and that
- * reverses e1 and e3 if it is asked to. */
+/* Returns the rotation that takes e3 to axis k, and e2 to axis `middle` up to its sign. If
+ * `reverse` is nonzero, the rotation also reverses e1 and e3. */
 static kr_quat frame_of(int k, int middle, int reverse)
 {
     const double h = 0.5, r = 0.70710678118654752440;
@@ -37,7 +39,8 @@ static void swap(int *a, int *b)
     *b = t;
 }
 
-/* Puts the axes in order, for principal moments and a momentum m that the body sees. */
+/* Returns the axes in the new order, given the principal moments and the momentum m in the body
+ * frame. */
 static body_axes body_axes_of(const double inertia[3], const dd m[3])
 {
     int low = 0, middle = 1, high = 2;
@@ -70,20 +73,20 @@ static body_axes body_axes_of(const double inertia[3], const dd m[3])
     r.turn = frame_of(high, middle, reverse);
     return r;
 }
-/* Returns a turn that carries m to e3. */
-static kr_quat towards_e3(kr_vec3 m)
+/* Returns a rotation that takes m to the direction of e3. */
+static kr_quat rotation_to_e3(kr_vec3 m)
 {
     const double h = v_length(m) + fabs(m.z);
     if (m.z >= 0.0) return q_unit(q4(h, v3(m.y, -m.x, 0.0)));
     return q_unit(q4(m.y, v3(h, 0.0, m.x)));
 }
-/* Sets up the motions in which alpha and beta keep their size, and returns 0 for all others. They
- * are rest, a turn about a principal axis, and any motion of a body with two equal moments. */
-static int steady(kr_exact *exact, const double inertia[3], const dd m[3], dd square, kr_quat q,
-                  kr_quat left)
+/* Sets up a motion in which |alpha| and |beta| are constant: rest, rotation about a principal axis,
+ * or any motion of a body with two equal moments. Returns 0 for all other motions. */
+static int set_up_steady_motion(kr_exact *exact, const double inertia[3], const dd m[3], dd square,
+                                kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
-    /* What is less has no square. */
+    /* Components below this count as zero, because their squares are negligible. */
     const double least = 1e-75 * size.hi;
     int k = 2, still = 0;
     for (int i = 0; i < 3; i++) still += fabs(m[i].hi) <= least;
@@ -102,9 +105,8 @@ static int steady(kr_exact *exact, const double inertia[3], const dd m[3], dd sq
     if (m[k].hi < 0.0) exact->spin = -exact->spin;
     return 1;
 }
-/* Returns the rate that alpha and beta have in common, and writes agm(1, k'). `flat` stands for 1 -
- * c^2. Where c is small, the sum starts from p0^2 = 1 + c^2 k^2 / flat, so that nothing is divided
- * by c. */
+/* Returns the common rate of alpha and beta, and writes agm(1, k') to `mean`. `flat` is 1 - c^2. If
+ * c is small, the sum starts from p0^2 = 1 + c^2 k^2 / flat, which avoids a division by c. */
 static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean)
 {
     const dd one = dd_of(1.0), size = dd_sqrt(a->square), ck = dd_mul(c2, k2);
@@ -119,8 +121,8 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
     return dd_half(dd_add(k, dd_mul(excess, dd_sub(dd_div(dd_sub(one, drop), flat), cross))));
 }
 /* Sets the theta series of alpha and beta. The imaginary part y of their argument is an incomplete
- * integral of the first kind. Their sizes are known at the turning heights: `above` is the largest
- * |beta|, `below` the largest |alpha|. */
+ * elliptic integral of the first kind. Their scales follow from their sizes at the turning heights:
+ * `above` is the largest |beta|, `below` the largest |alpha|. */
 static void euler_series(kr_exact *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -147,13 +149,14 @@ static void euler_series(kr_exact *exact, const body_axes *a, double c2, double 
         theta_scale(&exact->beta, above * quarter / theta_at(exact->beta.even, 0.0));
     }
 }
-/* The least value of k^2, k'^2 and 1 - c^2, so that quotients stay finite: it is far below that of
- * every motion which `steady` leaves. Below CLOSE the start is measured from the middle axis. */
+/* LEAST_SQUARE is a lower bound that is imposed on k^2, k'^2 and 1 - c^2, so that quotients stay
+ * finite. It is far below their values in all motions that `set_up_steady_motion` does not handle.
+ * If k'^2 is below CLOSE, the phase of the start may be measured from the middle axis. */
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
 
-/* Return the phase at the start [turns]: M1 and M2 are cn and sn of it up to constants. With
- * sn(K - x) = cn/dn it is measured from the middle axis, sn = +-1, where that is near and a
+/* Returns the phase at the start [turns], whose cn and sn are M1 and M2 up to constants. Near the
+ * middle axis, where sn = +-1, the phase is measured from that axis by sn(K - x) = cn/dn, because a
  * difference of two long times would cancel. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
@@ -172,8 +175,9 @@ static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mea
     if (cn < 0.0) x = pi - x;
     return dd_of((sn < 0.0 ? -x : x) / 6.283185307179586477);
 }
-/* Sets up the motion of a body with three different moments, about none of its axes. */
-static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
+/* Sets up a motion of a body with three different moments, except a rotation about a principal
+ * axis. */
+static void set_up_asymmetric_motion(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
 {
     const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])),
              i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
@@ -201,15 +205,16 @@ static void uneven(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
              second = turns_between(f[2], f[3], target.x, target.y);
     phase_start(&exact->first, first);
     phase_start(&exact->second, first);
-    /* alpha and beta share one phase, hence the lead of beta's is a turn of the frame about m. */
+    /* alpha and beta use the same phase, so the lead of beta becomes a rotation of the frame about
+     * m. */
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
-    /* The mean spin is that about the axis on the momentum's side, but the axis lies along -e3. */
+    /* The mean spin refers to the axis on the momentum's side, but here the axis lies along -e3. */
     exact->spin = -exact->spin;
 }
-/* Returns the closed form of a body on which no torque acts, in its own units. */
+/* Returns the closed form of a body without torque, in its own units. */
 static kr_exact euler_closed_form(const exact_top *top)
 {
     const double moments[3] = {top->inertia.x, top->inertia.y, top->inertia.z};
@@ -219,10 +224,10 @@ static kr_exact euler_closed_form(const exact_top *top)
     dd body[3];
     turned_back(top->q, m, body);
     exact.constant = top->m;
-    const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(towards_e3(top->m));
-    if (!steady(&exact, moments, body, dd_dot(body, body), q, left)) {
+    const kr_quat left = v_largest(top->m) == 0.0 ? q_one() : q_conj(rotation_to_e3(top->m));
+    if (!set_up_steady_motion(&exact, moments, body, dd_dot(body, body), q, left)) {
         const body_axes a = body_axes_of(moments, body);
-        uneven(&exact, &a, q, left);
+        set_up_asymmetric_motion(&exact, &a, q, left);
     }
     return exact;
 }

@@ -1,12 +1,12 @@
-/* The frame around a closed form, q -> left q right, by what it makes of 1, i, j and k. This header
- * is source that is compiled once per instruction set, because its users are. */
+/* The frame around a closed form: the map q -> left * q * right, stored as its values at 1, i, j
+ * and k. This header is compiled once for each instruction set, like the files that include it. */
 #ifndef KR_EXACT_FRAME_H
 #define KR_EXACT_FRAME_H
 #include "math/isa.h"
 #include "math/su2.h"
 
 static inline int is_one(kr_quat q) { return v_largest(q_vec(q)) == 0.0; }
-/* Carries q into a frame f, which is given by what it makes of 1, i, j and k. */
+/* Returns q transformed into the frame f, which is given by its values at 1, i, j and k. */
 INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
 {
     return q4((q.w * f[0].w + q.x * f[1].w) + (q.y * f[2].w + q.z * f[3].w),
@@ -14,20 +14,20 @@ INLINE kr_quat framed(const kr_quat f[4], kr_quat q)
                  (q.w * f[0].y + q.x * f[1].y) + (q.y * f[2].y + q.z * f[3].y),
                  (q.w * f[0].z + q.x * f[1].z) + (q.y * f[2].z + q.z * f[3].z)));
 }
-/* Makes the frame of left and right. */
+/* Writes the frame q -> left * q * right. */
 static inline void fill_frame(kr_quat frame[4], kr_quat left, kr_quat right)
 {
     const double w = left.w, x = left.x, y = left.y, z = left.z;
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
-/* Makes the frame of a top that was seen from below. */
+/* Writes the frame of a closed form that was computed for the top as seen from below. */
 static inline void fill_frame_below(kr_quat frame[4])
 {
     fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Carries a frame, if there is one, from working axes to the frame of description; these axes are
- * not one. */
+/* Transforms a frame from working axes to the frame of description. If `framed` is 0, the
+ * transformation starts from the identity. The axes must not be the identity. */
 static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
 {
     if (!framed) fill_frame(frame, q_one(), q_one());

@@ -1,14 +1,14 @@
-/* The state of the closed form at a time. One kernel serves one time and many: it has no
- * branch and calls nothing but sqrt, so that compilers turn a loop over times into vectors, and it
- * gives the same bits at every width. This header is source that is compiled once per instruction
- * set, because that loop takes the width of the vectors. In formulas e is the closed form, a, b and
- * h are alpha, beta and the horizontal momentum (lane_types.h). */
+/* The state of the closed form at a time. The same kernel evaluates single times and many times. It
+ * has no branches and calls nothing but sqrt, so compilers can vectorize a loop over times. It
+ * gives the same bits for every width of vectors. This header is compiled once for each instruction
+ * set, because the loop uses the vectors of that instruction set. In formulas e is the closed form;
+ * a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 #include "lane_types.h"
 
-/* bits_of and of_bits read a number as the integer that its bits are, and back. A kernel chooses by
- * masks of bits where a branch would keep the loop from becoming vectors. */
+/* bits_of and of_bits reinterpret the bits of a double as an integer, and back. The kernel selects
+ * values by bit masks, because branches would prevent vectorization. */
 INLINE wide_integer bits_of(wide x)
 {
     union {
@@ -27,33 +27,34 @@ INLINE wide of_bits(wide_integer bits)
     r.bits = bits;
     return r.value;
 }
-/* Returns the integer next to x, for |x| < 2^51: adding 1.5 2^52 leaves no bits for a fraction. */
+/* Returns the integer nearest to x, for |x| < 2^51. A sum with 1.5 * 2^52 has no bits for a
+ * fraction. */
 INLINE wide nearest(wide x)
 {
     const double shift = 6755399441055744.0;
     return (x + shift) - shift;
 }
-/* Returns a phase at time t [turns], less whole turns. Its high word lies in 0 .. 2 and its sum may
- * be taken in order, because |start| is no less than 1/2. The low word keeps what the high one
- * rounds off, which would be half of a state's error. */
+/* Returns a phase at time t [turns], up to whole turns. The high word lies between 0 and 2.
+ * two_sum_ordered is exact here, because |start| >= 1/2. The low word holds the rounding error of
+ * the high word, which would otherwise be half of a state's error. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
     return dd_make(s.hi, ((p.lo + f->more) + (t.hi * f->slow + t.lo * f->fast)) + s.lo);
 }
-/* Returns x + extra, whose low word need not be normalised. */
+/* Returns x + extra. The low word of the result need not be normalized. */
 INLINE dd phase_plus(dd x, wide extra)
 {
     const dd s = two_sum(x.hi, extra);
     return dd_make(s.hi, s.lo + x.lo);
 }
-/* Returns 1 / 2 pi. */
+/* Returns 1 / (2 pi). */
 INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes sine and cosine of x turns. The quarter next to x is an integer in the low bits of u; the
- * polynomials then see y, which is at most an eighth. */
+/* Writes sine and cosine of x turns. The low bits of u hold x rounded to whole quarter turns. The
+ * polynomials are evaluated at the remainder y, which is at most an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -73,8 +74,8 @@ INLINE void sincos_turns(dd x, wide *s, wide *c)
     *s = of_bits((bits_of(sine) ^ swap) ^ ((quarter & 2) << 62));
     *c = of_bits((bits_of(cosine) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* An exponential by exp(a) = 2^k exp(r), where |r| is at most (ln 2)/2. The low bits of k + 1.5
- * 2^52, moved into the exponent of one, make 2^k. */
+/* An exponential, by exp(a) = 2^k exp(r) with |r| <= (ln 2)/2. The low bits of k + 1.5 * 2^52,
+ * added to the exponent of 1.0, give 2^k. */
 typedef struct exponential {
     wide plus, minus; /* 2^k, 2^-k */
     wide even, odd;   /* cosh r, sinh r */
@@ -111,7 +112,7 @@ INLINE void sinhcosh(dd a, wide *s, wide *c)
     *s = 0.5 * (plus - minus);
     *c = 0.5 * (plus + minus);
 }
-/* poly4 and poly5 sum polynomials of four and of five terms in s, where ss is its square. */
+/* poly4 and poly5 evaluate polynomials of four and of five terms in s; ss is the square of s. */
 INLINE wide poly4(const wide a[], wide s, wide ss)
 {
     return (a[0] + s * a[1]) + ss * (a[2] + s * a[3]);
@@ -121,17 +122,17 @@ INLINE wide poly5(const wide a[], wide s, wide ss)
     return (a[0] + s * a[1]) + ss * ((a[2] + s * a[3]) + ss * a[4]);
 }
 
-/* The theta functions of alpha, beta and the horizontal momentum, and apart from them the phases of
+/* The theta functions of alpha, beta and the horizontal momentum, and separately the phases of
  * alpha and beta [turns]. */
 typedef struct factors {
     wide a_re, a_im, b_re, b_im, h_re, h_im;
     dd first, second;
 } factors;
 
-/* Sums the theta series at time t. Where `dual` is not 0, the series are those in the dual nome:
- * they have hyperbolic functions for sine and cosine, and Jacobi's transformation, which leads to
- * them, leaves a phase that is linear in the nutation's (`slope`). Where `euler` is not 0, beta is
- * a theta4 in place of a theta2. */
+/* Sums the theta series at time t. If `dual` is nonzero, the series are those in the dual nome.
+ * They have hyperbolic functions instead of sine and cosine. Jacobi's transformation to them adds a
+ * phase that is linear in the phase of the nutation (`slope`). If `euler` is nonzero, beta is a
+ * theta4 instead of a theta2. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -140,7 +141,7 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* The half turn next to x is an integer in the low bits of u; y is at most a quarter. */
+        /* The low bits of u hold x rounded to whole half turns; |y| is at most a quarter. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
         const wide z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
@@ -169,8 +170,8 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.h_im = s * c * poly5(e->horizontal.odd, square, quartic);
     return f;
 }
-/* Returns the state at `time`, which lies `span` behind the beginning, without the frame around it.
- * The momentum of the free (Euler's) body stands still, and its alpha and beta turn alike. */
+/* Returns the state at `time`, which is `span` after the beginning, without applying the frame. A
+ * free (Euler's) body has a constant momentum, and its alpha and beta have the same phase. */
 INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, dd span)
 {
     const factors f = theta_factors(e, dual, euler, span);
@@ -185,7 +186,8 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
         sincos_turns(f.second, &s2, &c2);
     const quat_lanes q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
                           n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};
-    /* 0, but no number where there is no attitude: then what is constant is no momentum either. */
+    /* This is 0, or NaN if the attitude is NaN, so that the constant momentum then becomes NaN as
+     * well. */
     const wide none = q.w - q.w;
     vec3_lanes m = {e->constant.x - none, e->constant.y - none, e->constant.z - none};
     if (!euler) {
@@ -198,9 +200,10 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
     return r;
 }
 
-/* A longer time overflows where a product is made without a fused one. */
+/* For longer times, exact products overflow if they are computed without fma. */
 static const double longest = 0x1p990;
-/* Returns 1 if the kernel serves so long after the beginning: so many turns have a fraction. */
+/* Returns 1 if the kernel can be used at the time `span` after the beginning: a double resolves
+ * fractions of up to 2^50 turns. */
 INLINE mask is_within(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);

@@ -1,27 +1,27 @@
-/* Set-up of the Lagrange top's closed form. With the potential energy U u of the axis' height u =
- * a.e3, and with W = m / I1, g = 2 U / I1, the nutation obeys
+/* Set-up of the Lagrange top's closed form. With the height u = a.e3 of the axis a, the potential
+ * energy U u, W = m / I1 and g = 2 U / I1, the nutation obeys
  *     (du/dt)^2 = g (u - u1)(u - u2)(u - u3),   u1 <= u <= u2 <= 1 <= u3.
- * Whatever grows with time (the nutation's rate nu, the rates k1 and k2 of alpha and beta) and the
- * roots for it are computed in double-double from differences that do not cancel. The moment about
- * the axis adds a constant spin only. This header is source that is compiled once per instruction
- * set and number of lanes, see lane_types.h. */
+ * The rates (nu of the nutation, k1 and k2 of alpha and beta) and the roots are computed in
+ * double-double, from differences that do not cancel. The moment about the axis only adds a
+ * constant spin. This header is compiled once for each instruction set and number of lanes
+ * (lane_types.h). */
 #ifndef KR_EXACT_LAGRANGE_H
 #define KR_EXACT_LAGRANGE_H
 #include "phase.h"
 #include "theta.h"
 
-/* What the set-up takes from the start, in the letters of the file's head. */
+/* Data of the start, in the notation of the head of this file. */
 typedef struct initial {
     dd w[3], g;         /* W [T^-1] and g [T^-2] */
     dd w_square;        /* |W|^2 */
     dd a[3];            /* the axis */
-    dd plus, minus;     /* 1 + u0, 1 - u0, straight from the quaternion */
+    dd plus, minus;     /* 1 + u0, 1 - u0, computed directly from the quaternion */
     dd sum, difference; /* W.e3 + W.a, W.e3 - W.a */
     dd climb;           /* du/dt */
 } initial;
 
 /* The distances of the turning heights u1, u2 and of u3 from the start u0, from the poles, and from
- * each other. Those that grow without bound for a weak torque are multiplied by g. */
+ * each other. Distances that grow without bound as the torque vanishes are multiplied by g. */
 typedef struct turning {
     dd down, up;                     /* u0 - u1, u2 - u0 */
     dd third;                        /* g (u3 - u0) */
@@ -46,16 +46,16 @@ static inline initial initial_of(const exact_top *top, dd i1)
     s.w_square = dd_dot(s.w, s.w);
     return s;
 }
-/* Finds the heights where u3 is the lone root, from the cubic about the start in v = u - u0,
- * because u1 and u2 may be close to u0. Newton's method gives V = g (u3 - u0), the two others
- * follow. */
+/* Finds the turning heights if u3 is the lone root. The cubic is expanded about the start, in
+ * v = u - u0, because u1 and u2 may be close to u0. Newton's method gives V = g (u3 - u0); the two
+ * other roots follow. */
 static inline void about_start(const initial *s, const dd c[3], wide guess, turning *r)
 {
     const dd scaled[3] = {dd_mul(dd_square(s->g), c[0]), dd_mul(s->g, c[1]), c[2]};
     r->third = newton_cubic(dd_splat(1.0), scaled, guess);
     const dd product = dd_over(c[0], r->third),
              b = dd_over(dd_add(dd_mul(s->g, product), c[1]), r->third);
-    /* The others solve v^2 - b v - product = 0, where product >= 0. */
+    /* The two other roots solve v^2 - b v - product = 0, where product >= 0. */
     r->span = dd_sqrt(dd_add(dd_square(b), dd_scale(4.0, product)));
     const dd large = dd_half(dd_add(r->span, dd_abs(b))),
              small = dd_choose(is_positive(large.hi), dd_over(product, large), dd_splat(0.0));
@@ -68,8 +68,8 @@ static inline void about_start(const initial *s, const dd c[3], wide guess, turn
     r->minus3 = dd_sub(r->third, dd_mul(s->g, s->minus));
     r->minus1 = dd_add(s->minus, r->down);
 }
-/* Finds the heights where u1 is the lone root, from the cubic about the upper pole, because that is
- * the only height where u2 and u3 can meet. */
+/* Finds the turning heights if u1 is the lone root. The cubic is expanded about the upper pole,
+ * because u2 and u3 can coincide only there. */
 static inline void about_top(const initial *s, wide guess, turning *r)
 {
     const dd wh = dd_add(dd_square(s->w[0]), dd_square(s->w[1]));
@@ -78,7 +78,7 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     const dd c[3] = {dd_neg(dd_square(s->difference)), dd_scale(-2.0, dd_add(wh, tilt)),
                      dd_sub(dd_mul(s->g, dd_add(dd_splat(2.0), s->minus)), s->w_square)};
     r->minus1 = dd_neg(newton_cubic(s->g, c, guess - s->minus.hi));
-    /* The others solve g s^2 + e1 s + e0 = 0 for s = u - 1, where e0 <= 0. */
+    /* The two other roots solve g s^2 + e1 s + e0 = 0 for s = u - 1, where e0 <= 0. */
     const dd e0 = dd_over(c[0], r->minus1), e1 = dd_over(dd_sub(c[1], e0), r->minus1);
     r->g32 = dd_sqrt(dd_sub(dd_square(e1), dd_scale(4.0, dd_mul(s->g, e0))));
     const dd large = dd_half(dd_add(r->g32, dd_abs(e1))), small = dd_neg(dd_over(e0, large));
@@ -95,25 +95,26 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->span = dd_sub(r->minus1, r->minus2);
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
-/* Replaces the smaller of two by what leads to it from the larger: the quotient of `product` by
- * larger times `beside`. Where both are zero it leaves them. */
+/* Replaces the smaller of a and b by product / (larger * beside). The mask `smaller_a` says in
+ * which lanes a is the smaller. Leaves both unchanged if they are zero. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),
              smaller = dd_over(product, dd_mul(larger, beside));
-    const mask known = is_positive(larger.hi); /* Where not, all three heights are one. */
+    const mask known = is_positive(larger.hi); /* If it is not, all three heights coincide. */
     *a = dd_choose(mask_and(smaller_a, known), smaller, *a);
     *b = dd_choose(mask_and(mask_not(smaller_a), known), smaller, *b);
 }
-/* Replaces small distances, whose differences have cancelled, by quotients of exact products:
+/* Replaces small distances, which suffer from cancellation, by quotients of exact products:
  *     (W.e3 + W.a)^2 = (1 + u1)(1 + u2) g(1 + u3),   (W.e3 - W.a)^2 = (1 - u1)(1 - u2) g(u3 - 1),
  *     (du/dt)^2 = (u0 - u1)(u2 - u0) g(u3 - u0).
- * `top` says that the heights come from about_start. */
+ * `top` is nonzero if the heights come from about_start. */
 static inline void sharpen(const initial *s, turning *r, int top)
 {
     const dd plus = dd_square(s->sum), minus = dd_square(s->difference),
              climb = dd_square(s->climb);
-    /* A distance is kept above this level, far below rounding, so that quotients stay finite. */
+    /* Distances are kept at or above this level, which is far below rounding errors, so that
+     * quotients stay finite. */
     const dd level = dd_splat(1e-36);
     if (!top) sharpen_smaller(&r->up, &r->down, wide_more(r->down.hi, r->up.hi), climb, r->third);
     r->plus2 = dd_max(dd_add(s->plus, r->up), level);
@@ -136,7 +137,7 @@ static inline void heights_about_top(const initial *s, wide guess, turning *r)
     about_top(s, guess / s->g.hi, r);
     sharpen(s, r, 0);
 }
-/* Finds the turning heights, by that cubic in which the two roots that are close lose no digits. */
+/* Finds the turning heights, from the cubic in which two close roots lose no digits. */
 static turning turning_heights(const initial *s)
 {
     /* b is the horizontal part of W x a. */
@@ -161,8 +162,9 @@ static turning turning_heights(const initial *s)
 }
 /* Writes the rates nu, k1 and k2, and returns agm(1, k'). k1 is
  *     (W.e3 + W.a) / (4 (1 + u3)) sum Q_n,   p0^2 = (1 + u3)/(u3 - u1),
- * and k2 is the like at the upper pole, with 1 - u in place of 1 + u. There the sum may start from
- * u3 or from u2, whichever is farther from the pole and hence has the larger p0. */
+ * and k2 is the corresponding expression at the upper pole, with 1 - u in place of 1 + u. There the
+ * sum starts from u3 or from u2, whichever is farther from the pole and therefore has the larger
+ * p0. */
 static inline dd lagrange_rates(const initial *s, const turning *r, dd *nu, dd *k1, dd *k2)
 {
     const dd kp = dd_sqrt(dd_over(r->g32, r->g31)), zero = dd_splat(0.0);
@@ -192,8 +194,8 @@ typedef struct arguments {
     wide y1, y2, T;
 } arguments;
 
-/* Returns the arguments, which are incomplete integrals of the first kind. p1 and p2 stand for 1 +
- * u1 and 1 + u2, m1 and m2 for 1 - u1 and 1 - u2. */
+/* Returns the arguments, which are incomplete elliptic integrals of the first kind. p1 and p2 are
+ * 1 + u1 and 1 + u2; m1 and m2 are 1 - u1 and 1 - u2. */
 static inline arguments arguments_of(exact_lanes *exact, const initial *s, const turning *r,
                                      dd average)
 {
@@ -211,8 +213,9 @@ static inline arguments arguments_of(exact_lanes *exact, const initial *s, const
     a.y2 = -minus_where(is_negative(s->difference.hi)) * wide_min(mean * b2, limit);
     return a;
 }
-/* Sets the theta series of alpha, beta and the horizontal momentum, of one kind. The sizes follow
- * at the turning heights from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2. */
+/* Sets the theta series of alpha, beta and the horizontal momentum, in the dual nome if `dual` is
+ * nonzero. Their scales follow from |alpha|^2 = (1 + u)/2 and |beta|^2 = (1 - u)/2 at the turning
+ * heights. */
 static inline void series_of_kind(exact_lanes *exact, const turning *r, const arguments *a,
                                   int dual)
 {
@@ -254,9 +257,9 @@ static inline void lagrange_series(exact_lanes *exact, const turning *r, const a
     } else
         series_of_kind(exact, r, a, 0);
 }
-/* Sets the horizontal momentum's size. It is taken at the lower turning height, where it is the
- * larger: m1 p2 >= p1 m2 and plus3 >= minus3 (arguments_of has the letters). Its series, theta3 on
- * an axis, is positive. */
+/* Sets the scale of the horizontal momentum from its value at the lower turning height. That value
+ * is the larger one, because m1 p2 >= p1 m2 and plus3 >= minus3 (in the notation of arguments_of).
+ * Its series, a theta3 of a real or imaginary argument, is positive. */
 static inline void set_momentum_size(exact_lanes *exact, const initial *s, const turning *r,
                                      wide i1)
 {
@@ -270,9 +273,9 @@ static inline void set_momentum_size(exact_lanes *exact, const initial *s, const
     const wide norm = f[0] * f[0] + f[1] * f[1] + f[2] * f[2] + f[3] * f[3];
     exact->momentum = i1 * lowest * wide_sqrt(norm) / length(f[4], f[5]);
 }
-/* Returns the phase of the start [turns], 0 .. 1/4, by its distance from the nearer turning
- * height. */
-static inline dd place(const turning *r, wide mean)
+/* Returns the phase of the start [turns], between 0 and 1/4, from the distance to the nearer
+ * turning height. */
+static inline dd phase_at_start(const turning *r, wide mean)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0), per_span = 1.0 / r->span.hi,
                per_g31 = 1.0 / r->g31.hi, low = r->down.hi * per_span;
@@ -286,52 +289,54 @@ static inline dd place(const turning *r, wide mean)
                                   wide_choose(below, dn, kp * per_dn), one);
     return dd_choose(below, dd_of(away), two_sum(wide_splat(0.25), -away));
 }
-/* Sets where on the curve the start lies, and the two phases there. alpha, beta and the horizontal
- * momentum have three phases, of which one is the sum of the others. Each is poorly known where its
- * size is near zero, so the two largest are used; but the momentum's, which is known less well
- * where it is nearly vertical, is used only if it is larger by far. */
+/* Sets the phase of the nutation at the start, and the phases of alpha and beta there. The phase of
+ * the horizontal momentum is the sum of the phases of alpha and beta. A phase is inaccurate if its
+ * quantity is near zero, so two of the three are used. The phase of the momentum is less accurate
+ * if the momentum is nearly vertical. It is used only if the momentum is more than twice as large
+ * as the smaller of alpha and beta. */
 static inline void lagrange_start(exact_lanes *exact, const initial *s, const turning *r, wide i1,
                                   wide mean, const exact_top *top)
 {
-    const dd *p = top->q, here = place(r, mean);
+    const dd *p = top->q, here = phase_at_start(r, mean);
     const wide zero = wide_splat(0.0);
     const wide alpha = p[0].hi * p[0].hi + p[3].hi * p[3].hi,
                beta = p[1].hi * p[1].hi + p[2].hi * p[2].hi, per_all = 2.0 / (alpha + beta);
     const wide mh = top->m.x * top->m.x + top->m.y * top->m.y;
     const wide top_square =
         s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi + s->g.hi * r->down.hi;
-    /* The squares of their sizes, in terms of the largest that they have. */
+    /* Squared sizes, each relative to its largest value. */
     const wide of_first = alpha * per_all / r->plus2.hi, of_second = beta * per_all / r->minus1.hi,
                of_both = wide_choose(is_positive(mh), mh / (i1 * i1 * top_square), zero);
     wide f[6];
     phase_start(&exact->nutation, dd_choose(is_negative(s->climb.hi), dd_neg(here), here));
     factors_at(exact, 0.0, f);
-    const dd both = turns_between(-f[4], -f[5], top->m.x, top->m.y); /* momentum <= 0 */
+    const dd both = turns_between(-f[4], -f[5], top->m.x, top->m.y); /* exact->momentum <= 0 */
     const dd first = turns_between(f[0], f[1], p[0].hi, p[3].hi);
     const dd second = turns_between(f[2], f[3], p[1].hi, p[2].hi);
     const mask least = wide_less(of_first, of_second);
     const mask by_second = mask_and(least, wide_less(4.0 * of_first, of_both)),
                by_first = mask_and(mask_not(least), wide_less(4.0 * of_second, of_both));
-    /* Each of the three differences is correct; the two that round least are taken. */
+    /* Any two of the three phases would be correct; the two with the smallest rounding errors are
+     * used. */
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the axis rests at a pole. Where it leans or moves, it does so by more than what
- * kr_exact_resolves asks for. */
-static inline mask stands(const initial *s)
+/* Returns 1 if the axis rests at a pole. Otherwise it leans or moves by more than the limit of
+ * kr_exact_resolves. */
+static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;
     return mask_and(wide_at_most(wh, least * (s->w_square.hi + s->g.hi)),
                     wide_at_most(wide_min(s->plus.hi, s->minus.hi), least));
 }
-/* Returns half of the spin beyond W's, c (1/I3 - 1/I1) with c = <m, a>; alpha and beta turn by
- * that. */
+/* Returns half of c (1/I3 - 1/I1) with c = <m, a>, the spin in excess of that of W. It is added to
+ * the rate of alpha and subtracted from that of beta. */
 static inline dd half_spin_of(const exact_top *top, const initial *s, dd i1)
 {
     const dd axial = dd_half(dd_sub(s->sum, s->difference));
     return dd_half(dd_mul(dd_sub(dd_over(i1, dd_of(top->inertia.z)), dd_splat(1.0)), axial));
 }
-/* What is known on the way to a closed form, stage by stage. */
+/* Intermediate results of the set-up of a closed form, in the order of its stages. */
 typedef struct setting {
     exact_lanes exact;
     exact_top top;
@@ -342,7 +347,7 @@ typedef struct setting {
     arguments at;
 } setting;
 
-/* Says what leads to all the rest. */
+/* Computes the data from which all other stages follow. */
 static void begin_setting(setting *s)
 {
     s->i1 = equal_moment(&s->top);
@@ -360,9 +365,9 @@ static void set_angles(setting *s)
     lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Sets up closed forms in own units, of tops that have begun, whose axis does not stand and whose
- * lever is positive. Each stage is done for all before the next, because one that is done again
- * finds its code in the processor's nearest cache, which does not hold that of all. */
+/* Sets up closed forms in own units, after begin_setting, of tops whose axis does not rest at a
+ * pole and whose lever is positive. Each stage is done for all settings before the next stage,
+ * because the first-level instruction cache cannot hold the code of all stages. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);

@@ -1,16 +1,17 @@
-/* What the set-ups of the closed form share. With q = (w, x, y, z), alpha = w + i z and
- * beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
+/* Types and constants that the set-ups of the closed form have in common. With q = (w, x, y, z),
+ * alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
- * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top.) Whatever grows with time
- * is computed in double-double, so that no error does. theta4 is not needed, because q is made a
- * unit quaternion.
+ * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top.) Everything that grows with
+ * time is computed in double-double, so that errors do not grow with time. theta4(X) is not needed,
+ * because q is normalized.
  *
- * This header is part of what is compiled once per instruction set, because its users are; and once
- * more with KR_EXACT_LANES, where each number is a vector whose lanes are tops (math/simd.h).
- * That gives each top the bits which it has alone: a branch that some lanes take and others do not
- * is taken both ways, and each lane chooses; a loop goes on until all lanes are done, and leaves
- * those that are as they were. With one lane that is the branch, and the loop, of one top. */
+ * This header is compiled once for each instruction set, like the files that include it, and once
+ * more with KR_EXACT_LANES. Each number is then a vector with one lane for each top (math/simd.h).
+ * Each top gets the same bits as it gets alone. If lanes differ at a branch, both sides are
+ * computed, and each lane selects its result. A loop continues until all lanes are done, and does
+ * not change lanes that are done. With one lane, this is the ordinary branch or loop for a single
+ * top. */
 #ifndef KR_EXACT_LANE_TYPES_H
 #define KR_EXACT_LANE_TYPES_H
 #if defined KR_EXACT_LANES
@@ -23,11 +24,11 @@
 #include "math/isa.h"
 #include "math/simd.h"
 
-/* The kinds of series: of the heavy and of the free top, in the nome or in its dual. The dual is
- * the smaller where the period K' is the shorter, near a separatrix. */
+/* The kinds of series: for the heavy or the free top, in the nome or in the dual nome. The dual
+ * nome is the smaller one if K' < K, which holds near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
-/* What kreisel.h has for one top, for as many as there are lanes. */
+/* The types of kreisel.h, with one lane for each top. */
 #if defined KR_EXACT_LANES
 typedef struct vec3_lanes {
     wide x, y, z;
@@ -46,7 +47,7 @@ typedef struct theta_lanes {
 typedef struct phase_lanes {
     wide fast, slow, start, more;
 } phase_lanes;
-/* The members are those of kr_exact, in its order, but for the frame. */
+/* The members of kr_exact in the same order, without the frame. */
 typedef struct exact_lanes {
     wide period, precession, spin, begin, curve;
     phase_lanes nutation, first, second;
@@ -76,8 +77,8 @@ INLINE mask is_dual(const kr_exact *e)
 }
 INLINE void set_curve(kr_exact *e, int curve) { e->curve = curve; }
 #endif
-/* Replaces lanes of `to` by those of `from` where m holds; each is a structure of `bytes` that has
- * nothing but lanes. */
+/* Replaces the lanes of `to` that the mask m selects by those of `from`. Both are structures of
+ * `bytes` bytes that consist of lanes only. */
 INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 {
     for (size_t at = 0; at < bytes; at += sizeof(wide)) {
@@ -86,17 +87,17 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
     }
 }
 
-/* What pulls less than this, in own units, where either the momentum or the pull is about one,
- * moves nothing at any time that a double resolves: it is no pull. And what is so small of the
- * momentum is none: its square underflows. */
+/* In own units the larger of momentum and lever is about one. A lever below LEAST_LEVER counts as
+ * zero, because it moves nothing within the times that doubles resolve. A component of the momentum
+ * below LEAST_MOMENTUM counts as zero, because its square underflows. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A scene in working axes and own units, where nothing is rounded. */
+/* A scene in working axes and own units. Its conversion does not round to doubles. */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */
-    dd lever; /* mass gravity com along T */
+    dd lever; /* mass * gravity * com along T */
     vec3_lanes m;
 } exact_top;
 
@@ -104,7 +105,7 @@ typedef struct exact_top {
 INLINE mask wide_more(wide a, wide b) { return wide_less(b, a); }
 INLINE mask is_negative(wide a) { return wide_less(a, wide_splat(0.0)); }
 INLINE mask is_positive(wide a) { return wide_less(wide_splat(0.0), a); }
-/* Returns -1 where m holds, else 1. */
+/* Returns -1 in the lanes of m, and 1 in all others. */
 INLINE wide minus_where(mask m) { return wide_choose(m, wide_splat(-1.0), wide_splat(1.0)); }
 INLINE wide length(wide x, wide y) { return wide_sqrt(x * x + y * y); }
 #endif

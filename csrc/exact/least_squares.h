@@ -1,6 +1,6 @@
-/* Small dense least squares: Householder's QR factorisation with exchange of columns, in doubles.
- * The columns are scaled to one length first; a column that is shorter than 1e-12 of the longest
- * counts as zero. */
+/* Small dense least-squares problems, solved in doubles by Householder's QR factorization with
+ * column pivoting. Columns are first scaled to unit length. A column shorter than 1e-12 times the
+ * longest counts as zero. */
 #ifndef KR_EXACT_LEAST_SQUARES_H
 #define KR_EXACT_LEAST_SQUARES_H
 #include <math.h>
@@ -12,8 +12,8 @@ enum { LSQ_ROWS = 128, LSQ_COLUMNS = 16 };
 typedef struct lsq {
     int rows, columns, rank;
     double a[LSQ_COLUMNS][LSQ_ROWS];
-    double size[LSQ_COLUMNS]; /* the lengths of the columns, 0 for one that counts as zero */
-    int from[LSQ_COLUMNS];    /* the number that a column had before the exchanges */
+    double size[LSQ_COLUMNS]; /* original lengths; 0 for a column that counts as zero */
+    int from[LSQ_COLUMNS];    /* index of each column before the exchanges */
     double diagonal[LSQ_COLUMNS];
 } lsq;
 
@@ -37,7 +37,7 @@ static inline void lsq_exchange(lsq *m, int i, int j)
     m->from[i] = m->from[j];
     m->from[j] = from;
 }
-/* Scales the columns, and puts those that count as zero last. */
+/* Scales the columns to unit length, and moves those that count as zero to the end. */
 static inline void lsq_scale(lsq *m)
 {
     double size = 0.0;
@@ -55,7 +55,7 @@ static inline void lsq_scale(lsq *m)
     for (int j = 0; j < m->rank; j++)
         for (int i = 0; i < m->rows; i++) m->a[j][i] /= m->size[j];
 }
-/* Applies the reflection that column k holds from its diagonal on to x. */
+/* Applies to x the reflection that column k stores from its diagonal element downwards. */
 static inline void lsq_reflect(const lsq *m, int k, double *x)
 {
     const double *v = m->a[k];
@@ -68,7 +68,8 @@ static inline void lsq_reflect(const lsq *m, int k, double *x)
     const double s = 2.0 * dot / square;
     for (int i = k; i < m->rows; i++) x[i] -= s * v[i];
 }
-/* Factors the matrix. Column k keeps the reflection from its diagonal on, and R above it. */
+/* Factors the matrix. Column k then stores the reflection from its diagonal element downwards, and
+ * a column of R above it. */
 static inline void lsq_factor(lsq *m)
 {
     lsq_scale(m);
@@ -102,13 +103,13 @@ static inline void lsq_forward(const lsq *m, double *y)
         y[j] /= m->diagonal[j];
     }
 }
-/* Writes the unknowns in the order and the units of the matrix as it was. */
+/* Writes the unknowns in the order and scale of the original columns. */
 static inline void lsq_unscale(const lsq *m, const double *x, double *out)
 {
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
-/* Solves the least-squares problem of a factored matrix for one right side, which is lost. Columns
- * whose diagonal is below 1e-13 of the first are left out. */
+/* Solves the least-squares problem of a factored matrix for one right side, which is overwritten.
+ * Columns whose diagonal element is at most 1e-13 times the first are left out. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;
@@ -124,15 +125,16 @@ static inline double lsq_normalise(double *x, int n)
     for (int i = 0; i < n; i++) x[i] /= size;
     return size;
 }
-/* Replaces x by (R^t R)^-1 x of unit length, and returns the length that it had. */
+/* Replaces x by (R^t R)^-1 x, scaled to unit length. Returns the length before scaling. */
 static inline double lsq_iterate(const lsq *m, double *x)
 {
     lsq_forward(m, x);
     lsq_back(m, m->rank, x);
     return lsq_normalise(x, m->rank);
 }
-/* Writes the null vector of a factored matrix, and returns the ratio of its last two singular
- * values. Both vectors come from inverse iteration; the second is kept orthogonal to the first. */
+/* Writes the null vector of a factored matrix. Returns the ratio of the smallest singular value to
+ * the next larger one. Both singular vectors come from inverse iteration; the second is kept
+ * orthogonal to the first. */
 static inline double lsq_null(lsq *m, double *out)
 {
     double x[LSQ_COLUMNS] = {0.0}, y[LSQ_COLUMNS], last = 0.0, second = 0.0;

@@ -1,20 +1,22 @@
-/* The k-th state of the Bobenko-Suris map, at once: a curve like the top's, walked in equal
- * strides. In the letters of map_curve.h, where a prime marks the next state,
+/* The k-th state of the Bobenko-Suris map in closed form: the states lie on a curve like the top's,
+ * at equal steps of its phase. In the notation of map_curve.h, where a prime marks the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
- * Hence alpha turns by arg N+(s2) - 2 arg theta2(eta/2 + i y1) a step, and beta likewise. The
- * momentum belongs to the link between two states, half a stride back. The twist about the axis is
- * exact, as in methods/bobenko_suris.h. This header is source that is compiled once per instruction
- * set, because its double-doubles want the fused product. */
+ * Hence the phase of alpha grows by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step, and that
+ * of beta likewise. The momentum belongs to the link between two states, half a step before its
+ * state. The rotation about the axis is exact, as in methods/bobenko_suris.h. This header is
+ * compiled once for each instruction set, because double-doubles are faster with fused
+ * multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"
 #include "map_curve.h"
 #include "scaling.h"
 
-/* Returns arg theta2(x + i y), |x| <= pi/4. Where K'/K < 1 it sums the dual series, which is one of
+/* Returns arg theta2(x + i y) for |x| <= pi/4. If K'/K < 1, sums the dual series, which is a
  * theta4. The terms are `weight` times cos(n x) cosh(n y) and sin(n x) sinh(n y), with odd n for
- * theta2 and even n for theta4; c, s and up, down (the powers of e^y and e^-y) build them up. */
+ * theta2 and even n for theta4; c and s are the cosine and sine of each term; up and down are its
+ * powers of e^y and e^-y. */
 static dd arg_theta2(const map_curve *r, dd x, dd y)
 {
     const int dual = r->ratio.hi < 1.0;
@@ -46,8 +48,8 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     if (!dual) return dd_atan2(dd_neg(im), re);
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
-/* Returns the turn of alpha (sign 1) or beta (sign -1) in a step, by the link that is symmetric
- * about a turning height. */
+/* Returns the growth of the phase of alpha (sign 1) or beta (sign -1) in a step, computed from the
+ * link that is symmetric about a turning height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
     dd re, im;
@@ -81,7 +83,7 @@ static void map_series(kr_exact_map *map, const map_curve *r)
     theta_scale(&curve->alpha, sqrt(0.5 * r->plus2) * theta_at(three.even, at) / high);
     theta_scale(&curve->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
 }
-/* Returns theta4 at k steps, as the kernel scales the other theta functions. */
+/* Returns theta4 after k steps, scaled like the other theta functions of the kernel. */
 static double pole_at(const kr_exact_map *map, double k)
 {
     const kr_phase *f = &map->curve.nutation;
@@ -95,9 +97,9 @@ static double pole_at(const kr_exact_map *map, double k)
     s = sinh(x * map->curve.stretch);
     return theta_at(map->pole.even, -s * s) * sqrt(1.0 + s * s);
 }
-/* Sets the momentum's scale: its size at the lower of the two symmetric links, where it is the
- * larger, for 1 + |W|^2 = (1 + E)/(1 + b s); and its sign by W ~ alpha beta' - beta alpha'. Returns
- * the largest |W|^2. */
+/* Sets the scale of the momentum. Its size is that at the lower of the two symmetric links, where
+ * it is larger, because 1 + |W|^2 = (1 + E)/(1 + b s). Its sign follows from W ~ alpha beta' - beta
+ * alpha'. Returns the largest |W|^2. */
 static double set_momentum(kr_exact_map *map, const map_link *k)
 {
     double f[6], g[6], h[6];
@@ -114,8 +116,8 @@ static double set_momentum(kr_exact_map *map, const map_link *k)
     if (re * h[4] < 0.0) curve->momentum = -curve->momentum;
     return across + k->l.hi * k->l.hi;
 }
-/* Sets the phases at the start. Of the phases of alpha, beta and the momentum one is the sum of the
- * others; the two whose sizes are the largest are used. */
+/* Sets the phases at the start. The phase of the momentum is the sum of those of alpha and beta.
+ * The phases of the two largest quantities are used. */
 static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
@@ -127,8 +129,8 @@ static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, d
     phase_start(&curve->nutation,
                 dd_div(dd_sub(dd_of(r->start), dd_half(r->eta)), dd_twice(dd_pi())));
     factors_at(curve, 0.0, f);
-    /* The first link is half a step on. h has what the phases turn until there, so `both` has
-     * not. */
+    /* The middle of the first link is half a step after the start. h includes the growth of the
+     * phases up to there, so `both` does not. */
     factors_at(curve, 0.5, h);
     const double sign = curve->momentum * k->unit < 0.0 ? -1.0 : 1.0;
     const dd both = turns_between(sign * h[4], sign * h[5], k->w[0].hi, k->w[1].hi);
@@ -141,28 +143,29 @@ static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, d
     phase_start(&curve->first, first);
     phase_start(&curve->second, second);
 }
-/* Returns 1 if the axis rests: at a pole, where one that leans and moves by less than 1e-100 counts
- * as one that rests, or anywhere without gravity and momentum. */
-static int stands_still(const map_link *k, dd plus, dd minus)
+/* Returns 1 if the axis rests. It rests at a pole, where a tilt and a velocity below 1e-100 count
+ * as zero, or anywhere without gravity and momentum. */
+static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,
                  w = wh + k->l.hi * k->l.hi;
     return wh <= least * (w + fabs(k->b.hi)) &&
            (fmin(plus.hi, minus.hi) <= least || (w == 0.0 && k->b.hi == 0.0));
 }
-/* Sets the map up in own units, with a step for the unit of time. Returns 0 if 1 + b s = 0, or so
- * near a separatrix that the roots are not known well enough. */
+/* Sets up the map in own units, with the step as unit of time. Returns 0 if 1 + b s = 0, or if the
+ * motion is so near a separatrix that the roots are not accurate enough. */
 static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
 {
     const dd i1 = equal_moment(top);
     kr_exact *curve = &map->curve;
     dd a[3], plus;
     const dd minus = axis_of(top->q, a, &plus), angle = dd_atan2(k.c, dd_of(1.0));
-    const dd twist = dd_div(dd_mul(i1, k.c), dd_of(top->inertia.z)); /* half of step <m, a> / I3 */
+    /* half of step * <m, a> / I3 */
+    const dd twist = dd_div(dd_mul(i1, k.c), dd_of(top->inertia.z));
     curve->constant.z = top->m.z;
     curve->side = 1.0;
     if (!(map_height(&k, k.s).hi > 0.0)) return 0;
-    if (stands_still(&k, plus, minus)) {
+    if (is_axis_at_rest(&k, plus, minus)) {
         const dd turn = dd_atan2(k.l, dd_of(1.0)), rest = dd_sub(twist, angle);
         steady_closed_form(curve, rounded(top->q), dd_add(turn, rest), dd_sub(turn, rest));
         return 1;
@@ -174,7 +177,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     const dd first = dd_add(k1, twist), second = dd_sub(k2, twist);
     map_series(map, &r);
     curve->nutation = phase_of(r.eta);
-    /* The momentum is scaled with the turns of the Cayley drift alone, without further twist. */
+    /* The momentum is scaled with phases that include the rotation by the Cayley drift, but not the
+     * twist about the axis. */
     curve->first = phase_of(dd_add(k1, angle));
     curve->second = phase_of(dd_sub(k2, angle));
     const double most = set_momentum(map, &k);
@@ -185,7 +189,7 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
 /* Returns the k-th state: the attitude after k steps, and the momentum of the link before it; those
- * of the start where k is too large for the kernel. */
+ * of the start if k is too large for the kernel. */
 static kr_state map_state(const kr_exact_map *map, int64_t k)
 {
     const kr_exact *curve = &map->curve;
@@ -200,14 +204,15 @@ static kr_state map_state(const kr_exact_map *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the map begins where it should. At steps of 1e-8 and less it may lie so near a pole
- * that double-double does not tell the link's heights from it. */
+/* Returns 1 if the map begins at the attitude `start`. With steps of 1e-8 and less, the start may
+ * be so near a pole that double-double cannot resolve the distances of the link's heights from the
+ * pole. */
 static int begins_at(const kr_exact_map *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
-/* Sets the map up for a user's scene. A step so large that 1 + b s < 0 is one of the top seen from
- * below, whose first link is then made instead. */
+/* Sets up the map for a user's scene. A step so large that 1 + b s < 0 is a step of the top seen
+ * from below, so the first link of that top is used. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
     const kr_exact_map empty = {.pole = {{1.0}, {0.0}}};
@@ -224,13 +229,14 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     exact_top seen;
     map_link k;
     int below = top.own.lever.hi < 0.0;
-    for (int i = 0; i < 2; i++) { /* a second pass settles the side; a third would repeat it */
+    /* The second pass decides the side; a third would repeat the second. */
+    for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);
         if (k.b.hi < 0.0) below = !below;
     }
     if (!(fabs(step) > 0x1p-100 * top.units.time && fabs(step) < 0x1p40 * top.units.time))
-        return KR_ERR_ARGUMENT; /* Its powers would underflow, or overflow. */
+        return KR_ERR_ARGUMENT; /* Powers of the step would underflow or overflow. */
     if (!own_map(&seen, k, &r) || !is_within(&r.curve, 1.0)) return KR_ERR_STEP_SIZE;
     if (below) {
         turn_over(&r.curve);

@@ -1,37 +1,38 @@
-/* The curve of the Bobenko-Suris map m' = m + step torque(a), a' = Cay(step m' / I1) a.
- * With h = step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1 the constants of map and link are
+/* The curve of the Bobenko-Suris map m' = m + step torque(a), a' = Cay(step m' / I1) a. With
+ * h = step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1, the constants of map and link are
  *     l = W.e3,   c = W.a,   E = |W|^2 (1 + b s) + b s,   X = 2 (1 + c^2)/(1 + E),
  *     s = u + u',   y = X (1 + b s) = 1 + a.a',   N+- = y +- s + i(l y - c s);   then
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
- * a cubic with roots s1 <= s <= s2 <= s3. s and u are elliptic functions of a phase that grows by
- * eta a step. A step so large that 1 + b s < 0 has both signs changed, hence b < 0: it is a step of
- * the top seen from below. This header is source that is compiled once per instruction set, because
- * its double-doubles want the fused product. */
+ * where P is a cubic with roots s1 <= s <= s2 <= s3. s and u are elliptic functions of a phase that
+ * grows by eta in each step. If a step is so large that 1 + b s < 0, the signs of b and X are
+ * reversed. Then b < 0, and the step is one of the top seen from below. This header is compiled
+ * once for each instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_MAP_CURVE_H
 #define KR_EXACT_MAP_CURVE_H
 #include "math/dd_functions.h"
 #include "single.h"
 #include "theta.h"
 
-/* The link from the start to the state after the first step, and what the curve is made from. */
+/* The link from the start to the state after the first step, and the data that determine the
+ * curve. */
 typedef struct map_link {
-    dd l, c, b, energy, x; /* the letters of the file's head; b and x are multiplied by `sign` */
+    dd l, c, b, energy, x; /* notation of the file's head; b and x are multiplied by `sign` */
     dd s, climb;           /* u + u', u' - u */
     dd w[3];               /* W */
     dd p[4];               /* the coefficients of P, multiplied by `sign` */
-    dd s1, s2, third;      /* its roots; of s3, which may be infinite, b (s3 - s) */
+    dd s1, s2, third;      /* roots of P; for s3, which may be infinite, b (s3 - s) */
     dd below, above;       /* s - s1, s2 - s */
     double unit;           /* m = unit W */
-    double sign;           /* of 1 + b s */
+    double sign;           /* sign of 1 + b s */
 } map_link;
 /* The elliptic functions of a curve, whose phase has the half period pi. */
 typedef struct map_curve {
-    dd k2, kp2, mean, ratio;     /* k^2, k'^2, agm(1, k'), K'/K */
-    dd eta, y1, y2;              /* a step of the phase; the imaginary parts beside it */
-    double plus2, minus1, start; /* 1 + u2, 1 - u1, the phase in the middle of the first link */
+    dd k2, kp2, mean, ratio; /* k^2, k'^2, agm(1, k'), K'/K */
+    dd eta, y1, y2;          /* growth of the phase in a step; imaginary parts of the arguments */
+    double plus2, minus1, start; /* 1 + u2, 1 - u1, phase at the middle of the first link */
 } map_curve;
 
-/* Returns sign (1 + b s), which is positive. */
+/* Returns sign * (1 + b s), which is positive. */
 static dd map_height(const map_link *k, dd s) { return dd_add(dd_of(k->sign), dd_mul(k->b, s)); }
 
 static void cross(const dd a[3], const dd b[3], dd r[3])
@@ -41,7 +42,7 @@ static void cross(const dd a[3], const dd b[3], dd r[3])
         r[i] = dd_sub(dd_mul(a[j], b[k]), dd_mul(a[k], b[j]));
     }
 }
-/* Makes the first step of the map and takes its constants. */
+/* Makes the first step of the map and computes its constants. */
 static map_link map_link_of(const exact_top *top, double step)
 {
     const dd one = dd_of(1.0), i1 = equal_moment(top), scale = dd_div(dd_of(0.5 * step), i1);
@@ -73,7 +74,7 @@ static map_link map_link_of(const exact_top *top, double step)
     }
     return k;
 }
-/* Sets the coefficients of sign P(s), where nothing of the size 1/h^2 cancels if it is written as
+/* Sets the coefficients of sign * P(s). No terms of the size 1/h^2 cancel in the form
  *     P(s) = b s^3 - D/(1+c^2) s^2 + (1 + b s)(4 D/(1+E) - 2 X b s)
  *            - 2/X (l X (1 + b s) - c s)^2,   D = E - c^2. */
 static void fill_cubic(map_link *k)
@@ -90,8 +91,8 @@ static void fill_cubic(map_link *k)
                      dd_scale(k->sign, dd_add(xb, dd_mul(dd_twice(two), dd_mul(e, lx)))));
     k->p[0] = dd_sub(dd_scale(k->sign, level), dd_mul(two, dd_square(lx)));
 }
-/* Finds the roots of P about the first link's s0, in v = s - s0: the lone one by Newton's method,
- * the two others as roots of a quadratic, without cancellation. */
+/* Finds the roots of P, expanded in v = s - s0 about the value s0 of the first link. Newton's
+ * method gives the lone root. The two others are the roots of a quadratic, without cancellation. */
 static void find_map_roots(map_link *k)
 {
     const dd c[3] = {
@@ -100,8 +101,9 @@ static void find_map_roots(map_link *k)
         dd_add(dd_times(3.0, dd_mul(k->b, k->s)), k->p[2])};
     mask top;
     const double guess = lone_root(c[2].hi, k->b.hi * c[1].hi, k->b.hi * k->b.hi * c[0].hi, &top);
-    if (top) { /* as where b = 0, which leaves a quadratic */
-        /* The lone root V = b v3 leaves v^2 - B v - C for the two others, with C = c0 / V >= 0. */
+    if (top) { /* also if b = 0, where P is a quadratic */
+        /* Division by the lone root V = b v3 leaves v^2 - B v - C for the two others, with
+         * C = c0 / V >= 0. */
         const dd scaled[3] = {dd_mul(dd_square(k->b), c[0]), dd_mul(k->b, c[1]), c[2]};
         const dd third = newton_cubic(dd_of(1.0), scaled, guess), product = dd_div(c[0], third);
         const dd b = dd_div(dd_mul(k->b, product), third);
@@ -118,7 +120,7 @@ static void find_map_roots(map_link *k)
         const dd v1 = newton_cubic(k->b, c, guess / k->b.hi);
         const dd e1 = dd_add(c[2], dd_mul(k->b, v1)), e0 = dd_div(c[0], dd_neg(v1));
         const dd root = dd_sqrt(dd_sub(dd_square(e1), dd_times(4.0, dd_mul(k->b, e0))));
-        const dd big = dd_half(dd_sub(root, e1)); /* b v3, which leaves v2 = e0 / (b v3) */
+        const dd big = dd_half(dd_sub(root, e1)); /* b v3; the other root is v2 = e0 / (b v3) */
         k->below = dd_neg(v1);
         k->third = big;
         k->above = dd_div(e0, big);
@@ -126,9 +128,9 @@ static void find_map_roots(map_link *k)
     k->s1 = dd_sub(k->s, k->below);
     k->s2 = dd_add(k->s, k->above);
 }
-/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2,
- * from its distances to the roots. */
-static void at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
+/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2, from
+ * the distances of s from the roots. */
+static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
     const dd scale = dd_sub(dd_of(1.0), dd_mul(k->b, w));
@@ -145,13 +147,13 @@ static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
     *re = dd_add(y, dd_times(sign, s));
     *im = dd_sub(dd_mul(k->l, y), dd_mul(k->c, s));
 }
-/* Writes the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles: 1 + sign u
- * by a sum, 1 - sign u by the product (1 - sign u)(1 - sign u'). The link is the one that begins at
- * the turning height. */
+/* Writes the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles:
+ * 1 + sign * u by a sum, 1 - sign * u from the product (1 - sign * u)(1 - sign * u'). The link is
+ * the one that begins at the turning height. */
 static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
 {
     dd s, square, re, im;
-    at_phase(k, sn2, cn2, &s, &square);
+    link_at_phase(k, sn2, cn2, &s, &square);
     const dd other = dd_sqrt(square), y = dd_mul(k->x, map_height(k, s));
     const dd u = dd_half(dd_add(s, dd_times(sign, other))),
              v = dd_half(dd_sub(s, dd_times(sign, other)));
@@ -160,11 +162,11 @@ static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *f
     *near = dd_div(dd_add(dd_square(re), dd_square(im)),
                    dd_twice(dd_mul(y, dd_sub(dd_of(1.0), dd_times(sign, v)))));
 }
-/* Returns u3 - 1, by the product (1 - u)(1 - u') at the link next to u3. */
-static dd beyond(const map_link *k, dd sn2, dd cn2)
+/* Returns u3 - 1, computed from the product (1 - u)(1 - u') of the link next to u3. */
+static dd third_height_above_pole(const map_link *k, dd sn2, dd cn2)
 {
     dd s, square, re, im;
-    at_phase(k, sn2, cn2, &s, &square);
+    link_at_phase(k, sn2, cn2, &s, &square);
     const dd y = dd_mul(k->x, map_height(k, s)), other = dd_half(dd_add(s, dd_sqrt(square)));
     map_linear(k, s, -1.0, &re, &im);
     return dd_div(dd_add(dd_square(re), dd_square(im)),
@@ -176,7 +178,8 @@ typedef struct half_stride {
     dd sn2, cn2, dn2;
 } half_stride;
 
-/* Sets modulus, periods and stride of the curve from the roots of its cubic. */
+/* Sets the modulus, the periods and the growth eta of the phase per step, from the roots of the
+ * cubic. */
 static half_stride set_periods(const map_link *k, map_curve *r)
 {
     const dd one = dd_of(1.0), least = dd_of(1e-36);
@@ -190,7 +193,7 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     r->kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
     r->mean = elliptic_mean(dd_sqrt(r->kp2), 0, NULL, NULL);
     r->ratio = dd_div(r->mean, elliptic_mean(dd_sqrt(r->k2), 0, NULL, NULL));
-    /* These squares belong to eta; those of eta/2 follow by the formulas for half an argument. */
+    /* These are the squares at eta. Those at eta/2 follow from the half-argument formulas. */
     const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2);
     const dd cn = dd_sqrt(cn2), dn = dd_sqrt(dn2);
     const half_stride half = {dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn))),
@@ -200,7 +203,7 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     return half;
 }
 /* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
- * integrals of the first kind, and the turning heights that they depend on. */
+ * elliptic integrals of the first kind, and the turning heights that they depend on. */
 static void set_arguments(const map_link *k, half_stride half, map_curve *r)
 {
     const dd one = dd_of(1.0), sh = half.sn2, ch = half.cn2, dh = half.dn2;
@@ -214,10 +217,11 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     const dd far = dd_add(d, dd_mul(dd_mul(minus2, r->k2), sh));
     const dd rho = dd_div(dd_mul(minus2, dh), far);
     cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
-    /* Where y2 is near its limit and u3 near 1 this difference cancels; the product does not. */
+    /* If y2 is near its limit and u3 near 1, this difference cancels; the product below does
+     * not. */
     if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
         const dd kc = dd_mul(r->k2, ch);
-        const dd gap = beyond(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));
+        const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));
         cd = dd_div(dd_mul(kc, gap), dd_mul(r->kp2, far));
     }
     r->y2 = dd_mul(dd_mul(r->mean, dd_sqrt(dd_div(rho, r->kp2))), dd_rf(cd, one, dd_add(one, rho)));
@@ -226,7 +230,8 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     r->plus2 = plus2.hi;
     r->minus1 = minus1.hi;
 }
-/* Returns the phase in the middle of the first link, by its distances from the turning heights. */
+/* Returns the phase at the middle of the first link, from the distances of s from the roots s1 and
+ * s2. */
 static double start_phase(const map_link *k, const map_curve *r)
 {
     const dd low = dd_mul(k->below, map_height(k, k->s2));

@@ -1,13 +1,13 @@
-/* Phases and rates of the closed form, and what its set-ups ask of an attitude. An angle is counted
- * in turns, because whole turns are then left out without a rounding. This header is source that is
- * compiled once per instruction set and number of lanes, see lane_types.h. */
+/* Phases and rates of the closed form, and functions of the attitude that its set-ups need. Angles
+ * are measured in turns, because whole turns can then be dropped without rounding. This header is
+ * compiled once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_PHASE_H
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
-/* Writes real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
- * before q is made a unit quaternion and carried into the frame. The first is for series of one
- * kind, the second for lanes of any. */
+/* Write real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
+ * before q is normalized and transformed into the frame. factors_of_kind is for series of one kind,
+ * factors_at for lanes of any kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -40,15 +40,15 @@ static inline void factors_at(const exact_lanes *e, double span, wide out[6])
 
 static const double two_pi = 6.283185307179586477;
 
-/* Returns a phase that grows at this rate [rad in a unit of time], from 0. */
+/* Returns a phase that grows from 0 at this rate [rad per unit of time]. */
 static inline phase_lanes phase_of(dd rate)
 {
     const dd f = dd_mul(rate, one_turn());
     const phase_lanes r = {.fast = f.hi, .slow = f.lo};
     return r;
 }
-/* Lets a phase begin at `start` [turns], less so many whole turns that it lies within 1 +- 1/2:
- * phase_at relies on that. */
+/* Sets the value of a phase at the start [turns], reduced by whole turns to the range 1 +- 1/2, on
+ * which phase_at relies. */
 static inline void phase_start(phase_lanes *phase, dd start)
 {
     const dd s = two_sum(wide_splat(1.0), start.hi - nearest(start.hi));
@@ -68,8 +68,8 @@ static inline wide turns_of_tangent(wide u)
                                   zz * -0.00305209614217111548));
     return u * turn.hi + u * (turn.lo + z * (low + zz * zz * high));
 }
-/* Returns the argument of x + i y in turns. Eighths are exact; the rest is an arc tangent of at
- * most a sixteenth, whose rounding is the smaller for it. */
+/* Returns the argument of x + i y in turns. Eighths of a turn are exact. The rest is an arc tangent
+ * of at most a sixteenth of a turn, so its rounding error is small. */
 static inline dd turns_of(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
@@ -94,13 +94,13 @@ static inline dd turns_between(wide x, wide y, wide u, wide v)
     return turns_of(im.hi, re.hi);
 }
 
-/* Returns the product of four double-doubles with four doubles. */
+/* Returns the scalar product of four double-doubles and four doubles. */
 static inline dd dot(const dd a[4], wide w, wide x, wide y, wide z)
 {
     return dd_add(dd_add(dd_times(w, a[0]), dd_times(x, a[1])),
                   dd_add(dd_times(y, a[2]), dd_times(z, a[3])));
 }
-/* Replaces q by the product q by: the turn `by` comes first. */
+/* Replaces q by the product q * by, which applies the rotation `by` first. */
 static inline void turn_first(dd q[4], quat_lanes by)
 {
     const dd a[4] = {q[0], q[1], q[2], q[3]};
@@ -119,8 +119,8 @@ static inline quat_lanes rounded(const dd q[4])
     return r;
 }
 
-/* Writes the axis a = q e3 q* and, with its height u = a.e3, 1 + u in `plus`; returns 1 - u. Both
- * come straight from the quaternion, so that neither cancels near a pole. */
+/* Writes the axis a = q e3 q*. With its height u = a.e3, writes 1 + u to `plus` and returns 1 - u.
+ * Both are computed directly from the quaternion, so that neither cancels near a pole. */
 static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -132,7 +132,7 @@ static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
     a[2] = dd_half(dd_sub(*plus, minus));
     return minus;
 }
-/* Writes q* v q, where q need not be of unit length. */
+/* Writes q* v q / |q|^2; q need not have unit length. */
 static inline void turned_back(const dd q[4], const dd v[3], dd r[3])
 {
     dd p[4][4];
@@ -157,9 +157,10 @@ static inline wide sign_of(wide x)
 }
 
 /* Sets the period and the mean rates of Euler's angles, from the rates of the nutation's phase and
- * of the phases of alpha and beta. theta1 and theta2 of X + i y wind about zero themselves, against
- * the sign of y and hence with that of `slope`. A zero on the way turns by half a turn either way,
- * which counts as none. Euler's beta, a theta4, has no zeros and does not wind. */
+ * of the phases of alpha and beta. The functions theta1 and theta2 of X + i y themselves wind about
+ * zero, in the sense opposite to the sign of y, which is the sign of `slope`. If they pass through
+ * zero, the phase jumps by half a turn in an undefined sense, which counts as no winding. The beta
+ * of a free top, a theta4, has no zeros and does not wind. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -168,13 +169,13 @@ static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide secon
     exact->precession = (first + second) + (wind1 + wind2) * nu;
     exact->spin = (first - second) + (wind1 - wind2) * nu;
 }
-/* Returns I1. */
+/* Returns I1, the mean of the two equal moments. */
 static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top as it is seen from below, q -> i q: gravity that points upwards points downwards
- * there. */
+/* Returns the top as seen from below, q -> i q. Seen in this way, gravity that points upwards
+ * points downwards. */
 static inline exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
@@ -187,7 +188,8 @@ static inline exact_top seen_from_below(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Turns what has no frame of the closed form of a top that was seen from below back. */
+/* Converts the closed form of the top seen from below to that of the top itself, except for the
+ * frame. */
 static inline void turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);
@@ -195,8 +197,9 @@ static inline void turn_over(exact_lanes *exact)
     exact->precession = -exact->precession;
 }
 
-/* Brings what has no frame of the closed form from own units to the user's. `unit` is its unit of
- * time in the user's, a power of two, `momentum` its unit of momentum. */
+/* Converts the closed form, except for the frame, from own units to the user's. `unit` is the own
+ * unit of time, a power of two, and `momentum` the own unit of momentum, both in the user's
+ * units. */
 static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;

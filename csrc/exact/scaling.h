@@ -1,7 +1,8 @@
 /* Conversion of a user's scene to the closed form's working axes and own units. A state's error
- * must not grow with time, so nothing that determines a rate is rounded: the attitude and mass
- * gravity com are double-double products, the units powers of two. Each instruction set compiles
- * this header, because of the products. */
+ * must not grow with time, so nothing that determines a rate is rounded to doubles: the attitude
+ * and mass * gravity * com are double-double products, and the units are powers of two. This header
+ * is compiled once for each instruction set, because double-doubles are faster with fused
+ * multiply-add. */
 #ifndef KR_EXACT_SCALING_H
 #define KR_EXACT_SCALING_H
 #include "math/exponent.h"
@@ -14,12 +15,13 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Writes the rotation from the rounded working axes of a spherical body to its centre of mass, and
- * returns |com|. */
+/* Writes the rotation that takes the third working axis of a spherical body, which is rounded, to
+ * the centre of mass. Returns |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};
-    /* Divided by the largest component, because squares may overflow or vanish. */
+    /* The components are divided by the largest one, because their squares may overflow or
+     * underflow. */
     const double size = v_largest(b->com);
     const double xyz[3] = {b->com.x, b->com.y, b->com.z};
     dd com[3], c[3];
@@ -31,7 +33,7 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
-/* Converts a checked scene to working axes and own units. */
+/* Converts a scene that has been checked to working axes and own units. */
 static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *top)
 {
     const kr_pull pull = kr_scene_pull(scene, scene->body.com);
@@ -66,8 +68,8 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
     return KR_OK;
 }
-/* Converts the closed form to the frame of description and the user's units; `unit` is its unit of
- * time. */
+/* Converts the closed form to the frame of description and the user's units; `unit` is the own unit
+ * of time. */
 static void to_frame_and_units(kr_exact *exact, const described_top *top, double start, double unit)
 {
     if (!is_one(top->axes)) {

@@ -1,13 +1,14 @@
-/* The closed form of one top: its states, and motions without a nutation. This header is
- * source that is compiled once per instruction set, because its double-doubles want the fused
- * product. */
+/* States of the closed form of one top, and closed forms of motions without nutation. This header
+ * is compiled once for each instruction set, because double-doubles are faster with fused
+ * multiply-add. */
 #ifndef KR_EXACT_SINGLE_H
 #define KR_EXACT_SINGLE_H
 #include "frame.h"
 #include "phase.h"
 
-/* Returns the state `span` after the beginning, as one at time t. Each kind of series calls the
- * kernel with constants, so that the compiler leaves out what that kind does not need. */
+/* Returns the state at time t, which is `span` after the beginning. Each kind of series calls the
+ * kernel with constant arguments, so that the compiler removes the code that this kind does not
+ * need. */
 static inline kr_state state_after(const kr_exact *e, double t, dd span)
 {
     kr_state r;
@@ -28,8 +29,8 @@ static inline kr_state state_after(const kr_exact *e, double t, dd span)
     if (e->framed) r.q = framed(e->frame, r.q);
     return r;
 }
-/* Returns the state at a time that is too late for the kernel: that of the beginning, which has
- * every integral. There is none at a time that is not finite. */
+/* Returns the state at a time beyond the range of the kernel: that of the beginning, which has the
+ * correct values of all integrals. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
@@ -42,8 +43,8 @@ static inline kr_state state_at(const kr_exact *e, double t)
     return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
 }
 
-/* Sets a motion up in which alpha and beta keep their size and turn at constant rates: that of a
- * top which sleeps, hangs or rests, or of a symmetric body without torque. */
+/* Sets up a motion in which alpha and beta have constant sizes and constant rates: that of a
+ * sleeping, hanging or resting top, or of a symmetric body without torque. */
 static inline void steady_closed_form(kr_exact *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
@@ -56,11 +57,11 @@ static inline void steady_closed_form(kr_exact *exact, kr_quat q, dd first, dd s
     exact->alpha.even[0] = a;
     exact->beta.odd[0] = b;
     exact->period = INFINITY;
-    /* Where the axis is vertical, the whole turn counts as spin. */
+    /* If the axis is vertical, the whole rotation counts as spin. */
     exact->precession = a > 0.0 && b > 0.0 ? first.hi + second.hi : 0.0;
     exact->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
 }
-/* Puts the closed form into the frame q -> left q right. */
+/* Sets the frame of the closed form to q -> left * q * right. */
 static inline void set_frame(kr_exact *exact, kr_quat left, kr_quat right)
 {
     fill_frame(exact->frame, left, right);

@@ -1,20 +1,20 @@
-/* Elliptic integrals, the roots of a cubic, and theta functions as polynomials. A complete integral
- * comes from the arithmetic-geometric mean M, that of the third kind as (DLMF 19.8.6)
+/* Elliptic integrals, the roots of a cubic, and theta functions as polynomials. Complete integrals
+ * are computed by the arithmetic-geometric mean M; that of the third kind is (DLMF 19.8.6)
  *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n);
- * an incomplete one of the first kind is Carlson's R_F, by duplication. This header is source
- * that is compiled once per instruction set and number of lanes, see lane_types.h. */
+ * incomplete integrals of the first kind are Carlson's R_F, computed by duplication. This header is
+ * compiled once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_THETA_H
 #define KR_EXACT_THETA_H
 #include "kernel.h"
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp) and writes the sum of Q_n for each start p0^2 = 1 - alpha^2. At first
- * a = Q = 1 and g = kp; a step is
+/* Returns agm(1, kp) and writes the sum of Q_n for each start p0^2 = 1 - alpha^2. Initially
+ * a = Q = 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Every step squares the distances, so the step after they fall below 1e-8 is the last, and needs
- * doubles only. */
+ * Every step squares the relative distances. The step after they fall below 1e-8 is therefore the
+ * last one, and needs doubles only. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -41,7 +41,7 @@ static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
         live = mask_and(live, again);
         if (mask_any(live)) g = dd_choose(live, dd_sqrt(ag), g);
     }
-    /* The last step takes a g = a^2 (1 - rest / 2), with rest = (a - g)^2 / 4 a^2. */
+    /* The last step uses a g = a^2 (1 - rest / 2), with rest = (a - g)^2 / 4 a^2. */
     const wide part = apart / a.hi, rest = part * part;
     for (int i = 0; i < n; i++) {
         const dd square = dd_square(a);
@@ -62,9 +62,9 @@ static inline wide elliptic_agm(wide a, wide b)
     }
     return 0.5 * (a + b);
 }
-/* Returns T = numerator / agm(1, k): that is K'/K where the numerator is agm(1, k'), and twice as
- * much, for the square of the nome, where it is 2 agm(1, k'). The dual series multiply a phase by
- * pi / T, hence that is kept in double-double where they serve. */
+/* Returns T = numerator / agm(1, k). T is K'/K if the numerator is agm(1, k'). For series in the
+ * square of the nome the numerator is 2 agm(1, k'), and T is 2 K'/K. The dual series multiply a
+ * phase by pi / T, so pi / T is stored in double-double if they are used. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -77,7 +77,7 @@ static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
     }
     return T;
 }
-/* Returns Carlson's R_F(x, y, z): duplication brings the arguments together, until the series about
+/* Returns Carlson's R_F(x, y, z): duplication makes the arguments converge until the series about
  * their mean is exact to rounding (DLMF 19.26.18, 19.36.1). */
 static inline wide elliptic_rf(wide x, wide y, wide z)
 {
@@ -106,7 +106,7 @@ static inline wide elliptic_rf(wide x, wide y, wide z)
 }
 
 /* Returns cos(acos(c) / 3) for 0 <= c <= 1: the largest root of 4 x^3 - 3 x = c, by Newton's method
- * from where it is known to 4e-5. */
+ * from an approximation with an error of 4e-5. */
 static inline wide third_of_angle(wide c)
 {
     wide x =
@@ -117,20 +117,20 @@ static inline wide third_of_angle(wide c)
     }
     return x;
 }
-/* Returns the root of x^3 + c2 x^2 + c1 x + c0, all of whose roots are real, that lies farthest
- * from the two others; `top` says whether it is the largest or the smallest. */
+/* Returns the lone root of x^3 + c2 x^2 + c1 x + c0: of three real roots, the one farthest from the
+ * two others. Sets `top` if it is the largest root, and clears `top` if it is the smallest. */
 static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
                r = (-2.0 * c2 * c2 * c2 + 9.0 * c2 * c1 - 27.0 * c0) / (2.0 * d * d * d);
-    const mask apart = is_positive(square); /* All are one where this is not so. */
+    const mask apart = is_positive(square); /* If not, all three roots coincide. */
     const wide third = third_of_angle(wide_min(wide_abs(r), wide_splat(1.0)));
     *top = mask_or(mask_not(apart), wide_at_most(zero, r));
     const wide way = minus_where(mask_not(*top));
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
-/* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from doubles to double-double, by Newton's
- * method. The slope at the start serves for both steps, because it need not be better than that. */
+/* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision, by
+ * two steps of Newton's method. Both use the slope at the start, which is accurate enough. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -146,7 +146,7 @@ static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 }
 
 /* These are sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x) as
- * polynomials in sin^2 x: row j has the coefficients, from the constant on. */
+ * polynomials in sin^2 x: row j holds the coefficients in ascending order. */
 static const double SIN_ODD[][KR_THETA_TERMS] = {{1}, {3, -4}, {5, -20, 16}, {7, -56, 112, -64}};
 static const double COS_ODD[][KR_THETA_TERMS] = {{1}, {1, -4}, {1, -12, 16}, {1, -24, 80, -64}};
 static const double COS_EVEN[][KR_THETA_TERMS] = {
@@ -154,12 +154,12 @@ static const double COS_EVEN[][KR_THETA_TERMS] = {
 static const double SIN_EVEN[][KR_THETA_TERMS] = {
     {0}, {2}, {4, -8}, {6, -32, 32}, {8, -80, 192, -128}};
 
-/* Adds `weight` times row j, whose terms behind the j-th are zero. */
+/* Adds `weight` times row j, whose coefficients after the j-th are zero. */
 static inline void accumulate(wide sum[], wide weight, int j, const double row[])
 {
     for (int i = 0; i <= j; i++) sum[i] = sum[i] + weight * row[i];
 }
-/* Writes sinh and cosh of y, also of a small one to all digits. With exp y = 2^k exp r
+/* Writes sinh and cosh of y to full precision, also for small y. With exp y = 2^k exp r
  *     sinh y = cosh r sinh(k ln 2) + sinh r cosh(k ln 2),   cosh y likewise. */
 static inline void sinhcosh_all(wide y, wide *s, wide *c)
 {
@@ -168,8 +168,8 @@ static inline void sinhcosh_all(wide y, wide *s, wide *c)
     *s = e.even * odd + e.odd * even;
     *c = e.even * even + e.odd * odd;
 }
-/* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. Where
- * `dual` is not 0, it returns theta(y + i x), times i for theta1, in the same form with sinh for
+/* Returns theta(x + i y) as polynomials in sin^2 x for the real and the imaginary part. If `dual`
+ * is nonzero, returns theta(y + i x), times i for theta1, in the same form with sinh in place of
  * sine. The common factor 2 nome^(1/4) of theta1 and theta2 is left out. */
 static inline theta_lanes theta_series(enum theta which, wide nome, wide y, int dual)
 {

@@ -1,28 +1,28 @@
-/* Between which angles the apex of a closed form goes up and down, and how it goes about the
- * vertical meanwhile. With m3 = <m, e3>, c = <m, apex> and the nutation th
+/* Turning points: the angles between which the apex of a closed form rises and falls, and how it
+ * precesses meanwhile. With m3 = <m, e3>, c = <m, apex> and the nutation th
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
- * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 does not cancel near
- * a pole. A free body is a top with u3 at infinity, of which only g u3 is used. This header is
- * source that is compiled once per instruction set, because its double-doubles want the fused
- * product. */
+ * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 does not cancel near a
+ * pole. A free body is treated as a top with u3 at infinity; only g u3 is used. This header is
+ * compiled once for each instruction set, because double-doubles are faster with fused
+ * multiply-add. */
 #ifndef KR_EXACT_TURNING_H
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
-/* Equalities hold up to KR_INPUT_RTOL: of an angle in rad, or of a precession or momentum relative
- * to its terms. */
+/* Types of motion. Equalities are tested with the tolerance KR_INPUT_RTOL, in rad for angles, and
+ * relative to its terms for a precession or a momentum. */
 enum motion_type {
-    RESTING,    /* nothing pulls, and the apex rests */
-    CIRCLE,     /* nothing pulls: a circle about the angular momentum */
+    RESTING,    /* no torque, and the apex rests */
+    CIRCLE,     /* no torque: a circle about the angular momentum */
     SLEEPING,   /* upright against gravity */
     HANGING,    /* straight down */
     STEADY,     /* precession without nutation */
-    SEPARATRIX, /* to the upright, in infinite time */
-    PENDULUM,   /* in a plane, to and fro or over the top */
-    ROSETTE,    /* through the vertical, above or below */
-    LOOPS,      /* above it precesses against its sense below */
-    CUSPS,      /* above it stands still */
-    WAVES       /* it precesses in one sense */
+    SEPARATRIX, /* reaches the upright position in infinite time */
+    PENDULUM,   /* in a vertical plane, swinging or circling */
+    ROSETTE,    /* passes through the vertical, above or below */
+    LOOPS,      /* precesses in opposite senses at the highest and lowest points */
+    CUSPS,      /* does not precess at the highest point */
+    WAVES       /* precesses in one sense */
 };
 static const char *const motion_type_names[] = {"resting", "circle",     "sleeping", "hanging",
                                                 "steady",  "separatrix", "pendulum", "rosette",
@@ -36,15 +36,16 @@ static double turning_angle(dd minus, dd plus)
                  high = plus.hi > least ? plus.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession at the height u, given 1 - u and 1 + u; 0 where it comes to no
- * more than `tol` of its terms. */
+/* Returns the sign of the precession at the height u, given 1 - u and 1 + u; returns 0 if the
+ * precession is at most `tol` relative to its terms. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
     const double all = dd_add(one, two).hi, size = fabs(one.hi) + fabs(two.hi);
     return fabs(all) <= tol * size ? 0 : all < 0.0 ? -1 : 1;
 }
-/* Returns the type of motion of a heavy top between two nutations, seen with gravity downwards. */
+/* Returns the type of motion of a heavy top between two nutations, for gravity that points
+ * downwards. */
 static enum motion_type heavy_motion_type(const initial *s, const turning *r, double least,
                                           double greatest)
 {
@@ -65,11 +66,11 @@ static enum motion_type free_motion_type(const initial *s)
     const dd across = dd_sqrt(dd_sub(s->w_square, dd_square(axial)));
     return across.hi <= KR_INPUT_RTOL * sqrt(s->w_square.hi) ? RESTING : CIRCLE;
 }
-/* Writes the first times from 0 on at which the axis is lowest and highest. */
+/* Writes the first times t >= 0 at which the axis is lowest and highest. */
 static void turning_times(const initial *s, const turning *r, double *low, double *high)
 {
     const double kp = sqrt(r->g32.hi / r->g31.hi);
-    const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = place(r, mean.hi);
+    const dd mean = elliptic_mean(dd_of(kp), 0, NULL, NULL), here = phase_at_start(r, mean.hi);
     const dd rise = dd_sub(dd_of(0.25), here);
     const double turn = 2.0 * two_pi / (sqrt(r->g31.hi) * mean.hi);
     const int falls = s->climb.hi < 0.0;
@@ -78,8 +79,8 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Returns the numbers that do not depend on the position of the axis, in own units, seen with
- * gravity downwards. */
+/* Returns the numbers that do not depend on the turning heights, in own units, for gravity that
+ * points downwards. */
 static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
 {
     kr_turning r = {0};
@@ -93,14 +94,15 @@ static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
     r.least = r.greatest = turning_angle(s->minus, s->plus);
     return r;
 }
-/* Returns the turning points of a top whose lever is not negative, in own units from time 0. */
+/* Returns the turning points of a top whose lever is not negative, in own units, with times counted
+ * from the start. */
 static kr_turning turning_downwards(const exact_top *top)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
     const initial s = initial_of(top, i1);
     const int free = s.g.hi == 0.0;
     kr_turning r = turning_of_body(top, &s, i1);
-    if (free ? free_motion_type(&s) == RESTING : stands(&s)) {
+    if (free ? free_motion_type(&s) == RESTING : is_resting_at_pole(&s)) {
         r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
         return r;
     }
@@ -119,7 +121,7 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Exchanges the two ends of the vertical. */
+/* Converts turning points to those seen with up and down exchanged. */
 static void flip_turning(kr_turning *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;
@@ -131,7 +133,7 @@ static void flip_turning(kr_turning *r)
     r->difference = -r->difference;
     r->lever = -r->lever;
 }
-/* Brings turning points from own units to the user's. */
+/* Converts turning points from own units to the user's. */
 static void turning_to_user(kr_turning *r, const kr_units *units, double start)
 {
     const double momentum = units->moment / units->time, energy = momentum / units->time;

@@ -1,14 +1,15 @@
-/* The recurrence of tangents.h: coefficients and sums. Each instruction set compiles this source
- * four times: in doubles (quat_simd.h) and in double-double (quat_simd_dd.h), for single deviations
- * (deviation_single.h) and for batches (deviation_batch.h). These headers define `triple`, a vector
- * of each deviation; `turned`, a triple that is multiplied by a `path_term`; and `halves`, two sums
- * of such products. A cross product of two series is one sum of products of both, rotated either
- * way. The newest coefficient comes last in each sum, because all others can be added before it is
- * known. */
+/* The recurrence of tangents.h: coefficients and sums. This source is compiled four times for each
+ * instruction set: in doubles (quat_simd.h) and in double-double (quat_simd_dd.h), for single
+ * deviations (deviation_single.h) and for batches (deviation_batch.h). These headers define
+ * `triple`, one vector for each deviation; `turned`, a triple in the form in which it is multiplied
+ * by a `path_term`; and `halves`, the two sums of such products. The cross product of two series is
+ * the difference of the two sums, whose factors are cyclic permutations of the components. The
+ * newest coefficient comes last in each sum, because all others can be added before it is known. */
 #include "tangents.h"
 
-/* Coefficients of the path turned as (prev | next), behind zeros, and those of a deviation as
- * (next | prev), before some: theta, N, and c x theta. */
+/* Coefficients of the path in the order (prev | next), after BEFORE zeros: w those of W, p those of
+ * P. Coefficients of a deviation in the order (next | prev): `turn` those of theta, `push` those of
+ * N, `cross` those of c x theta. */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -16,7 +17,7 @@ typedef struct {
     turned turn[KR_TAYLOR_MAX + BLOCK], push[KR_TAYLOR_MAX + BLOCK], cross[KR_TAYLOR_MAX + BLOCK];
 } turned_deviation;
 
-/* Stores the coefficients n of theta and N, plain and turned. */
+/* Stores coefficient n of theta and of N, both as they are and permuted. */
 INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn, triple push)
 {
     const triple up = triple_of(g->up), down = triple_of(g->down);
@@ -26,29 +27,31 @@ INLINE void set_deviation(kr_tangent *g, turned_deviation *d, int n, triple turn
     d->push[n] = next_prev(push);
     d->cross[n] = next_prev(triple_fma(up, triple_prev(turn), triple_mul(down, triple_next(turn))));
 }
-/* Returns the number n of B W. */
+/* Returns coefficient n of B W. */
 INLINE triple moments_times(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple w = triple_of(s->w[n]), own = triple_mul(load_moments(g, 0), w);
     return triple_fma(load_moments(g, 2), triple_prev(w),
                       triple_fma(load_moments(g, 1), triple_next(w), own));
 }
-/* Returns the number n of P x b. */
-INLINE triple pull(const kr_series *s, const kr_tangent *g, int n)
+/* Returns coefficient n of P x b. */
+INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
 {
     const triple p = triple_of(s->x[n] + 4), b = load_lever(g);
-    return triple_less(triple_mul(triple_next(p), triple_prev(b)),
-                       triple_mul(triple_prev(p), triple_next(b)));
+    return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
+                      triple_mul(triple_prev(p), triple_next(b)));
 }
-/* Returns what damping takes from N', where theta' and the two halves of theta x W are known. */
+/* Returns the damping terms, which are subtracted from N', given theta' and the two halves of theta
+ * x W. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
-    const triple drag = triple_of(g->drag), change = triple_less(rate, triple_less(plus, minus));
+    const triple drag = triple_of(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
     const triple turned_by =
-        triple_less(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
+        triple_sub(triple_mul(triple_prev(drag), plus), triple_mul(triple_next(drag), minus));
     return triple_fma(drag, change, turned_by);
 }
-/* Sums of products of coefficients over j + m = n, of a deviation's number j and the path's m. */
+/* Sums over j + m = n of the products of coefficient j of a deviation and coefficient m of the
+ * path. */
 typedef struct {
     halves turn, push, cross;
 } deviation_sums;
@@ -59,7 +62,7 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Sets the coefficients n + 1, from the two parts of the sums. */
+/* Sets the coefficients n + 1 from the sums of the even and of the odd terms, `a` and `b`. */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {
@@ -68,20 +71,20 @@ INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *
                  pushed = halves_add(halves_add(a->push, a->cross), halves_add(b->push, b->cross));
     const triple plus = triple_mul(share, halves_lo(crossed)),
                  minus = triple_mul(share, halves_hi(crossed));
-    triple own = load_push(g, n), force = triple_less(halves_lo(pushed), halves_hi(pushed));
+    triple own = load_push(g, n), force = triple_sub(halves_lo(pushed), halves_hi(pushed));
     if (g->changes != 0.0) {
-        own = triple_less(own, moments_times(s, g, n));
-        force = triple_add(force, pull(s, g, n));
+        own = triple_sub(own, moments_times(s, g, n));
+        force = triple_add(force, lever_torque(s, g, n));
     }
     own = triple_mul(triple_mul(share, triple_of(g->per)), own);
     const triple rate =
         triple_fma(triple_of(g->ahead), plus, triple_fma(triple_of(g->behind), minus, own));
     force = triple_mul(share, force);
-    if (g->damped != 0.0) force = triple_less(force, damping(g, rate, plus, minus));
+    if (g->damped != 0.0) force = triple_sub(force, damping(g, rate, plus, minus));
     set_deviation(g, d, n + 1, rate, force);
 }
-/* Adds the terms `first`, `first` + 2, ..., and those after each of them if PARTS_AT_ONCE chains
- * run in parallel. */
+/* Adds the terms `first`, `first` + 2, ... to `a`. If PARTS_AT_ONCE is 2, adds the terms between
+ * them to `b`. */
 INLINE void add_terms(deviation_sums *a, deviation_sums *b, const turned_path *path,
                       const turned_deviation *d, int few, int first, int n)
 {
@@ -134,7 +137,7 @@ INLINE void expand_deviations(const kr_series *s, kr_tangent *g, size_t many, in
         expand_few(s, &path, g, AT_ONCE, order);
     for (; many > 0; many--, g += STRUCTS) expand_few(s, &path, g, 1, order);
 }
-/* Sums a series of eight numbers at a time. */
+/* Evaluates the eight series of a struct at the time `to`. */
 INLINE void sum_deviation(const kr_tangent *g, int order, const double *to, double *sum)
 {
     const duo h = duo_span(&g->t, to);

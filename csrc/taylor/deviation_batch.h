@@ -1,6 +1,6 @@
-/* The types and operations of deviation.h for batches. The lanes hold eight deviations; a triple is
- * three vectors, one for each axis, and its rotation costs nothing. Sums of even and odd terms run
- * one after the other, because both do not fit the registers. */
+/* The types and operations of deviation.h for batches. The lanes hold eight deviations. A triple
+ * consists of three vectors, one for each axis, so cyclic permutations cost nothing. The sums of
+ * even and odd terms are computed one after the other, because the registers cannot hold both. */
 #include "tangents.h"
 
 enum {
@@ -8,7 +8,7 @@ enum {
     BLOCK = 2,
     BEFORE = 0,
     PARTS_AT_ONCE = 1,
-    STRUCTS = KR_DEVIATION_BATCH_STRUCTS * WORDS /* from one batch to the next */
+    STRUCTS = KR_DEVIATION_BATCH_STRUCTS * WORDS /* distance between batches, in structs */
 };
 typedef struct {
     duo x, y, z;
@@ -24,7 +24,7 @@ INLINE triple triple_all(duo x, duo y, duo z)
     const triple r = {x, y, z};
     return r;
 }
-/* Returns a vector shared by all deviations. */
+/* Returns the same vector for all deviations. */
 INLINE triple triple_of(const double four[4])
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));
@@ -43,7 +43,7 @@ INLINE triple triple_fma(triple a, triple b, triple c)
 {
     return triple_all(duo_fma(a.x, b.x, c.x), duo_fma(a.y, b.y, c.y), duo_fma(a.z, b.z, c.z));
 }
-INLINE triple triple_less(triple a, triple b)
+INLINE triple triple_sub(triple a, triple b)
 {
     return triple_fma(triple_splat(duo_splat(-1.0)), b, a);
 }
@@ -89,7 +89,8 @@ INLINE triple load_lever(const kr_tangent *g)
 {
     return triple_all(duo_load(g->lever), duo_load(g[WORDS].lever), duo_load(g[2 * WORDS].lever));
 }
-/* The rows are xx, yy, zz; then xy, yz, zx; then xz, yx, zy. */
+/* Returns a row of the moments: row 0 has xx, yy, zz, row 1 has xy, yz, zx, row 2 has xz, yx,
+ * zy. */
 INLINE triple load_moments(const kr_tangent *g, int row)
 {
     static const int places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};

@@ -1,14 +1,15 @@
 /* The types and operations of deviation.h for single deviations. The lanes hold one deviation, (0,
- * theta | 0, N): a triple is a `quad`, and its two rotations a `duo`. Three deviations are computed
- * in parallel, because one alone would wait for its own results. */
+ * theta | 0, N): a triple is a `quad`, and its two cyclic permutations form a `duo`. Three
+ * deviations are computed in parallel, because the instructions of one alone would wait for each
+ * other's results. */
 #include "tangents.h"
 
 enum {
     AT_ONCE = 3,       /* deviations computed in parallel */
-    BLOCK = 4,         /* terms of a sum between two loop tests */
-    BEFORE = BLOCK,    /* zeros before the path */
-    PARTS_AT_ONCE = 2, /* chains of a sum */
-    STRUCTS = WORDS    /* from one deviation to the next */
+    BLOCK = 4,         /* terms added in one pass of a loop */
+    BEFORE = BLOCK,    /* zeros before the coefficients of the path */
+    PARTS_AT_ONCE = 2, /* parallel chains of a sum */
+    STRUCTS = WORDS    /* distance between deviations, in structs */
 };
 typedef quad triple;
 typedef duo turned, path_term, halves;
@@ -16,7 +17,7 @@ typedef duo turned, path_term, halves;
 INLINE triple triple_of(const double four[4]) { return quad_load(four); }
 INLINE triple triple_inverse(int n) { return quad_inverse(n); }
 INLINE triple triple_add(triple a, triple b) { return quad_add(a, b); }
-INLINE triple triple_less(triple a, triple b) { return quad_fma(quad_splat(-1.0), b, a); }
+INLINE triple triple_sub(triple a, triple b) { return quad_fma(quad_splat(-1.0), b, a); }
 INLINE triple triple_mul(triple a, triple b) { return quad_mul(a, b); }
 INLINE triple triple_fma(triple a, triple b, triple c) { return quad_fma(a, b, c); }
 INLINE triple triple_next(triple a) { return quad_next(a); }

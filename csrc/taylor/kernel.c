@@ -1,6 +1,7 @@
-/* The Taylor series in doubles. Each instruction set compiles this file: -DKR_ISA=avx2 -mavx2
- * -mfma, and so on (CMakeLists.txt); without these options, for the base instruction set. gcc and
- * clang give the same bits, as do all instruction sets with fused multiply-add. */
+/* The Taylor series in doubles. This file is compiled once for each instruction set, with options
+ * such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt), and without such options for the base
+ * instruction set. gcc and clang give the same bits, and so do all instruction sets with fused
+ * multiply-add. */
 #include "quat_simd.h"
 #include "series.h"
 
@@ -13,23 +14,23 @@ PER_ORDER void expand_headless(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, HEADLESS);
 }
-/* Sums the series at the time `at` inside the step. */
+/* Evaluates the series at the time `at` within the step. */
 PER_ORDER void evaluate_series(kr_series *s, int order)
 {
     evaluate_sums(s, 0, order, &s->at, s->at_x, s->at_w);
 }
-/* Chooses the end of the step, and sums the series there. */
+/* Chooses the end of the step and evaluates the series there. */
 PER_ORDER void end_step_by_tolerance(kr_series *s, int order, double log2_tol, double direction)
 {
     s->end = s->t + direction * series_step_size(s, order, log2_tol);
     evaluate_sums(s, 0, order, &s->end, s->end_x, s->end_w);
 }
 
-/* A compiler unrolls loops whose length is a constant, but a kernel is called through a pointer
- * without an order. Each order n therefore has functions of its own, in which n is a constant. STEP
- * defines one that steps, step_whole_n or step_headless_n. KERNELS defines both and evaluate_n,
- * which evaluates a state. ORDERS lists the orders; WHOLE_KERNEL and HEADLESS_KERNEL make the rows
- * of the tables from the same list. */
+/* Compilers unroll only loops of constant length, but a kernel is called through a pointer, and its
+ * order is not an argument. Each order n therefore has functions of its own, in which n is a
+ * constant. STEP defines the function that makes a step, step_whole_n or step_headless_n. KERNELS
+ * defines both of them and evaluate_n, which evaluates the series within a step. ORDERS lists the
+ * orders; WHOLE_KERNEL and HEADLESS_KERNEL make the rows of the tables from the same list. */
 #define STEP(form, n)                                                                              \
     static void step_##form##_##n(kr_series *s, double log2_tol, double direction)                 \
     {                                                                                              \
@@ -48,7 +49,7 @@ ORDERS(KERNELS)
 const kr_kernel KR_NAME(kr_kernel)[KR_ORDERS] = {ORDERS(WHOLE_KERNEL)};
 const kr_kernel KR_NAME(kr_headless)[KR_ORDERS] = {ORDERS(HEADLESS_KERNEL)};
 
-/* TAIL defines the functions for the terms in doubles behind a double-double head (kernel_dd.c). */
+/* TAIL defines the functions for the terms in doubles after a double-double head (kernel_dd.c). */
 #define TAIL(digits)                                                                               \
     static void expand_##digits(kr_series *s)                                                      \
     {                                                                                              \
@@ -62,8 +63,8 @@ TAIL(20)
 TAIL(30)
 const kr_tail KR_NAME(kr_tail)[KR_DEPTHS] = {{expand_20, sum_20}, {expand_30, sum_30}};
 
-/* Adds the product of two series to c; even and odd terms of a run in two parallel chains of fma.
- * It is the `product` of a kr_step_polynomial. */
+/* Adds the product of two series to c. The products with even and with odd terms of `a` are added
+ * in two parallel chains of fma. This function is the `product` of a kr_step_polynomial. */
 void KR_NAME(kr_product)(const double *a, const double *b, int order, double *c)
 {
     for (int n = 0; n <= order; n += 8) {

@@ -1,10 +1,10 @@
-/* The Taylor series with a head in double-double and a tail in doubles (kernel.c). The head has the
- * first few terms for 20 digits, and half of them for 30. Each instruction set compiles this file.
- * */
+/* The Taylor series with a head in double-double and a tail in doubles (kernel.c). The head
+ * consists of the first few terms for 20 digits, and of about half of all terms for 30. This file
+ * is compiled once for each instruction set. */
 #include "quat_simd_dd.h"
 #include "series.h"
 
-/* Sums the head, and adds h^(head + 1) times the sum of the tail. */
+/* Sums the head and adds h^(head + 1) times the sum of the tail. */
 INLINE void sum_mixed(const kr_series *s, int head, const kr_tail *tail, const double *to,
                       double *x, double *w)
 {

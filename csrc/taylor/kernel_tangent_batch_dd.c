@@ -1,5 +1,5 @@
-/* Batches of tangents in double-double, for 20 and 30 digits. Each instruction set compiles this
- * file. */
+/* Batches of tangents in double-double, for 20 and 30 digits. This file is compiled once for each
+ * instruction set. */
 #include "quat_simd_dd.h"
 enum { WORDS = 2 };
 #include "deviation_batch.h"

@@ -1,4 +1,5 @@
-/* Tangents in double-double, for 20 and 30 digits. Each instruction set compiles this file. */
+/* Tangents in double-double, for 20 and 30 digits. This file is compiled once for each instruction
+ * set. */
 #include "quat_simd_dd.h"
 enum { WORDS = 2 };
 #include "deviation_single.h"

@@ -1,8 +1,8 @@
 /* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two. Each is a hardware
  * vector if the instruction set has one of this width (x86-64-v4: 8 lanes, v3: 4, baseline and
- * arm64: 2). Otherwise it is a pair of the next narrower width, down to plain C99 doubles. fma is
- * fused if the hardware can, else a product and a sum; results therefore have one of two sets of
- * bits. Each instruction set compiles this header. */
+ * arm64: 2). Otherwise it is a pair of the next narrower width, down to plain C99 doubles. fma is a
+ * fused multiply-add if the hardware has one, otherwise a product and a sum. Results therefore have
+ * one of two possible sets of bits. This header is compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -17,9 +17,10 @@
 #else
 #  define ALIGNED
 #endif
-/* UNROLL marks a loop over orders to be unrolled: 28 copies fit the instruction cache only with
- * eight lanes for each instruction. Elsewhere PER_ORDER makes one copy of a function for all
- * orders. KR_ROLLED requests this everywhere. */
+/* UNROLL marks a loop over the terms of a series to be unrolled. Up to 28 copies of its body fit
+ * the instruction cache only if vectors have eight lanes. With narrower vectors loops are not
+ * unrolled, and a function marked PER_ORDER has one copy for all orders. KR_ROLLED requests this
+ * everywhere. */
 #if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
@@ -34,7 +35,7 @@
 
 /* NATIVE and PAIRED define the type T with its lanes, and the operations of every width: load,
  * store, splat, add, sub, mul, fma. NATIVE makes a hardware vector, with `fused` for a*b + c;
- * PAIRED makes two of type `half`. */
+ * PAIRED makes a pair of vectors of type `half`. */
 #define NATIVE(T, lanes, fused)                                                                    \
     typedef double T __attribute__((vector_size(8 * lanes)));                                      \
     typedef double T##_at __attribute__((vector_size(8 * lanes), aligned(8), may_alias));          \
@@ -74,7 +75,7 @@
         return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
     }
 
-/* `two` is half a quaternion. two_mix takes a number out of each of two of them. */
+/* `two` is half a quaternion. two_mix takes one number from each of two such halves. */
 #if defined KR_PLAIN
 INLINE double one_load(const double *p) { return *p; }
 INLINE void one_store(double *p, double a) { *p = a; }
@@ -101,9 +102,9 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* `quad` is a quaternion. quad_i, quad_j and quad_k give the lanes of the products with the units
- * i, j and k, whose signs are left to the caller. quad_next and quad_prev turn the vector part:
- * (x,y,z) -> (y,z,x) and (z,x,y). */
+/* `quad` is a quaternion. quad_i, quad_j and quad_k permute the lanes as the products with the
+ * units i, j and k do; the caller applies the signs. quad_next and quad_prev permute the vector
+ * part cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
 #if defined __AVX2__ && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -128,8 +129,8 @@ INLINE quad quad_prev(quad a)
 }
 #endif
 
-/* `duo` is two quaternions. duo_i, duo_j and duo_k work on both; duo_lo and duo_hi are its halves;
- * duo_next_prev and duo_prev_next hold one vector rotated both ways. */
+/* `duo` is two quaternions. duo_i, duo_j and duo_k work on both; duo_lo and duo_hi return its
+ * halves; duo_next_prev and duo_prev_next return both cyclic permutations of one vector. */
 #if defined __AVX512F__ && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -151,8 +152,9 @@ INLINE quad duo_lo(duo a) { return a.lo; }
 INLINE quad duo_hi(duo a) { return a.hi; }
 #endif
 
-/* Newer instruction sets have the registers for two parallel chains, and a single chain would wait
- * for itself. lone_fma is the fma of a single double. */
+/* SIDE_BY_SIDE is 1 if sums run in two parallel chains. Newer instruction sets have enough
+ * registers for both, and a single chain would wait for its own results. lone_fma is the fma of a
+ * single double. */
 #if defined KR_FUSED
 enum { SIDE_BY_SIDE = 1 };
 INLINE double lone_fma(double a, double b, double c) { return fma(a, b, c); }
@@ -161,9 +163,9 @@ enum { SIDE_BY_SIDE = 0 };
 INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 #endif
 
-/* Operations of series.h that quat_simd_dd.h defines for double-double. duo_lane broadcasts one
- * number of w; duo_scale multiplies by eight exact ones; duo_span is the difference of two times,
- * duo_inverse is 1 / n. */
+/* Operations of series.h that quat_simd_dd.h redefines for double-double. duo_lane broadcasts one
+ * number of w, duo_scale multiplies by eight exact numbers, duo_span is the difference of two
+ * times, and duo_inverse is 1 / n. */
 INLINE duo duo_lane(const double w[4], int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }

@@ -1,22 +1,22 @@
 /* Vectors of double-doubles: each lane is an unevaluated sum hi + lo of about 31 digits (Dekker
- * 1971). In memory the low words lie one kr_series behind the high words. At the end of this file
- * the names of quat_simd.h are redefined for these vectors. Each instruction set compiles this
- * header. */
+ * 1971). In memory each low word lies sizeof(kr_series) bytes after its high word. At the end of
+ * this file the names of quat_simd.h are redefined for these vectors. This header is compiled once
+ * for each instruction set. */
 #ifndef KR_QUAT_SIMD_DD_H
 #define KR_QUAT_SIMD_DD_H
 #include "math/dd.h"
 #include "quat_simd.h"
 #include "taylor.h"
 
-/* Return the address of the low words of high words, for reading and for writing. */
+/* Return the address of low words, given that of their high words, for reading and for writing. */
 INLINE const double *low(const double *p)
 {
     return (const double *)((const char *)p + sizeof(kr_series));
 }
 INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_series)); }
 
-/* PRODUCT_ERROR computes the rounding error of a product ab = a b of vectors: by fma if the
- * hardware has it, else by Dekker's product of halves of 26 bits. */
+/* PRODUCT_ERROR defines a function that returns the rounding error of the product ab = a * b of
+ * vectors. It uses fma if the hardware has it, otherwise Dekker's product of 26-bit halves. */
 #if defined __FMA__ || defined __aarch64__
 #  define PRODUCT_ERROR(T)                                                                         \
       INLINE T T##_error(T a, T b, T ab) { return T##_fma(a, b, T##_sub(T##_splat(0.0), ab)); }
@@ -35,9 +35,9 @@ INLINE double *low_of(double *p) { return (double *)((char *)p + sizeof(kr_serie
       }
 #endif
 
-/* DOUBLED defines the type D, a high and a low word of type T, and its arithmetic. fma leaves its
- * result unnormalized (|lo| of a few units in the last place of hi), which is faster; mul and store
- * normalize. */
+/* DOUBLED defines the type D, which has a high and a low word of type T, and its arithmetic. fma
+ * leaves its result unnormalized (|lo| of a few units in the last place of hi), which is faster;
+ * mul and store normalize. */
 #define DOUBLED(D, T)                                                                              \
     PRODUCT_ERROR(T)                                                                               \
     typedef struct {                                                                               \
@@ -118,7 +118,8 @@ INLINE duo2 duo2_scale(const double p[8], duo2 a)
 /* series.h is written with the names of quat_simd.h: duo, quad, and their functions. From here on
  * the preprocessor replaces these names by those for double-double, so that series.h, included
  * after this file, is the same recurrence in double-double. A list macro cannot write these lines,
- * because no macro can define another. Loops are not unrolled: their terms are too long. */
+ * because no macro can define another. Loops are not unrolled, because their bodies are too
+ * long. */
 #undef UNROLL
 #define UNROLL
 #define duo duo2

@@ -1,8 +1,8 @@
-/* The recurrence of taylor.h: coefficients, step size, sums. Each instruction set compiles this
- * source twice, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. It is
- * fast for three reasons. Every sum runs from the middle outwards, so that the two newest
- * coefficients come last. The terms j, m and m, j run in parallel. The compiler knows the order and
- * can unroll the loops. */
+/* The recurrence of taylor.h: coefficients, step size, sums. This source is compiled twice for each
+ * instruction set, after quat_simd.h for doubles and after quat_simd_dd.h for double-double. It is
+ * fast for three reasons. Every sum runs from its middle terms outwards, so that the two newest
+ * coefficients come last. The terms (j, m) and (m, j) are added in parallel. The compiler knows the
+ * order and can unroll the loops. */
 #include <stdint.h>
 #include <string.h>
 #include "taylor.h"
@@ -13,25 +13,25 @@ static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
 /* The headless form omits the attitude, whose lanes are zero. Damped motions have their own
- * expansion, so that others pay nothing for damping. */
+ * expansion, so that undamped motions pay nothing for damping. */
 typedef enum { WHOLE, HEADLESS } form;
-/* A coefficient of a vector, turned both ways: (next | prev) and (prev | next). */
+/* Both cyclic permutations of a coefficient of a vector: (next | prev) and (prev | next). */
 typedef struct {
     duo ahead, behind;
 } turned_vector;
-/* W is rotated in every form, P in the headless one only. The vectors of one order lie side by
- * side, where one instruction loads both. */
+/* W is permuted in both forms, P in the headless form only. The vectors of one order are adjacent
+ * in memory, so that one instruction can load both. */
 typedef struct {
     turned_vector w, p;
 } turned_pair;
 /* Sums of products of coefficients over j + m = n. */
 typedef struct {
-    duo i, j, k; /* of W_j x_m, axis by axis; the headless form has p in their place */
+    duo i, j, k; /* of W_j x_m for each axis; the headless form uses p instead */
     duo p;       /* of (next(W_j) * prev(P_m) | prev(W_j) * next(P_m)) */
     duo cross;   /* of next(W_j) * prev(W_m), in two halves */
 } series_sums;
 
-/* Stores a coefficient of a vector, plain and turned. */
+/* Stores a coefficient of a vector and its cyclic permutations. */
 INLINE void set_turned(double *to, turned_vector *a, quad value)
 {
     quad_store(to, value);
@@ -39,7 +39,7 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
     a->behind = duo_prev_next(value);
 }
 
-/* Adds the term with W_j and x_m. */
+/* Adds the products of W_j and x_m. */
 INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
                      form what)
 {
@@ -52,7 +52,7 @@ INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, 
         a->k = duo_fma(duo_lane(s->w[j], 3), x, a->k);
     }
 }
-/* Adds the terms j, m and m, j, the one to a, the other to b. */
+/* Adds the term (j, m) to `a` and (m, j) to `b`. Both terms of `cross` are added to `a`. */
 INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const turned_pair *of,
                      int j, int m, form what)
 {
@@ -60,7 +60,7 @@ INLINE void add_pair(series_sums *a, series_sums *b, const kr_series *s, const t
     add_term(b, s, of, m, j, what);
     a->cross = duo_fma(of[j].w.ahead, of[m].w.behind, a->cross);
 }
-INLINE void join(series_sums *a, const series_sums *b, form what)
+INLINE void add_chains(series_sums *a, const series_sums *b, form what)
 {
     if (what == HEADLESS)
         a->p = duo_add(a->p, b->p);
@@ -71,8 +71,8 @@ INLINE void join(series_sums *a, const series_sums *b, form what)
     }
 }
 
-/* Returns the sums over j + m = n. They run from the middle outwards, with the newest pair
- * apart. */
+/* Returns the sums over j + m = n. They run from their middle terms outwards; the newest pair is
+ * added separately. */
 INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
@@ -84,13 +84,13 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     UNROLL
     for (int j = (n - 1) / 2; j > 0; j--)
         add_pair(&a, SIDE_BY_SIDE ? &b : &a, s, of, n - j, j, what);
-    if (SIDE_BY_SIDE) join(&a, &b, what);
+    if (SIDE_BY_SIDE) add_chains(&a, &b, what);
     if (n > 0) add_pair(&a, &a, s, of, n, 0, what);
     return a;
 }
 
-/* Returns the next coefficient of (q | P): the right side of its equation times the share 1 / (n +
- * 1). The next two functions do so for P alone and for W. */
+/* Returns the next coefficient of (q | P): the right side of the equation of motion times
+ * `share` = 1 / (n + 1). The next two functions do the same for P alone and for W. */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
@@ -115,7 +115,7 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
 INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what, int damped)
 {
     const series_sums a = cauchy_products(s, of, n, what);
-    /* P_n is read as it was stored, in either form. */
+    /* Each form reads P_n in the way in which it has stored P_n. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
         set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));
@@ -127,9 +127,9 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
-/* approx_log2 and approx_exp2 are right to two digits, from the bits, which suffices for a step
- * size and is much faster than libm. The logarithm is later divided by the order, so the mantissa
- * itself serves as its logarithm. */
+/* approx_log2 and approx_exp2 work on the bits of a double. They are accurate to two digits, which
+ * suffices for a step size, and much faster than libm. The logarithm is later divided by the order,
+ * so the mantissa itself can be used in place of its logarithm. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;
@@ -156,11 +156,12 @@ INLINE double series_log2_radius(const kr_series *s, int n)
         a[i] = lone_fma(x[i], x[i], lone_fma(x[4 + i], x[4 + i], w[i] * w[i]));
     return approx_log2((a[0] + a[2]) + (a[1] + a[3])) * (-0.5 / n);
 }
-/* Returns the step at whose end the last term is as large as the tolerance. Two terms tell the
- * radius (Jorba and Zou 2005), because every other term of an even or odd series vanishes. They are
- * those before the last, so that the step is known as soon as the last term is. From a start so
- * near an unstable equilibrium that all terms lie below the tolerance they tell nothing: no step is
- * so long that a falling top's next terms may be larger than the last. */
+/* Returns the step size at which the last term is as large as the tolerance. The radius of
+ * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
+ * or odd series vanishes. They are the two before the last, so that the step is known as soon as
+ * the last term is. Very near an unstable equilibrium all terms lie below the tolerance and give no
+ * estimate. The step is therefore limited so that the neglected terms of a falling top cannot
+ * exceed the last one. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -169,37 +170,38 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
     return step < longest ? step : longest;
 }
 
-/* Returns the step at whose end products of the middle coefficients of a head are as large as this.
- * The first coefficient of the tail is a sum of such products, and rounded as they are. It may be
- * far smaller: where the motion is a sum of few exponentials they cancel, and the last term allows
- * a step at which the tail, which is in doubles, has lost what the head has kept. */
+/* Returns the step size at which products of the middle coefficients of a head have the size
+ * 2^log2_size. The first coefficient of the tail is a sum of such products and has their rounding
+ * errors. The sum is far smaller than the products if these cancel, as in a sum of few
+ * exponentials. The last term would then allow a step so long that the rounding of the tail, in
+ * doubles, spoils the digits of the head. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);
     return approx_exp2(lone_fma(log2_size, 1.0 / head, a < b ? a : b));
 }
 
-INLINE void turn_known(kr_series *s, turned_pair *of, int from, form what)
+INLINE void permute_known_coefficients(kr_series *s, turned_pair *of, int from, form what)
 {
     for (int n = 0; n <= from; n++) {
         set_turned(s->w[n], &of[n].w, quad_load(s->w[n]));
         if (what == HEADLESS) set_turned(s->x[n] + 4, &of[n].p, duo_hi(duo_load(s->x[n])));
     }
 }
-INLINE void damped_terms(kr_series *s, int from, int order, form what)
+INLINE void expand_damped_form(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
-    turn_known(s, of, from, what);
+    permute_known_coefficients(s, of, from, what);
     for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, 1);
 }
 APART void expand_damped(kr_series *s, int from, int order, form what)
 {
     if (what == HEADLESS)
-        damped_terms(s, from, order, HEADLESS);
+        expand_damped_form(s, from, order, HEADLESS);
     else
-        damped_terms(s, from, order, WHOLE);
+        expand_damped_form(s, from, order, WHOLE);
 }
-/* Computes the coefficients after number `from`, up to the order. */
+/* Computes the coefficients from + 1 to `order`. */
 INLINE void expand_series(kr_series *s, int from, int order, form what)
 {
     turned_pair of[KR_TAYLOR_MAX + 1];
@@ -207,13 +209,13 @@ INLINE void expand_series(kr_series *s, int from, int order, form what)
         expand_damped(s, from, order, what);
         return;
     }
-    turn_known(s, of, from, what);
+    permute_known_coefficients(s, of, from, what);
     UNROLL
     for (int n = from; n < order; n++) next_series_coefficient(s, of, n, what, 0);
 }
 
-/* Sums x_n h^(n - from) with h = to - t. Even and odd powers are summed apart, in two chains of fma
- * side by side. */
+/* Sums x_n h^(n - from) for n >= from, with h = to - t. Even and odd powers are summed separately,
+ * in two parallel chains of fma. */
 INLINE void evaluate_sums(const kr_series *s, int from, int order, const double *to, double *sum_x,
                           double *sum_w)
 {

@@ -1,36 +1,39 @@
-/* Strong damping. Where damping takes the angular velocity W about an axis much sooner than all
- * else happens, W follows its torque: the motion has come to its slow manifold, on which
+/* Strong damping. Where damping changes the angular velocity W about an axis much faster than
+ * anything else does, W is determined by its torque. The motion has then reached its slow manifold,
+ * on which
  *     D W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
  * determines the Taylor coefficients of W about that axis from the next ones, by iteration. All
- * others follow from the recurrence of taylor.h. Their radius of convergence is that of the slow
- * motion, which takes long steps where the recurrence alone takes them as short as A / D. What is
- * neglected is as exp(-D t / A) over the time t of the slow motion, below any rounding (Fenichel
- * 1979). Before it comes there, the motion moves by the recurrence, to a tolerance relative to the
- * small W to which it decays. */
+ * other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
+ * the slow motion and allows long steps, whereas the recurrence alone would need steps as short as
+ * A / D. The neglected part is of the order exp(-D t / A), with the time t of the slow motion,
+ * which is below any rounding error (Fenichel 1979). Until the motion reaches the manifold, it is
+ * integrated by the recurrence, with a tolerance relative to the small W to which it decays. */
 #include <string.h>
 #include "math/dd.h"
 #include "slow.h"
 
 enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
-/* Damping is strong where its rate is so many times all others: those of other axes, or where there
- * are none, only those that gravity and inertia allow. */
+/* Damping about some axes is strong if its rate exceeds all other rates by this factor.
+ * STRONG_ALONE applies to damping about all three axes, where only the rates of the undamped motion
+ * remain. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
-/* An angular velocity below this, over the rate of damping, counts as none. */
+/* An angular velocity below this fraction of the rate of damping counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* Digits of an angular velocity so many times smaller than the largest are not asked for. */
+/* An angular velocity that is smaller than the largest by this factor need not be accurate. */
 #define NEGLIGIBLE 0x1p-64
 
-/* Axes about which damping is strong, the largest rate of the motion on the slow manifold, and the
- * largest at which a top falls there; in the units of the motion. */
+/* The axes about which damping is strong (is_slow), the largest rate of the motion on the slow
+ * manifold (rate), and the largest rate at which a top falls there (fall), in the units of the
+ * motion. */
 typedef struct slow_axes {
     int is_slow[3];
     double rate, fall;
 } slow_axes;
 
-/* Returns the size of the angular velocity that follows its torque about an axis. Products of two
- * that follow theirs are left out, being smaller than both. */
+/* Returns the size of the angular velocity about a slow axis, as determined by its torque. The
+ * product of two such velocities is left out, because it is smaller than both. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -39,8 +42,8 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
     return (fabs(s->up[i] * p[j]) + fabs(s->down[i] * p[k]) + fabs(turning)) / fabs(s->drag[i]);
 }
 
-/* Returns the least size of an angular velocity that follows its torque and is not negligible; the
- * largest angular velocity where there is no torque. */
+/* Returns the least size of an angular velocity that is determined by its torque and is not
+ * negligible. Without any torque, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0;
@@ -82,15 +85,15 @@ static double least_size(const kr_series *s, const slow_axes *slow)
 #define over dd_div
 #include "slow_terms.h"
 
-/* Returns a bound of all rates that the energy allows. */
+/* Returns an upper bound of the rates that the energy allows without damping. */
 static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
 {
     const kr_vec3 A = motion->inertia;
     const double twice = v_dot(v_times(A, velocity), velocity) + 4.0 * v_length(motion->lever);
     return sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
 }
-/* Takes for slow all axes whose rate of damping is not below that of axis `least`. Returns whether
- * damping is strong about these. */
+/* Marks as slow all axes whose rate of damping is at least that of axis `least`. Returns 1 if
+ * damping is strong about them. */
 static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, slow_axes *slow)
 {
     const double undamped = undamped_rate(motion, velocity), pull = v_length(motion->lever);
@@ -120,7 +123,7 @@ static void scale_series(kr_series s[2], double longer)
         for (int k = 0; k < 4; k++) s[i].end_w[k] /= longer;
     }
 }
-/* Goes on in another unit of time, 1 / rate of a power of two. */
+/* Changes the unit of time to 1 / rate, where `rate` is a power of two. */
 static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
 {
     if (rate == p->rate) return;
@@ -128,8 +131,8 @@ static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     p->rate = rate;
     kr_taylor_set_constants(p->series, motion, rate);
 }
-/* Returns log2 of the largest coefficient of number n. Where all are zero the motion rests, and a
- * step is so long that no power of it overflows. */
+/* Returns log2 of the largest of the n-th coefficients. If all are zero, returns -LOG2_AT_REST,
+ * which leads to a step whose powers do not overflow. */
 static double log2_size(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -137,21 +140,21 @@ static double log2_size(const kr_series *s, int n)
     for (int i = 0; i < 4; i++) size = fmax(size, fabs(s->w[n][i]));
     return size > 0.0 ? log2(size) : -LOG2_AT_REST;
 }
-/* Returns log2 of the step at whose end term n is as large as the tolerance, and so the one
- * before. */
+/* Returns log2 of the longest step at whose end neither term n nor term n - 1 exceeds the
+ * tolerance. */
 static double log2_step(const kr_series *s, int n, double log2_tol)
 {
     return fmin((log2_tol - log2_size(s, n)) / n, (log2_tol - log2_size(s, n - 1)) / n);
 }
-/* Lowers the tolerance, which is relative to the largest number, to one relative to the least that
- * follows its torque. */
+/* Returns log2 of a tolerance relative to the least angular velocity that is determined by its
+ * torque. The tolerance of the motion itself is relative to the largest number. */
 static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
 {
     return p->log2_tol + log2(least_size(p->series, slow));
 }
 
-/* Ends the step where the tolerance says. In double-double the terms behind the head are rounded to
- * doubles, so that they must be small there. */
+/* Chooses the end of the step by the tolerance. In double-double the terms after the head are
+ * rounded to doubles, so they must be small at this end. */
 static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                      const slow_axes *slow, double log2_tol)
 {
@@ -170,8 +173,8 @@ static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *ker
         memcpy(s[i].end_w, s[i].at_w, sizeof s->end_w);
     }
 }
-/* Returns whether the motion is near enough to the slow manifold for its expansion to be worth
- * while. An angular velocity below `noise` counts as none. */
+/* Returns 1 if the motion is near enough to the slow manifold for an expansion to be worthwhile. A
+ * difference of angular velocities below `noise` counts as zero. */
 static int is_near(const kr_series *s, const slow_axes *slow, double noise)
 {
     for (int i = 0; i < 3; i++) {
@@ -203,7 +206,7 @@ static int step_on_manifold(kr_taylor *p, const kr_motion *motion, const kr_kern
         set_rate(p, motion, before);
     return is_found;
 }
-/* Orders the axes by their rates of damping, the least first. */
+/* Sorts the axes by their rates of damping, in ascending order. */
 static void sort_axes_by_damping(const kr_motion *motion, int axes[3])
 {
     const kr_vec3 rate = v_over(motion->damping, motion->inertia);
@@ -219,7 +222,7 @@ int kr_slow_step(kr_motion *motion, const kr_kernel *kernel, double *log2_tol)
 {
     kr_taylor *p = (kr_taylor *)motion->work;
     const kr_vec3 velocity = v_scale(p->rate, v_of(p->series->end_w + 1));
-    const slow_axes *strong = NULL; /* all axes that will be slow later on */
+    const slow_axes *strong = NULL; /* the largest set of axes with strong damping */
     slow_axes slow[3];
     int axes[3];
     *log2_tol = p->log2_tol;

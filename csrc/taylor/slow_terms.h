@@ -1,6 +1,7 @@
-/* Taylor coefficients of a strongly damped top on its slow manifold (slow.c). This is source,
- * included once for doubles and once for double-doubles: `number` is the type of a coefficient,
- * of, high, low, add, minus, mul and over are its operations, and NAME makes the names. */
+/* Taylor coefficients of a strongly damped top on its slow manifold (slow.c). This source is
+ * included once for doubles and once for double-doubles. `number` is the type of a coefficient; of,
+ * high, low, add, minus, mul and over are its operations; NAME forms the names of types and
+ * functions. */
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
@@ -46,8 +47,8 @@ static void NAME(turn_attitude)(NAME(terms) * s, int n)
     }
     s->c[ROW_Q][n + 1] = over(rate, of(2 * (n + 1), 0.0));
 }
-/* Improves the coefficients of the slow axes once, by their equations solved for W_n, and sets all
- * others that follow. Returns the largest change in the first half. */
+/* Makes one iteration: recomputes the coefficients W_n of the slow axes from their equations, and
+ * all coefficients that depend on them. Returns the largest change of a W_n with n <= order / 2. */
 static double NAME(improve)(NAME(terms) * s, const int is_slow[3], int order)
 {
     double moved = 0.0;
@@ -73,7 +74,8 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 {
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
-/* Reads the constants and the end of a series; all later coefficients become zero. */
+/* Reads the constants of a series, and its values at the end of the step as coefficients 0. All
+ * other coefficients become zero. */
 static void NAME(begin)(NAME(terms) * s, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);
@@ -103,8 +105,9 @@ static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
             *lo = low(value);
         }
 }
-/* Returns whether the angular velocity at the end of a series is that of the slow manifold, within
- * `near` of the terms of its size, or of the least size about any axis. */
+/* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
+ * About each slow axis, the difference is at most `near` times the larger of slow_size and
+ * least_size. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near)
 {
@@ -118,8 +121,9 @@ static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2]
     }
     return 1;
 }
-/* Expands the motion on the slow manifold from the end of a series, up to `noise` of the size of W.
- * Returns 0 where the series does not end on the manifold, or the expansion is not found. */
+/* Expands the motion on the slow manifold from the end of a series, with errors of at most `noise`
+ * times the size of W. Returns 0 if the series does not end on the manifold, or if the iteration
+ * does not converge. */
 static int NAME(expand)(kr_series series[2], const slow_axes *slow, int order, double near,
                         double noise)
 {

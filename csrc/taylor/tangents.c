@@ -1,20 +1,21 @@
 /* Tangents along the path of the method taylor: their start, their propagation over its steps, and
- * their values between two steps. If their last terms are too large at the end of a step, they are
- * propagated in parts. Each part has its own expansion of the path, so the path itself never
- * changes. */
+ * their values between two steps. If the last terms of their series are too large at the end of a
+ * step, they are propagated over the step in several parts. Each part has its own expansion of the
+ * path, so the path itself never changes. */
 #include "tangents.h"
 
-/* Limits of the parts of a step, and of the attempts to shorten a part. */
+/* Limits on the number of parts of a step, and on the number of attempts to shorten a part. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
-/* Limit of the last terms, relative to the size of a deviation and to the path's tolerance. Most
- * paths stay below it. */
+/* Limit of the last terms relative to the size of a deviation, as a multiple of the path's
+ * tolerance. On most paths all terms stay below this limit. */
 static const double rest_over_tolerance = 0x1p9;
 
-/* Head of the memory: the path about a part of a step, in one or two words. The tangents follow. */
+/* Head of the memory: the series of the path for one part of a step, in one or two words. The
+ * tangents follow it in memory. */
 typedef struct {
     kr_series path[2];
     double parts;    /* number of parts of the last step */
-    double from, to; /* begin and end of the last step */
+    double from, to; /* start and end of the last step */
     double unused[5];
 } tangent_work;
 static tangent_work *tangent_work_of(double *memory) { return (tangent_work *)memory; }
@@ -28,7 +29,7 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* Returns the number of batches; they come before the single deviations. */
+/* Returns the number of batches, which precede the single deviations in memory. */
 static size_t count_batches(size_t n)
 {
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
@@ -44,8 +45,8 @@ static size_t count_structs(size_t n)
     return KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + count_single(n);
 }
 
-/* Address of the numbers of a deviation: the struct, and for a batch the lane and the distance of
- * two components. The distance is 0 for a single deviation. */
+/* Address of a deviation: its struct (from), and in a batch its lane and the distance between two
+ * components in doubles (apart). The distance is 0 for a single deviation. */
 typedef struct {
     kr_tangent *from;
     size_t lane, apart;
@@ -64,7 +65,7 @@ static deviation_address address_of(const kr_motion *motion, double *memory, siz
         i % KR_DEVIATION_BATCH, words_of(motion->digits) * sizeof(kr_tangent) / sizeof(double)};
     return in_batch;
 }
-/* Returns the address of component k of a deviation, given its array of eight numbers. */
+/* Returns the address of component k of a deviation, given one of its arrays of eight numbers. */
 static double *component_address(const deviation_address *at, double *numbers, size_t k)
 {
     return numbers + (at->apart > 0 ? at->lane + k * at->apart : 1 + k + k / 3);
@@ -89,8 +90,8 @@ static void put_number(const kr_motion *motion, double *high, dd a)
     *high = a.hi;
     if (motion->digits > 16) high[sizeof(kr_tangent) / sizeof(double)] = a.lo;
 }
-/* Returns a number. Zeros get a positive sign, because their sign depends on the other deviations
- * of a batch. */
+/* Returns a number. Zeros are made positive, because their sign would depend on the other
+ * deviations of a batch. */
 static dd get_number(const kr_motion *motion, const double *high)
 {
     const dd a = {*high + 0.0,
@@ -147,7 +148,7 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     put_four(motion, g->down, down);
     g->damped = v_largest(motion->damping);
 }
-/* Sets the changes of lever and moments by the deviation's parameter. */
+/* Sets the derivatives of lever and moments with respect to the deviation's parameter. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = series_work(motion)->rate, *B = seed->moments;
@@ -206,8 +207,8 @@ static double square_of(const deviation_address *at, double *numbers)
     }
     return sum;
 }
-/* Sums all series at the time `at` of the path about the part. Returns the largest last term
- * relative to its deviation; INFINITY if one is not finite. */
+/* Evaluates all deviations at the time `at` of the part's path. Returns the largest last term
+ * relative to the size of its deviation, or INFINITY if a deviation is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);
@@ -239,7 +240,7 @@ static void expand_tangents(const kr_motion *motion, double *memory, size_t n)
         kernel->expand_batches(path, first, count_batches(n), order_of(motion));
     if (count_single(n) > 0) kernel->expand(path, rest_of_them, count_single(n), order_of(motion));
 }
-/* Expands the path about the time `at`, and starts the tangents there. */
+/* Expands the path about the time `at` and restarts the tangents there. */
 static void restart_series(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_kernel *kernel = motion->aux;
@@ -258,8 +259,8 @@ static void restart_series(const kr_motion *motion, double *memory, size_t n)
         memcpy(g->x[0], g->end, sizeof g->end);
     }
 }
-/* Shortens a part until the largest last term at its end is at most `most`. `worst` is that at
- * `to`. Returns the largest last term at the new end. */
+/* Shortens a part until the largest last term at its end is at most `most`. `worst` is the largest
+ * last term at `to`. Returns the largest last term at the new end. */
 static double shorten(const kr_motion *motion, double *memory, size_t n, double to, double worst,
                       double most)
 {
@@ -276,9 +277,9 @@ static double shorten(const kr_motion *motion, double *memory, size_t n, double 
     }
     return worst;
 }
-/* Propagates all tangents from the begin of the path's last step to a time inside it, given in two
- * words. Returns the largest last term of all parts. Returns INFINITY if the tangents exceed the
- * range of doubles, or if no part is short enough. */
+/* Propagates all tangents from the start of the path's last step to a time within the step, given
+ * in two words. Returns the largest last term of all parts. Returns INFINITY if the tangents exceed
+ * the range of doubles, or if no part can be made short enough. */
 static double carry_tangents(const kr_motion *motion, double *memory, size_t n, double to,
                              double to_low)
 {
@@ -306,7 +307,7 @@ static double carry_tangents(const kr_motion *motion, double *memory, size_t n, 
     }
     return INFINITY;
 }
-/* Propagates as carry_tangents; on failure sets the tangents to NaN. */
+/* Propagates the tangents like carry_tangents, and sets them to NaN on failure. */
 static double carry_or_mark(const kr_motion *motion, double *memory, size_t n, double to,
                             double to_low)
 {
@@ -332,7 +333,8 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Writes all tangents at the time `at` of the path, inside its last step, to their `at`. */
+/* Evaluates all tangents at the time `at` of the path, within its last step. Writes them to their
+ * members `at`. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;
@@ -359,7 +361,7 @@ static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
         }
     c->parts = parts;
 }
-/* Writes n deviations at `clock` inside the last step. */
+/* Writes n deviations at the internal time `clock` within the last step. */
 static void tangents_at(kr_motion *motion, double clock, double *memory, size_t n,
                         kr_deviation out[])
 {

@@ -1,24 +1,26 @@
-/* Tangents of the heavy top as Taylor series, beside the path's. Private to taylor/. A deviation of
- * the state, or its derivative by a parameter, is a rotation vector theta in the body, by which the
- * attitude q goes on as q theta / 2, and N, the change of the momentum seen from the body:
+/* Tangents of the heavy top as Taylor series, in addition to the series of the path. Private to
+ * taylor/. A deviation of the state, or its derivative with respect to a parameter, has two parts,
+ * both in the body frame: a rotation vector theta, which changes the attitude q by q theta / 2, and
+ * the change N of the angular momentum m:
  *     theta' = 1/A (AW x theta + N - B W) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W)
- * with the words of taylor.h, B the change of the moments and b that of c where a parameter
- * changes. It is linear in theta and N, hence 18 products of coefficients a term. What it conserves
- * are the changes of the energy and of <m, e3>, as far as its tolerance keeps them. */
+ * in the notation of taylor.h, with B and b the derivatives of the moments A and of c with respect
+ * to the parameter. The equations are linear in theta and N, hence 18 products of coefficients per
+ * term. The changes of the energy and of <m, e3> are conserved up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Series of eight numbers about the time t: on a step of the path, or on the last part of one if
- * the deviations need shorter parts. The numbers are those of one deviation, (0, theta | 0, N).
- * Many deviations form batches instead: six structs hold eight deviations, and struct k holds
- * component k of (theta, N) of each. Both layouts have the same bits. For 20 and 30 digits each
- * struct is an array of two, high words and low words, at the distance of a kr_series. */
+/* Series of eight numbers about the time t. They hold for a step of the path, or for the last part
+ * of the step if the deviations need shorter parts. The numbers are those of one deviation, (0,
+ * theta | 0, N). Many deviations form batches instead, in which six structs hold eight deviations:
+ * struct k holds component k of (theta, N) of each. Both layouts give the same bits. For 20 and 30
+ * digits each struct is an array of two, high words and low words, sizeof(kr_series) bytes
+ * apart. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
-    double end[8], at[8];           /* sums at the end of the step, and at the sampled time */
-    double begin[8];                /* values at the begin of the step */
+    double end[8], at[8];           /* values at the end of the step, and at the sampled time */
+    double begin[8];                /* values at the start of the step */
     double ahead[4], behind[4];     /* (Ax - Az) / Ax, (Ay - Ax) / Ax; and cyclic */
     double per[4], drag[4];         /* 1 / A, D */
     double up[4], down[4];          /* next(c), -prev(c) */
@@ -26,7 +28,7 @@ typedef struct kr_tangent {
     double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
     double moment[8];               /* in a batch: the k-th of xx, yy, zz, yz, zx, xy of each B */
     double t;                       /* time of the expansion */
-    double damped, changes;         /* whether D, and b or B, are not zero */
+    double damped, changes;         /* nonzero if D is; nonzero if b or B is */
     double truncation;              /* largest relative last term so far */
     double unused[120];
 } kr_tangent;

@@ -1,8 +1,9 @@
-/* The Taylor method, for any top and any accuracy down to rounding and beyond. A step is as long as
- * the tolerance allows, whatever times are requested. States inside it cost one sum each. The
- * equations are in taylor.h; the step size follows Jorba and Zou (2005). Nothing is conserved
- * beyond the tolerance. The unit of time is a power of two so long that W stays below one: no
- * coefficient overflows, and no threshold has a dimension. */
+/* The Taylor method, for any top and any accuracy, down to the rounding of doubles and beyond. A
+ * step is as long as the tolerance allows, whatever times are requested. Each state within a step
+ * costs one evaluation of the series. The equations are in taylor.h; the step size follows Jorba
+ * and Zou (2005). Integrals of the motion are conserved only up to the tolerance. The unit of time
+ * is a power of two, so short that W stays below one. Coefficients therefore do not overflow, and
+ * thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
 #include "slow.h"
@@ -27,16 +28,17 @@ const kr_isa *kr_taylor_isa(int i)
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
 /* Returns log2 of the tolerance of a step. Doubles give 16 digits; the tolerances for 20 and 30
- * digits were measured by validation/studies/taylor_kernel_study.py depth. */
+ * digits were found by measurements with validation/studies/taylor_kernel_study.py depth. */
 static double log2_tolerance(const kr_motion *motion)
 {
     if (motion->digits > 20) return motion->tol > 0.0 ? log2(motion->tol) : -100.0;
     if (motion->digits > 16) return -70.0;
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
-/* Returns the kernel of the fastest order for this tolerance, and lowers the tolerance to the
- * target of its steps: for equal last terms a higher order leaves a larger error, down to rounding.
- * Both were measured by validation/studies/taylor_kernel_study.py orders. */
+/* Returns the kernel whose order is fastest for this tolerance, and lowers the tolerance to the
+ * target of its steps. With equal last terms a higher order leaves a larger error, so its target is
+ * lower, but not below rounding. Orders and targets were found by measurements with
+ * validation/studies/taylor_kernel_study.py orders. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -68,20 +70,20 @@ static void set_vector_words(double high[4], double low[4], vec_dd v)
     set_lanes(high, vdd_high(v));
     set_lanes(low, vdd_low(v));
 }
-/* Divides each component by a moment of inertia. */
+/* Divides each component by the moment of inertia about its axis. */
 static vec_dd divide_by_axes(vec_dd a, kr_vec3 A)
 {
     const vec_dd v = {dd_div(a.x, dd_of(A.x)), dd_div(a.y, dd_of(A.y)), dd_div(a.z, dd_of(A.z))};
     return v;
 }
-/* Multiplies by a power of two. */
-static vec_dd at_rate(double rate, vec_dd a)
+/* Multiplies a vector by `rate`, a power of two. */
+static vec_dd scale_by_power(double rate, vec_dd a)
 {
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
     return v;
 }
-/* Returns a power of two above the damping's rates and every W that the energy allows, which
- * damping does not raise:
+/* Returns a power of two above the rates of damping and above every W that the energy allows.
+ * Damping does not raise the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W)
 {
@@ -93,13 +95,13 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
     frexp(fmax(drag, sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z)))), &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets the constants k, up, down, drag and fall of the series, whose vectors c and D use its own
- * unit of time. */
+/* Sets the constants k, up, down, drag and fall of the series, with c and D in its own unit of
+ * time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
     const kr_vec3 A = motion->inertia;
     const vec_dd pair = {two_sum(A.y, -A.z), two_sum(A.z, -A.x), two_sum(A.x, -A.y)};
-    const vec_dd c = at_rate(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low));
+    const vec_dd c = scale_by_power(1.0 / (rate * rate), v_dd(motion->lever, motion->lever_low));
     const vec_dd up = {c.z, c.x, c.y}, down = {dd_neg(c.y), dd_neg(c.z), dd_neg(c.x)};
     set_vector_words(s[0].k, s[1].k, divide_by_axes(pair, A));
     set_vector_words(s[0].up, s[1].up, divide_by_axes(up, A));
@@ -111,15 +113,16 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
         v_largest(vdd_high(divide_by_axes(up, A))) + v_largest(vdd_high(divide_by_axes(down, A)));
     s[0].fall = s[1].fall = rates > 0.0 ? 1.0 / sqrt(rates) : INFINITY;
 }
-/* Returns the attitude. Without the heading, the shortest rotation of P to the vertical represents
- * all others. P has unit length up to the tolerance, so two terms of 1 / |P| suffice. */
+/* Returns the attitude. Without the heading, returns the shortest of all rotations that take P to
+ * the vertical. P has unit length up to the tolerance, so two terms of the series of 1 / |P|
+ * suffice. */
 static kr_quat series_attitude(const kr_motion *motion, const double x[8])
 {
     const kr_vec3 P = v3(x[5], x[6], x[7]);
     return motion->skip_heading ? q_conj(q_tilt(v_scale(1.5 - 0.5 * v_dot(P, P), P)))
                                 : q_unit(q4(x[0], v3(x[1], x[2], x[3])));
 }
-/* Writes the state in doubles, from sums (q | P) and W of the series. */
+/* Writes the state in doubles, given the values (q | P) and W of the series. */
 static void plain_state(const taylor_work *p, const kr_motion *motion, const double x[8],
                         const double w[4], kr_state *s)
 {
@@ -127,12 +130,14 @@ static void plain_state(const taylor_work *p, const kr_motion *motion, const dou
     s->q = series_attitude(motion, x);
     s->m = q_turn(s->q, M);
 }
-/* Writes the state in double-double, from the sums at `at`; its low words go to motion->low. */
+/* Writes the state in double-double, given the values of the series at its time `at`. The low words
+ * go to motion->low. */
 static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
 {
     const double *x = p->series[0].at_x, *low_x = p->series[1].at_x, *w = p->series[0].at_w,
                  *low_w = p->series[1].at_w;
-    const vec_dd W = at_rate(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
+    const vec_dd W =
+        scale_by_power(p->rate, v_dd(v3(w[1], w[2], w[3]), v3(low_w[1], low_w[2], low_w[3])));
     const kr_vec3 A = motion->inertia;
     const vec_dd M = {dd_times(A.x, W.x), dd_times(A.y, W.y), dd_times(A.z, W.z)};
     const quat_dd q = qdd_unit(
@@ -144,7 +149,7 @@ static void extended_state(const taylor_work *p, kr_motion *motion, kr_state *s)
     motion->low.m = vdd_low(m);
 }
 
-/* Returns 1 if the sums at the end of the step are finite. */
+/* Returns 1 if the values at the end of the step are finite. */
 static int is_series_finite(const kr_series *s)
 {
     double sum = 0.0;
@@ -152,7 +157,7 @@ static int is_series_finite(const kr_series *s)
         sum += fabs(s->end_x[i]) + fabs(s->end_x[4 + i]) + fabs(s->end_w[i]);
     return isfinite(sum);
 }
-/* Makes the step one of length 0 at its begin. */
+/* Replaces the step by one of length 0 at its start. */
 static void reset_to_begin(kr_series s[2])
 {
     for (int i = 0; i < 2; i++) {
@@ -164,7 +169,7 @@ static void reset_to_begin(kr_series s[2])
     s->end = s->t;
 }
 
-/* Sets the series to a state. */
+/* Starts the series at a state. */
 static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *start)
 {
     kr_series *high = &p->series[0], *low = &p->series[1];
@@ -180,7 +185,7 @@ static void set_start(taylor_work *p, const kr_motion *motion, const kr_state *s
         memcpy(low->x[0], &q_low, sizeof q_low);
     }
     set_vector_words(high->x[0] + 4, low->x[0] + 4, qdd_turn(qdd_conj(q), vertical));
-    set_vector_words(high->w[0], low->w[0], at_rate(1.0 / p->rate, W));
+    set_vector_words(high->w[0], low->w[0], scale_by_power(1.0 / p->rate, W));
     kr_taylor_set_constants(p->series, motion, p->rate);
     high->t = p->rate * motion->clock;
     reset_to_begin(p->series);
@@ -189,7 +194,7 @@ static kr_status taylor_reset(kr_motion *motion, const kr_state *start)
 {
     double log2_tol = log2_tolerance(motion);
     int i = 0;
-    while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    while (!kr_taylor_isa(i)->runs_here()) i++; /* untaken: if the first one runs */
     const kr_kernel *kernel = choose_kernel(kr_taylor_isa(i), motion, &log2_tol);
     kr_taylor_set_kernel(motion, kernel, log2_tol);
     set_start(work_of(motion), motion, start);
@@ -227,8 +232,8 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
-    /* Only the rounding of a time can put it outside the step, where the series is invalid. The
-     * nearer end is meant. */
+    /* A time lies outside the step only because of rounding. The series is not valid there, so the
+     * nearer end is used. */
     const double before = begin - p->series->at, behind = p->series->at - end;
     if (before * behind < 0.0) {
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;
@@ -246,7 +251,7 @@ static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
-/* Returns the instruction set of the motion's kernel; NULL if it belongs to none. */
+/* Returns the instruction set of the motion's kernel, or NULL if the kernel belongs to none. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion)
 {
     const kr_kernel *k = kernel_of_motion(motion);

@@ -3,24 +3,25 @@
  *     P' = P x W                  P = q* e3 q: the vertical seen from the body
  *     A W' = AW x W + P x c - D W W: angular velocity in the body; A: moments; c: mass gravity com;
  *                                 D: damping
- * Every right side is a product of two unknowns or linear, hence the coefficients of x = sum x_n
- * t^n:
+ * Every right side consists of products of two unknowns and of linear terms. The coefficients of
+ * x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
  *     (n+1) W_{n+1} = k * sum next(W_j) * prev(W_{n-j})  +  up * next(P_n)  +  down * prev(P_n)
  *                     +  drag * W_n
  *     with next(x,y,z) = (y,z,x), prev(x,y,z) = (z,x,y), and k, up, down, drag of kr_series
- * Without the heading (kr_config) the equations of P and W stand alone, with 9 products a term in
- * place of 21. The series keeps nothing but what its tolerance keeps. */
+ * Without the heading (kr_config) only the equations of P and W are solved, with 9 products per
+ * term instead of 21. Integrals of the motion are conserved only up to the tolerance. */
 #ifndef KR_TAYLOR_H
 #define KR_TAYLOR_H
 #include "method.h"
 #include "math/isa.h"
 
-/* For 20 and for 30 digits, HEAD is the last term in double-double, because all later ones are so
- * small that doubles do, LAST is the last of all, and LESS, in powers of two, how far above the
- * tolerance of a step the products may lie whose sums are in doubles: at most as far as doubles
- * resolve, and a few powers more where the tolerance is below what the digits need.
- * validation/studies/taylor_kernel_study.py depth has measured them; it compiles others. */
+/* Numbers of terms for 20 and for 30 digits. HEAD is the last term in double-double; doubles
+ * suffice for the smaller terms after it. LAST is the last term of all. Products whose sums are in
+ * doubles may exceed the tolerance of a step by a factor of at most 2^LESS. This is the resolution
+ * of doubles, or a little more if the tolerance is lower than the digits need. All values were
+ * found by measurements with validation/studies/taylor_kernel_study.py depth, which also compiles
+ * other numbers of terms. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -31,53 +32,54 @@
 #define KR_LESS_30 52.0
 enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
-/* One step of the path, from the time t to `end`. Fastest at a multiple of 64 bytes. In
- * double-double it is an array of two, high words and low words. A vector of eight lanes is (q |
- * P). P fills idle lanes at no cost: right products with i, j, k move the lanes of q and of the
- * pure quaternion P alike, up to signs. Without the heading the lanes of q are zero. */
+/* One step of the path, from the time t to `end`. Access is fastest if the address is a multiple of
+ * 64 bytes. In double-double a step is an array of two structs, high words and low words. A vector
+ * of eight lanes holds (q | P). P fills lanes that would be idle, at no cost: right multiplication
+ * by i, j and k permutes the lanes of q and of the pure quaternion P in the same way, up to signs.
+ * Without the heading the lanes of q are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
-    double end_x[8], at_x[8];       /* sums at `end`, where the next step begins, and at `at` */
+    double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
     double w[KR_TAYLOR_MAX + 1][4]; /* coefficients of W: (0, x, y, z) */
     double end_w[4], at_w[4];
     double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
     double drag[4];              /* -Dx / Ax; and cyclic */
     double t, end, at, damped;
-    double fall; /* shortest time in which a fall can grow e-fold */
+    double fall; /* shortest time in which a fall can grow by a factor e */
     double unused[7];
 } kr_series;
 
-/* The work of a motion. */
+/* The data of the method for one motion. */
 typedef struct kr_taylor {
     kr_series series[2]; /* high and low words */
     double log2_tol;
-    double rate;         /* the series' unit of time is 1 / rate of the motion's */
+    double rate;         /* the series' unit of time, in the motion's, is 1 / rate */
     double first_rate;   /* initial rate; strong damping lowers `rate` (slow.h) */
-    double has_tangents; /* nonzero: tangents follow, which excludes the slow manifold */
+    double has_tangents; /* nonzero if there are tangents, which exclude the slow manifold */
 } kr_taylor;
 
-/* One order on one instruction set. */
+/* The functions of one order on one instruction set. */
 typedef struct kr_kernel {
     int order;
-    /* Makes the next step: from the end of the last one as far as the tolerance allows, forward or
-     * (direction -1) backward. */
+    /* Makes the next step, from the end of the last one as far as the tolerance allows. `direction`
+     * is 1 forward and -1 backward in time. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
-    /* Sums the series at the time `at` inside the step, into at_x and at_w. */
+    /* Evaluates the series at the time `at` within the step, and writes at_x and at_w. */
     void (*evaluate)(kr_series *s);
 } kr_kernel;
 
-/* Propagates tangents (tangents.h) on one instruction set. */
+/* The functions that propagate tangents (tangents.h) on one instruction set. */
 struct kr_tangent;
 typedef void kr_tangents_expand(const kr_series *s, struct kr_tangent *tangents, size_t n,
                                 int order);
 typedef struct kr_tangents_kernel {
-    /* Compute the coefficients of n tangents, or of n batches, from those at t. */
+    /* Compute all coefficients of n tangents, or of n batches, from coefficient 0. */
     kr_tangents_expand *expand, *expand_batches;
-    /* Sums the eight series of one struct. */
+    /* Evaluates the eight series of one struct at the time `to`. */
     void (*sum)(const struct kr_tangent *tangent, int order, const double *to, double *sum);
 } kr_tangents_kernel;
 
-/* The terms behind a double-double head, in doubles. */
+/* The terms after a double-double head, computed in doubles. */
 typedef struct kr_tail {
     void (*expand)(kr_series *s);
     void (*sum)(const kr_series *s, const double *to, double x[8], double w[4]);
@@ -109,11 +111,12 @@ typedef struct kr_isa {
 } kr_isa;
 
 extern const kr_tangent_ops kr_taylor_tangents;
-/* Sets all constants of a series for another rate. */
+/* Sets all constants of a series for the unit of time 1 / rate. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate);
-/* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
+/* Returns the i-th instruction set that was compiled in, the widest first, or NULL after the
+ * last. */
 const kr_isa *kr_taylor_isa(int i);
-/* Returns the instruction set of a motion's kernel; NULL for a kernel outside the tables. */
+/* Returns the instruction set of a motion's kernel, or NULL if no table contains the kernel. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
 /* Sets another kernel and tolerance, for tests and measurements. */
 void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);

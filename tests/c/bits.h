@@ -1,4 +1,4 @@
-/* Hashes and scenes that the programs with golden results share. */
+/* Hashes and scenes for the programs that compare with stored results. */
 #ifndef KR_BITS_H
 #define KR_BITS_H
 #include <inttypes.h>
@@ -6,8 +6,8 @@
 #include <string.h>
 #include "kreisel.h"
 
-/* FNV-1a over the bytes of doubles, the lowest of each first, so that every machine has one hash
- * for one set of numbers. */
+/* Returns the FNV-1a hash of the bytes of doubles, the lowest byte of each double first, so that
+ * the same numbers have the same hash on every machine. */
 static inline uint64_t hash_of(const void *doubles, size_t size)
 {
     uint64_t h = 14695981039346656037u, word;
@@ -17,7 +17,8 @@ static inline uint64_t hash_of(const void *doubles, size_t size)
     }
     return h;
 }
-/* The thesis' top, with a fast spin, with a general body, and hanging. */
+/* Returns the top of the thesis, or a variant: with a fast spin, with a general body, or
+ * hanging. */
 static inline kr_scene golden_scene(int which)
 {
     kr_scene s = kr_scene_default();

@@ -1,4 +1,4 @@
-/* Assertions of the C tests: a failed one prints its place, its text and the difference. main
+/* Assertions of the C tests: a failed assertion prints its line, its text and the difference. main
  * returns check_result(). */
 #ifndef KR_CHECK_H
 #define KR_CHECK_H

@@ -1,5 +1,5 @@
-/* Helpers of the event tests: a term by the names of its components, and a top that watches for
- * events. */
+/* Helpers of the event tests: they make a term from the names of its components, and a top that
+ * watches for events. */
 #ifndef KR_TEST_WATCHED_H
 #define KR_TEST_WATCHED_H
 #include "tops.h"

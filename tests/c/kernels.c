@@ -1,7 +1,7 @@
-/* Prints a hash of the results of each instruction set that this processor has: the Taylor
- * kernels, ensembles in lanes with and without tangents, and the closed form. Results depend on
- * fused multiply-add alone, not on the width of the vectors; those of the closed form do not
- * depend on either. */
+/* Prints a hash of the results of each instruction set that this processor has: the Taylor kernels,
+ * ensembles in lanes with and without tangents, and the closed form. Results depend only on whether
+ * there is fused multiply-add, not on the width of the vectors. Those of the closed form depend on
+ * neither. */
 #include <stdlib.h>
 #include "bits.h"
 #include "driver/top.h"
@@ -24,11 +24,11 @@ static void must(int holds, const char *what)
     fprintf(stderr, "kernels: %s\n", what);
     exit(1);
 }
-/* Hashes the states of a top on its way by one kernel. */
-static uint64_t way(const kr_scene *scene, kr_config config, const kr_kernel *kernel,
-                    double log2_tol)
+/* Returns the hash of the states of a top that one kernel computes. */
+static uint64_t hash_of_kernel_states(const kr_scene *scene, kr_config config,
+                                      const kr_kernel *kernel, double log2_tol)
 {
-    kr_state states[80]; /* and what their doubles leave out */
+    kr_state states[80]; /* each followed by its low words */
     kr_top *top = NULL;
     must(kr_top_create(scene, kr_method_find("taylor"), config, &top) == KR_OK, "no top");
     kr_taylor_set_kernel(&top->main, kernel, log2_tol);
@@ -40,24 +40,25 @@ static uint64_t way(const kr_scene *scene, kr_config config, const kr_kernel *ke
     kr_top_free(top);
     return hash_of(states, sizeof states);
 }
-static void alone(const kr_isa *isa, int which)
+static void print_kernel_hashes(const kr_isa *isa, int which)
 {
     const kr_scene s = golden_scene(which);
     for (int i = 0; i < KR_ORDERS; i++) {
         const kr_config whole = {0}, headless = {.skip_heading = 1};
         say(isa->name, "whole", isa->plain[i].order, golden_names[which],
-            way(&s, whole, &isa->plain[i], -40.0));
+            hash_of_kernel_states(&s, whole, &isa->plain[i], -40.0));
         say(isa->name, "headless", isa->headless[i].order, golden_names[which],
-            way(&s, headless, &isa->headless[i], -40.0));
+            hash_of_kernel_states(&s, headless, &isa->headless[i], -40.0));
     }
     for (int i = 0; i < KR_DEPTHS; i++) {
         const kr_config config = {.digits = i == KR_DIGITS_20 ? 20 : 30};
         say(isa->name, "digits", config.digits, golden_names[which],
-            way(&s, config, &isa->deep[i], i == KR_DIGITS_20 ? -70.0 : -100.0));
+            hash_of_kernel_states(&s, config, &isa->deep[i], i == KR_DIGITS_20 ? -70.0 : -100.0));
     }
 }
-/* Hashes the states of tops in lanes and, where tangents ride along, how these grow. */
-static void in_lanes(const kr_lanes_isa *isa, kr_config config, const char *what, int which)
+/* Prints the hash of the states of tops in lanes, and of the growth of their tangents if the config
+ * has any. */
+static void print_lanes_hash(const kr_lanes_isa *isa, kr_config config, const char *what, int which)
 {
     enum { TOPS = 19, TIMES = 20 };
     kr_scene scenes[TOPS];
@@ -111,11 +112,11 @@ int main(void)
     const kr_config whole = {0}, growing = {.skip_heading = 1, .tangents = KR_TANGENT_GROWTH};
     for (int which = 0; which < 4; which++) {
         for (int i = 0; kr_taylor_isa(i); i++)
-            if (kr_taylor_isa(i)->runs_here()) alone(kr_taylor_isa(i), which);
+            if (kr_taylor_isa(i)->runs_here()) print_kernel_hashes(kr_taylor_isa(i), which);
         for (int i = 0; kr_lanes_isa_at(i); i++)
             if (kr_lanes_isa_at(i)->runs_here()) {
-                in_lanes(kr_lanes_isa_at(i), whole, "lanes", which);
-                in_lanes(kr_lanes_isa_at(i), growing, "growth", which);
+                print_lanes_hash(kr_lanes_isa_at(i), whole, "lanes", which);
+                print_lanes_hash(kr_lanes_isa_at(i), growing, "growth", which);
             }
         for (int i = 0; which != 2 && kr_exact_isa_at(i); i++)
             if (kr_exact_isa_at(i)->runs_here())

@@ -1,5 +1,5 @@
-/* Moves a checkpoint between machines: `machine save FILE` writes one, `machine load FILE` resumes
- * from it, or prints why it was refused and exits with status 3. */
+/* Moves a checkpoint between machines. `machine save FILE` writes a checkpoint. `machine load FILE`
+ * resumes from it, or prints why it is refused and exits with status 3. */
 #include <stdio.h>
 #include <stdlib.h>
 #include "kreisel.h"

@@ -1,5 +1,5 @@
-/* Random numbers for the C tests, by splitmix64: every machine and compiler has the same cases. A
- * test may set the seed. */
+/* Random numbers for the C tests, by splitmix64, which are the same on every machine and with every
+ * compiler. A test may set the seed. */
 #ifndef KR_RANDOM_H
 #define KR_RANDOM_H
 #include "math/su2.h"
@@ -17,7 +17,7 @@ static inline double uniform(double low, double high)
 {
     return low + (high - low) * (double)(random_bits() >> 11) * 0x1p-53;
 }
-static inline kr_vec3 random_vec(double size) /* in a cube; drawn in the order of the components */
+static inline kr_vec3 random_vec(double size) /* in a cube; components drawn in order */
 {
     const double x = uniform(-size, size), y = uniform(-size, size), z = uniform(-size, size);
     return v3(x, y, z);

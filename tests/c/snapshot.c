@@ -1,6 +1,6 @@
 /* Prints named numbers of the whole library to six significant digits: a scene, a method, a
- * quantity and its value in each row. snapshot.txt holds what is expected; .ci/snapshots rewrites
- * it. The digits agree between compilers and processors. */
+ * quantity and its value in each row. snapshot.txt holds the expected output; .ci/snapshots
+ * rewrites it. The digits are the same for all compilers and processors. */
 #include <stdlib.h>
 #include "bits.h"
 #include "math/su2.h"
@@ -76,7 +76,8 @@ static void quantities(void)
     row("lagrange", "-", "horizon", kr_scene_horizon(&lagrange));
 }
 
-/* Every method of the library itself, on the first scene that it suits. */
+/* Prints a state by every method of the library itself, for the first scene that the method
+ * suits. */
 static void methods(void)
 {
     for (size_t i = 0; i < kr_method_count(); i++) {
@@ -108,7 +109,8 @@ static void tangents(void)
         kr_top_free(top);
     }
 }
-/* Options of Taylor's method: 30 digits, no heading, tangents, damping. */
+/* Prints results of the method taylor with its options: 30 digits, no heading, tangents,
+ * damping. */
 static void taylor(void)
 {
     kr_scene s = scene_at(GENERAL);

@@ -1,5 +1,5 @@
-/* Adaptive methods without the driver: extrap, and those of GSL where it is built in. Accuracy,
- * landing, first steps, tolerances, failures and repeated bits. */
+/* Adaptive methods without the driver: extrap, and the methods of GSL if it is built in. Tests of
+ * accuracy, landing, first steps, tolerances, failures and reproducible bits. */
 #include <float.h>
 #include <stdlib.h>
 #include "method.h"
@@ -25,7 +25,7 @@ enum { METHODS = sizeof methods / sizeof *methods };
 
 typedef struct {
     kr_vec3 inertia, lever;
-    kr_state start, at_10; /* the second from a Taylor series of order 40 with 45 digits */
+    kr_state start, at_10; /* at_10: by a Taylor series of order 40 with 45 digits */
 } problem;
 static problem thesis, general; /* set by main */
 static problem problem_of(kr_body body, kr_state start, kr_quat q_at_10, kr_vec3 m_at_10)
@@ -80,7 +80,8 @@ static kr_state solve(const kr_method *method, const problem *p, double tol, dou
     return s;
 }
 
-/* The angle between two attitudes of which the sign counts: it is that of the continuous path. */
+/* Returns the angle between two attitudes, up to a full turn: q and -q are different, because the
+ * sign follows from the continuous path. */
 static double apart(kr_quat a, kr_quat b)
 {
     const kr_quat d = q_mul(q_conj(a), b);
@@ -93,7 +94,7 @@ static double energy(const problem *p, const kr_state *s)
     return 0.5 * (M.x * M.x / I.x + M.y * M.y / I.y + M.z * M.z / I.z) + q_turn(s->q, p->lever).z;
 }
 
-/* A free symmetric top keeps m and goes q = exp(t m / I1) q0 exp(t <m, a> (1/I3 - 1/I1) e3). */
+/* A free symmetric top has constant m, and q = exp(t m / I1) q0 exp(t <m, a> (1/I3 - 1/I1) e3). */
 static void test_free_top(const kr_method *method)
 {
     problem p = thesis;
@@ -108,8 +109,8 @@ static void test_free_top(const kr_method *method)
         NEAR(off(s.m, p.start.m), 0.0, 1e-10);
     }
 }
-/* A top precesses steadily, turning by rate e3 + spin a, where
- * rate (I3 (spin + rate cos tilt) - I1 rate cos tilt) = lever. */
+/* Returns a top in steady precession, with the angular velocity rate * e3 + spin * a, where rate
+ * (I3 (spin + rate cos tilt) - I1 rate cos tilt) = lever. */
 static problem precession(double rate, double tilt, double *spin)
 {
     problem p = thesis;
@@ -130,7 +131,8 @@ static void test_steady_precession(const kr_method *method)
         NEAR(off(s.m, q_turn(turn, p.start.m)), 0.0, 1e-9);
     }
 }
-/* At this tol steps pass half a turn; the sign of q must still be that of the continuous path. */
+/* With this tolerance steps exceed half a turn. The sign of q must still be that of the continuous
+ * path. */
 static void test_long_steps(const kr_method *method)
 {
     problem p = thesis;
@@ -151,7 +153,7 @@ static void test_long_steps(const kr_method *method)
     close_motion(method, &motion);
 }
 
-/* The methods make an error between tol / 20 and 500 tol of a tolerance here. */
+/* Here the errors of all methods lie between tol / 20 and 500 * tol. */
 static void test_error_follows_tolerance(const kr_method *method, const problem *p)
 {
     double at_six = 0.0, at_nine = 0.0, at_twelve = 0.0;
@@ -202,7 +204,8 @@ static void test_jacobian(void)
         IS(rate_t[j] == 0.0);
     }
 }
-/* A pull that swallows the 1 in 1 - h J; M_PERTURB says what memory holds before it is set. */
+/* The lever is so large that the 1 in 1 - h J is lost to rounding. M_PERTURB sets the content of
+ * memory before its first use. */
 static void test_independence_of_memory(void)
 {
     const problem p = {
@@ -244,7 +247,7 @@ static void test_landing(const kr_method *method, const problem *p)
         close_motion(method, &motion);
     }
 }
-/* A step cut short to land leaves the next as long as it would have been. */
+/* A step that is shortened in order to land at a time does not shorten the next step. */
 static void test_landing_keeps_the_error(const kr_method *method)
 {
     kr_motion motion = open_motion(method, &thesis, 0.0, 1e-8);
@@ -259,8 +262,10 @@ static void test_landing_keeps_the_error(const kr_method *method)
     IS(motion.clock - landed > 0.2 * natural && motion.clock - landed < 5.0 * natural);
     close_motion(method, &motion);
 }
-/* The first step ends with this status, soon, and leaves q, m and the clock as they were. */
-static void fails(const kr_method *method, const problem *p, double tol, kr_status want)
+/* Checks that the first step fails with the status `want` after few evaluations, and leaves q, m
+ * and the internal time unchanged. */
+static void check_first_step_fails(const kr_method *method, const problem *p, double tol,
+                                   kr_status want)
 {
     kr_motion motion = {.inertia = p->inertia, .lever = p->lever, .step = 0.01, .tol = tol};
     kr_state before = {0}, after = {0};
@@ -281,17 +286,18 @@ static void test_failures(const kr_method *method)
 {
     problem p = thesis;
     p.start.m.y = NAN;
-    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    check_first_step_fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
     p = thesis;
     p.start.q.x = INFINITY;
-    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    check_first_step_fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
     p = thesis;
     p.lever.z = NAN;
-    fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
-    fails(method, &thesis, 1e-20, KR_ERR_STEP);
-    fails(method, &thesis, 1e-300, KR_ERR_STEP);
+    check_first_step_fails(method, &p, 1e-10, KR_ERR_NOT_FINITE);
+    check_first_step_fails(method, &thesis, 1e-20, KR_ERR_STEP);
+    check_first_step_fails(method, &thesis, 1e-300, KR_ERR_STEP);
 }
-/* Where time is so late that no step of the needed length can be told, there is no step. */
+/* If the time is so late that doubles do not resolve a step of the necessary length, the step
+ * fails. */
 static void test_step_below_resolution(const kr_method *method)
 {
     kr_motion motion = open_motion(method, &thesis, 0.01, 1e-10);
@@ -300,7 +306,8 @@ static void test_step_below_resolution(const kr_method *method)
     IS(motion.clock == 0x1p60);
     close_motion(method, &motion);
 }
-/* Tolerances about rounding are met, or not, with no more work than is due. */
+/* With tolerances near the rounding error a run succeeds or fails, but never takes excessive
+ * work. */
 static void test_limit_of_tol(const kr_method *method, const problem *p)
 {
     for (double tol = 8.0 * DBL_EPSILON; tol >= DBL_EPSILON; tol *= 0.5) {
@@ -312,7 +319,7 @@ static void test_limit_of_tol(const kr_method *method, const problem *p)
         close_motion(method, &motion);
     }
 }
-/* A first step far too long is cut down; one far too short grows. */
+/* A first step that is far too long is shortened, and one that is far too short grows. */
 static void test_first_steps(const kr_method *method)
 {
     static const double steps[] = {1e-12, 1e3, 1e9};
@@ -324,7 +331,7 @@ static void test_first_steps(const kr_method *method)
         close_motion(method, &motion);
     }
 }
-/* At rest the error is zero and the step grows: without gravity until time ends. */
+/* At rest the error is zero and the step grows, without gravity up to the limits of time. */
 static void test_top_at_rest(const kr_method *method, double lever, double least)
 {
     problem p = thesis;

@@ -58,8 +58,8 @@ static void test_quaternions(void)
     NEAR(q_turn(q_exp(v3(0, 0, 1.5707963267948966)), v3(1, 0, 0)).y, 1.0, 1e-15);
 }
 
-/* J_ij in the frame in which the body was described: J = axes diag(inertia) axes^t. */
-static double described(const kr_body *b, int i, int j)
+/* Returns J_ij in the frame of description: J = axes diag(inertia) axes^t. */
+static double inertia_as_described(const kr_body *b, int i, int j)
 {
     const kr_vec3 u = q_turn_back(b->axes, v3(i == 0, i == 1, i == 2)),
                   w = q_turn_back(b->axes, v3(j == 0, j == 1, j == 2));
@@ -69,7 +69,7 @@ static void test_tensors(void)
 {
     for (int trial = 0; trial < 3000; trial++) {
         const double scale = ldexp(1.0, (int)uniform(-120, 120));
-        const int equal = trial % 4; /* none, two, nearly two, three */
+        const int equal = trial % 4; /* number of equal moments: none, two, nearly two, three */
         const double a = uniform(1, 2), b = equal == 0   ? uniform(1, 2)
                                             : equal == 2 ? a * (1 + 1e-9)
                                                          : a;
@@ -82,17 +82,18 @@ static void test_tensors(void)
         const kr_vec3 com = random_vec(1);
         double j[9];
         made.axes = random_quat();
-        for (int i = 0; i < 9; i++) j[i] = i / 3 <= i % 3 ? described(&made, i / 3, i % 3) : 0.0;
+        for (int i = 0; i < 9; i++)
+            j[i] = i / 3 <= i % 3 ? inertia_as_described(&made, i / 3, i % 3) : 0.0;
         j[3] = j[1], j[6] = j[2], j[7] = j[5];
         IS(kr_body_from_tensor(2.0, j, com, &found) == KR_OK);
         for (int i = 0; i < 9; i++)
-            NEAR(described(&found, i / 3, i % 3) / scale, j[i] / scale, 3e-15);
+            NEAR(inertia_as_described(&found, i / 3, i % 3) / scale, j[i] / scale, 3e-15);
         NEAR(off(q_turn(found.axes, found.com), com), 0.0, 2e-15);
-        /* nearest: no turn above 120 degrees, 90 with an axis free */
+        /* The nearest axes need a rotation of at most 120 degrees, or 90 if an axis is free. */
         IS(found.axes.w >= (equal == 0 ? 0.5 : 0.7) - 1e-12);
     }
 }
-/* Kinds to the last bit. */
+/* With the tolerance 0, kinds depend on the last bit. */
 static void test_exact_kinds(void)
 {
     kr_body b;
@@ -117,8 +118,8 @@ static void test_bodies(void)
        kr_body_kind(&b, 1e-12) == KR_KIND_GORYACHEV_CHAPLYGIN);
     IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0.1, -0.2, -1.0), &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_GENERAL);
-    NEAR(described(&b, 0, 1), b.mass * 0.1 * 0.2, 1e-14);
-    NEAR(described(&b, 1, 2), -b.mass * 0.2 * 1.0, 1e-14);
+    NEAR(inertia_as_described(&b, 0, 1), b.mass * 0.1 * 0.2, 1e-14);
+    NEAR(inertia_as_described(&b, 1, 2), -b.mass * 0.2 * 1.0, 1e-14);
     IS(kr_body_cuboid(1.0, v3(0.6, 0.8, 1.0), v3(0, 0, 0), &b) == KR_OK &&
        kr_body_kind(&b, 1e-12) == KR_KIND_EULER);
     IS(kr_body_from_com(15.0, about_com, v3(0, 1, 0), v3(0, 0, 0), &b) == KR_OK);
@@ -138,7 +139,7 @@ static void test_invalid_bodies(void)
     kr_body b;
     IS(kr_body_symmetric(1.0, 1.0, 2.0, 1.0, &b) == KR_OK); /* a plate */
     IS(kr_body_symmetric(1.0, 1.0, 2.0 * (1 + 1e-11), 1.0, &b) == KR_ERR_BODY);
-    IS(kr_body_symmetric(1.0, 1.0, 0.0, 1.0, &b) == KR_ERR_BODY); /* a massless axis */
+    IS(kr_body_symmetric(1.0, 1.0, 0.0, 1.0, &b) == KR_ERR_BODY); /* all mass on the axis */
     IS(kr_body_symmetric(-1.0, 1.0, 1.0, 1.0, &b) == KR_ERR_ARGUMENT);
     IS(kr_body_symmetric(1.0, NAN, 1.0, 1.0, &b) == KR_ERR_ARGUMENT);
     IS(kr_body_cuboid(1.0, v3(0.0, 0.0, 1.0), v3(0, 0, -1.0), &b) != KR_OK);
@@ -146,7 +147,8 @@ static void test_invalid_bodies(void)
     IS(kr_body_cuboid(1.0, v3(-1.0, 1.0, 1.0), v3(0, 0, -1.0), &b) == KR_ERR_ARGUMENT);
     IS(kr_body_from_tensor(1.0, NULL, v3(0, 0, 0), &b) == KR_ERR_ARGUMENT);
 }
-/* The moments of water, to three digits, break the triangle inequality by 0.002. */
+/* The moments of inertia of a water molecule, given to three digits, violate the triangle
+ * inequality by 0.002. */
 static void test_rounded_moments(void)
 {
     const double water[9] = {0.345, 0, 0, 0, 0.653, 0, 0, 0, 1.0};
@@ -170,7 +172,7 @@ static void test_rounded_moments(void)
     NEAR(kr_state_kinetic(&scene, &there), kr_state_kinetic(&scene, &scene.start), 1e-13);
     kr_top_free(top);
 }
-/* A point of mass on a rod is the utmost that a body can be. */
+/* A point mass on a massless rod is an extreme case of a physical body. */
 static void test_body_can_be(void)
 {
     const double utmost = 2.0 * 9.0;
@@ -212,7 +214,7 @@ static void test_quantities(void)
        isnan(kr_state_goryachev_chaplygin(&thesis, &thesis.start)));
     s = thesis;
     kr_body_cuboid(1.0, v3(sqrt(3.0) * 0.8, 0.8, 0.4), v3(0, 0, -0.4), &s.body);
-    /* The thesis' body made a Kowalewski top. */
+    /* the body of the thesis, changed to a Kowalewski top */
     NEAR(kr_state_kowalewski(&s, &s.start), 1.5255, 5e-5);
     s.start.q.w = 1.1;
     IS(kr_scene_check(&s) == KR_ERR_ATTITUDE);

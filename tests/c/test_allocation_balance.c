@@ -1,5 +1,5 @@
-/* Heap use of tops: every method frees what it allocates however a run ends, and steps are aligned
- * to cache lines. */
+/* Heap use of tops: every method frees what it allocates, whichever way a run ends, and steps are
+ * aligned to cache lines. */
 #include <stdlib.h>
 #include "driver/top.h"
 #include "tops.h"
@@ -10,11 +10,12 @@ static size_t in_use(void) { return mallinfo2().uordblks; }
 static size_t in_use(void) { return 0; }
 #endif
 
-enum { MOST = 1 << 15, LIVES = 200, LEAST = 32 /* bytes of the heap that any allocation takes */ };
+enum { MOST = 1 << 15, LIVES = 200, LEAST = 32 /* least bytes that an allocation takes */ };
 
 static int stop(void *context) { return ++*(int *)context > 2; }
-/* Advances, searches, saves, loads, resets, fails and is refused. */
-static void life(const kr_method *method, const kr_scene *s)
+/* Creates a top and frees it again. In between, the top advances, searches, saves, loads, resets,
+ * fails and refuses calls. */
+static void use_and_free_top(const kr_method *method, const kr_scene *s)
 {
     static unsigned char saved[MOST];
     const kr_term turning[] = {{1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE}};
@@ -43,18 +44,18 @@ static void life(const kr_method *method, const kr_scene *s)
     IS(kr_top_load(top, size, saved) == KR_OK && kr_top_load(top, size - 1, saved) != KR_OK);
     kr_top_free(top);
 }
-/* The heap may cut a block some bytes larger than it was asked for, once or twice; what each life
- * kept would add up. */
+/* The heap may make a few blocks somewhat larger than requested, but memory lost in each life would
+ * accumulate. */
 static void test_balance(const kr_method *method)
 {
     kr_scene s = tilted();
     if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
-    for (int i = 0; i < 3; i++) life(method, &s);
+    for (int i = 0; i < 3; i++) use_and_free_top(method, &s);
     const size_t before = in_use();
-    for (int i = 0; i < LIVES; i++) life(method, &s);
+    for (int i = 0; i < LIVES; i++) use_and_free_top(method, &s);
     IS(in_use() < before + LIVES * LEAST);
 }
-/* Wherever in a line the heap puts a top. */
+/* Steps are aligned wherever in a cache line the heap places a top. */
 static void test_cache_line_alignment(void)
 {
     enum { TOPS = 8, LINE = 64 };

@@ -1,4 +1,4 @@
-/* Failing allocations, one after the other. The linker redirects calloc to this file. */
+/* Failing allocations: each allocation fails in turn. The linker redirects calloc to this file. */
 #include <stdlib.h>
 #include "method.h"
 #include "viewer/simulation.h"
@@ -6,7 +6,7 @@
 
 void *__real_calloc(size_t n, size_t size);
 void *__wrap_calloc(size_t n, size_t size);
-static int left = -1; /* so many succeed; all, if negative */
+static int left = -1; /* number of allocations that still succeed; negative if all do */
 static int asked;
 
 void *__wrap_calloc(size_t n, size_t size)
@@ -20,8 +20,9 @@ static kr_scene scene_for(const kr_method *method)
     if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0);
     return s;
 }
-/* A top takes memory once, when it is made; without it there is none, and nothing is written. The
- * methods of GSL take more, of which each may fail: here, aside, and when the top begins anew. */
+/* A top allocates memory once, when it is created. If this fails, no top is created and nothing is
+ * written. The methods of GSL allocate more than once, and each allocation may fail: on creation,
+ * in side steps, and on a reset. */
 static void test_top_without_memory(const kr_method *method)
 {
     const kr_scene s = scene_for(method);
@@ -46,8 +47,8 @@ static void test_top_without_memory(const kr_method *method)
     IS(kr_top_advance(top, 2.0) == KR_OK);
     kr_top_free(top);
 }
-/* A worker takes its memory when it is made: its own and that of the tops in it. It may fail at
- * each; then nothing is written, and nothing is kept. */
+/* A worker allocates memory for itself and for its tops when it is created. If any of these
+ * allocations fails, nothing is written and no memory is lost. */
 static void test_worker_without_memory(const kr_method *method, int needs)
 {
     kr_worker *const mark = (kr_worker *)(void *)&left, *worker = mark;

@@ -1,4 +1,4 @@
-/* Compositions: their coefficients meet the order conditions. */
+/* Compositions: their coefficients satisfy the order conditions. */
 #include "check.h"
 #include "methods/compose.h"
 
@@ -8,7 +8,8 @@ static double power_sum(const composition *c, int power)
     for (int i = 0; i < c->stages; i++) sum += pow(c->drift[i], power);
     return sum;
 }
-/* A composition drifts and kicks for one whole step, and is its own mirror image. */
+/* The drifts and the kicks of a composition each add up to one step, and the composition is
+ * palindromic. */
 static void palindrome(const composition *c)
 {
     const int last = c->stages - 1;
@@ -21,8 +22,8 @@ static void palindrome(const composition *c)
     NEAR(kicks, 1.0, 4e-16);
     NEAR(power_sum(c, 1), 1.0, 4e-16);
 }
-/* Symmetric steps of order 2 make a composition of this order: the odd powers of their lengths
- * below the order add up to nothing, and that of the order does not. */
+/* A composition of symmetric steps of order 2 has this order: the sums of the odd powers of their
+ * lengths vanish below the order, but not beyond it. */
 static void test_strang_compositions(int row, int stages, int order)
 {
     const composition c = compose(row);
@@ -33,8 +34,8 @@ static void test_strang_compositions(int row, int stages, int order)
     for (int i = 0; i + 1 < stages; i++)
         NEAR(c.kick[i], 0.5 * (c.drift[i] + c.drift[i + 1]), 1e-16);
 }
-/* Kicks b_i at times c_i = a_1 + ... + a_i are a quadrature, which has to be of order 6 for the
- * composition to be. */
+/* The kicks b_i at the times c_i = a_1 + ... + a_i form a quadrature. The composition has order 6
+ * only if the quadrature does. */
 static void test_nystrom_compositions(void)
 {
     const composition c = compose(BLANES_MOAN6);

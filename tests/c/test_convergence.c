@@ -1,13 +1,14 @@
-/* Convergence of the methods with fixed steps. The error of a step size h is a series in h from
- * h^order on, in even powers where a step back undoes a step. So Richardson's extrapolation removes
- * as many powers as there are further step sizes. A coefficient that is wrong in its seventh digit
- * adds a power below the order, which extrapolation keeps. The truth is taylor with 30 digits. */
+/* Convergence of the methods with fixed steps. The error for a step size h is a power series in h
+ * that starts at h^order. It has only even powers if the method is symmetric. Richardson
+ * extrapolation therefore removes one power for each additional step size. A coefficient that is
+ * wrong in its seventh digit adds a power below the order, which extrapolation does not remove. The
+ * reference is taylor with 30 digits. */
 #include "tops.h"
 
 enum { LEVELS = 7, NUMBERS = 7 };
 #define SPAN 4.0
 
-/* Write a state as numbers, with the sign of the attitude that is nearer to `like`. */
+/* Writes a state as numbers, with the sign of the attitude that is nearer to `like`. */
 static void put_numbers(kr_state s, kr_quat like, double momentum, double out[NUMBERS])
 {
     const double sign = q_dot(s.q, like) < 0.0 ? -1.0 : 1.0;
@@ -22,7 +23,8 @@ static double largest_difference(const double a[NUMBERS], const double b[NUMBERS
     for (int i = 0; i < NUMBERS; i++) most = fmax(most, fabs(a[i] - b[i]));
     return most;
 }
-/* Replace rows of step sizes h, h/2, h/4, ... by rows without the error's term in h^power. */
+/* Replaces the rows for the step sizes h, h/2, h/4, ... by rows whose errors have no term in
+ * h^power. */
 static void remove_power(double rows[][NUMBERS], int count, int power)
 {
     const double ratio = ldexp(1.0, power);
@@ -30,7 +32,8 @@ static void remove_power(double rows[][NUMBERS], int count, int power)
         for (int i = 0; i < NUMBERS; i++)
             rows[k][i] = rows[k + 1][i] + (rows[k + 1][i] - rows[k][i]) / (ratio - 1.0);
 }
-/* Steps over the span at the first level, and number of levels, each with half the step size. */
+/* Number of steps at the first level, and number of levels, each with half the step size of the one
+ * before. */
 typedef struct {
     int steps, levels;
 } grid;
@@ -43,8 +46,8 @@ static grid grid_of(int order, int is_reversible)
            : is_reversible ? fourth
                            : slow;
 }
-/* Hold a method to its order on a scene: by the slope of the errors at the last two levels that
- * rounding leaves alone, and by what extrapolation leaves. */
+/* Checks the order of a method on a scene, by the slope of the errors at the last two levels that
+ * rounding does not affect, and by the error after extrapolation. */
 static void converges(const kr_method *method, const kr_scene *s)
 {
     const int order = kr_method_order(method),

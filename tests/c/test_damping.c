@@ -1,5 +1,5 @@
-/* Damped tops, against motions with a closed form, the power balance, and properties of every
- * top. */
+/* Damped tops, compared with motions in closed form, with the power balance, and with general
+ * properties of tops. */
 #include <stdlib.h>
 #include "kreisel.h"
 #include "random.h"
@@ -28,7 +28,8 @@ static kr_vec3 body_velocity(const kr_scene *s, const kr_state *at)
     return q_turn_back(q_mul(at->q, s->body.axes), kr_state_velocity(s, at));
 }
 
-/* Without gravity a sphere keeps its axis: w = w0 exp(-D t / I), and the angle is its integral. */
+/* Without gravity a sphere rotates about a fixed axis: w = w0 exp(-D t / I), and the angle is the
+ * integral of w. */
 static void test_sphere(void)
 {
     const double I = 1.75, D = 0.3;
@@ -43,8 +44,8 @@ static void test_sphere(void)
         NEAR(kr_attitude_error(end.q, turn), 0.0, 1e-14 * size);
     }
 }
-/* A free symmetric body: W3 decays, W1 and W2 decay and turn by the integral of (I3 - I1) W3 / I1.
- */
+/* In a free symmetric body, W3 decays. W1 and W2 decay, and (W1, W2) rotates by the integral of
+ * (I3 - I1) W3 / I1. */
 static void test_symmetric_body(void)
 {
     const double I1 = 2.0, I3 = 0.75, D1 = 0.25, D3 = 0.125, t = 9.0;
@@ -56,8 +57,9 @@ static void test_symmetric_body(void)
                   want = v3(across * cos(phase), across * sin(phase), axial);
     NEAR(off(W, want), 0.0, 3e-14);
 }
-/* About each principal axis of a free body, in each order of its moments and of a spherical body
- * with its centre of mass aside: W decays at the rate of that axis, in one worker too. */
+/* A rotation of a free body about a principal axis decays at the rate of that axis. This holds for
+ * each order of the moments, for a spherical body with its centre of mass aside, and in a
+ * worker. */
 static void test_decay_along_axes(void)
 {
     static const double moments[5][3] = {
@@ -83,8 +85,8 @@ static void test_decay_along_axes(void)
     }
     kr_worker_free(worker);
 }
-/* dE/dt = -w D w, by Simpson's rule; and the vertical momentum of a top of one damping decays as
- * the turn about the vertical does. */
+/* The energy obeys dE/dt = -w D w, integrated by Simpson's rule. With equal damping about all axes,
+ * the vertical momentum decays with the rotation about the vertical. */
 static void test_power_balance(void)
 {
     enum { LOOKS = 4001 };
@@ -120,7 +122,7 @@ static void test_reversal(void)
     const kr_state headless = state_at(8.0, &s, taylor(), level);
     NEAR(off(body_velocity(&s, &more), body_velocity(&s, &headless)), 0.0, 1e-13);
 }
-/* Powers of two of mass, length and time scale all numbers exactly. */
+/* Changing the units of mass, length and time by powers of two scales all numbers exactly. */
 static void test_scaling(void)
 {
     const double mass = 0x1p20, length = 0x1p-7, time = 0x1p11, moment = mass * length * length,
@@ -139,7 +141,7 @@ static void test_scaling(void)
     b.m = v_scale(1.0 / momentum, b.m);
     IS(same(a, b));
 }
-/* Damping far above the rate of the top: it creeps, as m g l sin(tilt) / D says. */
+/* With damping far above the rates of the top, it falls slowly, at the rate m g l sin(tilt) / D. */
 static void test_creep(void)
 {
     kr_scene s = damped(v3(1, 1, 0.5), v3(1e4, 1e4, 1e4), v3(0, 0, 0));
@@ -198,7 +200,8 @@ static void test_checkpoint(void)
     kr_top_free(b);
     kr_top_free(c);
 }
-/* The vertical momentum of a sphere decays to its half at I / D log 2, and is found there. */
+/* The vertical momentum of a sphere decays to one half at the time (I / D) log 2, where an event is
+ * found. */
 static void test_half_momentum(void)
 {
     const double I = 1.75, D = 0.3;
@@ -217,7 +220,7 @@ static void test_half_momentum(void)
         kr_top_free(top);
     }
 }
-/* A damping beyond all numbers in the top's own units is refused. */
+/* A damping beyond the range of doubles in the top's own units is refused. */
 static void test_overflow(void)
 {
     kr_scene s = damped(v3(1e-200, 1e-200, 1e-200), v3(1e300, 1e300, 1e300), v3(0, 0, 1e-200));

@@ -1,5 +1,5 @@
-/* Runs with 20 and 30 digits, against heyoka in 128 bits (validation/references/reference.json),
- * and their low words. */
+/* Runs with 20 and 30 digits, compared with heyoka in 128 bits
+ * (validation/references/reference.json), and their low words. */
 #include "math/su2_dd.h"
 #include "tops.h"
 
@@ -18,7 +18,7 @@ static deep run_to(const kr_scene *s, int digits, double t)
     kr_top_free(top);
     return end;
 }
-static double apart(deep a, deep b) /* half the angle and the difference of m */
+static double apart(deep a, deep b) /* half the angle plus the difference of m */
 {
     const quat_dd d = qdd_mul(qdd_conj(q_dd(a.high.q, a.low.q)), q_dd(b.high.q, b.low.q));
     const vec_dd m = v_dd(a.high.m, a.low.m),
@@ -33,7 +33,7 @@ static kr_scene heavy(void)
     return s;
 }
 
-/* The truth is the attitude at t = 100 to 34 digits, in two words. */
+/* The reference is the attitude at t = 100 to 34 digits, in two words. */
 static void test_truth(void)
 {
     kr_scene s = kr_scene_default();
@@ -68,7 +68,8 @@ static void test_truth_of_asymmetric(void)
     thirty.high.m = thirty.low.m = v3(0, 0, 0);
     NEAR(apart(thirty, want), 0.0, 1e-27);
 }
-/* Errors fall with the digits, the way back leads to the start, the vertical momentum stays. */
+/* Errors decrease with the digits, a run back in time returns to the start, and the vertical
+ * momentum is constant. */
 static void test_accuracy(void)
 {
     kr_scene s = heavy();
@@ -81,10 +82,10 @@ static void test_accuracy(void)
     NEAR(turned.hi, 0.0, 1e-28);
     s.start = thirty.high;
     const deep back = run_to(&s, 30, 0), begin = {start, {0.0, {0, 0, 0, 0}, {0, 0, 0}}};
-    NEAR(apart(back, begin), 0.0, 1e-14); /* begun without its low words */
+    NEAR(apart(back, begin), 0.0, 1e-14); /* the run back begins without low words */
     IS(apart(back, begin) > 1e-18);
 }
-/* The time from a start that is no whole number of steps from anything is taken exactly. */
+/* The time elapsed since the start is exact, whatever the start and the steps are. */
 static void test_exact_time(void)
 {
     kr_scene s = heavy(), late = s;
@@ -104,7 +105,7 @@ static void test_exact_time(void)
     IS(span.lo != 0.0 && apart(a, b) > 0.1 * fabs(span.lo));
     NEAR(apart(a, want), 0.0, 1e-28);
 }
-/* Units that are powers of two leave the bits as they are, those of the low words too. */
+/* Changing units by powers of two does not change the bits, including those of the low words. */
 static void test_scaling(void)
 {
     const kr_scene s = heavy();
@@ -156,7 +157,7 @@ static void test_options(void)
         IS(memcmp(&a, &b, sizeof a) == 0);
     }
 }
-/* A tolerance below that of 30 digits makes shorter steps, whose roundings are others. */
+/* A tolerance below that of 30 digits gives shorter steps with different rounding errors. */
 static void test_shorter_steps(void)
 {
     const kr_scene s = heavy();
@@ -175,8 +176,8 @@ static void test_shorter_steps(void)
     NEAR(apart(ends[0], ends[1]), 0.0, 1e-28);
 }
 
-/* The energy, with a lever whose components are no doubles and the moments of a body in principal
- * axes. */
+/* Returns the energy in double-double, for a body in principal axes with a lever that doubles do
+ * not represent exactly. */
 static dd energy(const kr_scene *s, deep at)
 {
     const quat_dd q = q_dd(at.high.q, at.low.q);
@@ -189,7 +190,7 @@ static dd energy(const kr_scene *s, deep at)
     return dd_add(dd_half(vdd_dot(M, turning)),
                   dd_mul(two_product(s->body.mass, s->gravity), vdd_dot(lever, P)));
 }
-/* One bit of the lever in doubles moves it by 1e-16. */
+/* An error of one bit in the lever would change the energy by 1e-16. */
 static void test_energy_to_the_last_digits(void)
 {
     for (int i = 0; i < 8; i++) {
@@ -205,7 +206,8 @@ static void test_energy_to_the_last_digits(void)
     }
 }
 
-/* A number between those that there are asks for the next of them, of tops and of workers. */
+/* A number of digits between the available ones selects the next larger one, for tops and for
+ * workers. */
 static void test_digits_between(void)
 {
     static const int asked[6] = {1, 16, 17, 20, 21, 30}, given[6] = {16, 16, 20, 20, 30, 30};
@@ -224,7 +226,7 @@ static void test_digits_between(void)
         kr_worker_free(worker);
     }
 }
-/* All that taylor can do is done by the kernels of one instruction set. */
+/* All options of taylor use kernels of the same instruction set. */
 static void test_instruction_sets(void)
 {
     static const kr_config configs[4] = {{0}, {.skip_heading = 1}, {.digits = 20}, {.digits = 30}};

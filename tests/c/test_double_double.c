@@ -1,4 +1,4 @@
-/* Elementary functions and Carlson's R_F in double-double, against mpmath with 240 bits. Each
+/* Elementary functions and Carlson's R_F in double-double, compared with mpmath at 240 bits. Each
  * reference value is a pair of doubles. An error of these functions shows in a motion only after
  * about 1e6 steps. */
 #include "check.h"
@@ -7,7 +7,7 @@
 
 static dd pair(double hi, double lo) { return dd_make(hi, lo); }
 static double apart(dd a, dd b) { return fabs(dd_sub(a, b).hi / (b.hi == 0.0 ? 1.0 : b.hi)); }
-/* Carlson's integral; of equal arguments it is 1 / sqrt, and it is homogeneous of degree -1/2. */
+/* Carlson's integral R_F(x, x, x) is 1 / sqrt(x), and R_F is homogeneous of degree -1/2. */
 static void test_carlson(void)
 {
     const struct {
@@ -44,7 +44,7 @@ static void test_angles(void)
     };
     for (size_t i = 0; i < sizeof of / sizeof *of; i++)
         NEAR(apart(dd_atan2(dd_of(of[i].y), dd_of(of[i].x)), of[i].value), 0.0, 1e-30);
-    /* The low words count, and a direction of no length is none. */
+    /* The low words matter, and a vector of length zero has no direction. */
     NEAR(apart(dd_atan2(pair(1.0, 0x1p-60), dd_of(1.0)),
                dd_add(dd_scale(0.25, dd_pi()), dd_of(0x1p-61))),
          0.0, 1e-30);
@@ -92,7 +92,7 @@ static void test_exponentials(void)
         NEAR(apart(dd_exp(dd_of(of[i].power)), of[i].value), 0.0, 3e-29);
     IS(!isfinite(dd_exp(dd_of(1e36)).hi) && isnan(dd_exp(dd_of(NAN)).hi));
 }
-/* Roots, quotients and the order of two numbers use the low words. */
+/* Roots, quotients and comparisons use the low words. */
 static void test_arithmetic(void)
 {
     const dd third = dd_div(dd_of(1.0), dd_of(3.0)), two = dd_of(2.0), root = dd_sqrt(two);
@@ -105,7 +105,7 @@ static void test_arithmetic(void)
     IS(dd_max(pair(1.0, -0x1p-60), dd_of(1.0)).lo == 0.0);
     IS(dd_abs(pair(-1.0, 0x1p-60)).lo == -0x1p-60 && dd_abs(two).hi == 2.0);
 }
-/* What cancels leaves no rounding behind, down to the last of four doubles. */
+/* Cancellation leaves no rounding error, down to the last of four doubles. */
 static void test_cancellations(void)
 {
     double x[][3] = {{1.0, 0.1, 0.0},        {0x1p-60, -0.1, 0.0}, {-0x1p-190, 0.1, 0.0},
@@ -117,8 +117,9 @@ static void test_cancellations(void)
     IS(first.hi == 0x1p-120 + 0x1p-130 && first.lo == -0x1p-190);
     IS(second.hi == 0.1 && second.lo == 0x1p-80 && split_dd(&sum, 2).hi == 0x1p-500);
 }
-/* The vector (8, 0, 6) from a frame turned about y by twice the angle whose tangent is 1 / 3: its x
- * becomes 8 * 0.8 - 6 * 0.6 and its z 8 * 0.6 + 6 * 0.8, times 10; and z where it all but goes. */
+/* The vector (8, 0, 6) is seen from a frame rotated about y by 2 atan(1 / 3): x becomes
+ * 8 * 0.8 - 6 * 0.6 and z becomes 8 * 0.6 + 6 * 0.8, times 10. A second vector has a z that almost
+ * cancels. */
 static void test_inverse_turns(void)
 {
     const kr_quat q = {3.0, 0.0, 1.0, 0.0};

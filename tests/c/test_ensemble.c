@@ -1,13 +1,14 @@
-/* Workers: the numbers of a top depend on that top alone, failures lose nothing, and lanes are as
+/* Workers: the results of a top depend on that top alone, failures lose no states, and lanes are as
  * accurate as a single top. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 #include "random.h"
 #include "tops.h"
 
-enum { TOPS = 141, TIMES = 7 }; /* more tops than are set up at once */
+enum { TOPS = 141, TIMES = 7 }; /* more tops than are set up together */
 
-/* A body with three different moments and its centre of mass on no axis, one in four symmetric. */
+/* Returns a body with three different moments and its centre of mass off the axes; every fourth
+ * body is symmetric. */
 static kr_scene random_scene(int i)
 {
     kr_scene s = kr_scene_default();
@@ -38,7 +39,8 @@ static void ask(ensemble *f, size_t n)
     memset(f->states, 0, sizeof f->states);
     memset(f->outcomes, 0, sizeof f->outcomes);
 }
-/* Each top has times of its own, in either direction, and some are asked for their start. */
+/* Each top has its own times, in either direction of time; some of them are the time of the
+ * start. */
 static void random_ensemble(ensemble *f)
 {
     for (int i = 0; i < TOPS; i++) {
@@ -61,7 +63,7 @@ static int same_row(const ensemble *f, size_t i, const ensemble *g, size_t j)
     return memcmp(f->states + i * TIMES, g->states + j * TIMES, row) == 0 &&
            same_outcome(&f->outcomes[i], &g->outcomes[j]);
 }
-/* Moves one top of a ensemble, and no other. */
+/* Computes the states of one top of an ensemble alone. */
 static ensemble one_of(const ensemble *f, size_t i, const kr_method *method, kr_config config)
 {
     ensemble one;
@@ -86,7 +88,7 @@ static void test_independence(const kr_method *method, kr_config config)
         IS(f.outcomes[i].status == KR_OK && f.outcomes[i].done == TIMES);
         IS(same_row(&f, i, &one, 0));
     }
-    /* In another order, and beside others that fail. */
+    /* in another order, and beside tops that fail */
     for (size_t i = 0; i < TOPS; i++) {
         const size_t from = TOPS - 1 - i;
         g.scenes[i] = f.scenes[from];
@@ -128,7 +130,7 @@ static void test_instruction_sets(void)
     }
     kr_worker_free(worker);
 }
-/* Lanes are as good as a top by itself: both beside 20 digits. */
+/* Lanes are as accurate as a single top; both are compared with 20 digits. */
 static void test_accuracy_of_lanes(double tol)
 {
     const kr_config config = {.tol = tol};
@@ -151,7 +153,7 @@ static void test_accuracy_of_lanes(double tol)
     IS(lanes / TOPS < alone / TOPS + log(2.0));
 }
 
-/* All other methods give the bits of a top by itself, and fail as it does. */
+/* All other methods give the same bits as for a single top, and fail in the same way. */
 static void test_methods_without_lanes(const kr_method *method)
 {
     kr_scene s[2] = {tilted(), tilted()};
@@ -177,7 +179,7 @@ static void test_methods_without_lanes(const kr_method *method)
     kr_worker_free(worker);
 }
 
-/* What stands in the way of one top is told of that top; its good states are kept. */
+/* The failure of a top is reported for that top, and its good states are kept. */
 static void test_failures(void)
 {
     ensemble f;
@@ -211,7 +213,7 @@ static double nutation_of(const ensemble *f, size_t i, size_t k)
 {
     return kr_state_nutation(&f->scenes[i], &f->states[i * TIMES + k]);
 }
-/* What is kept of a top is what its states say. */
+/* Checks that the values kept of a top agree with those computed from its states. */
 static void is_what_states_say(const ensemble *f, size_t i, const double row[7])
 {
     const kr_state *last = &f->states[i * TIMES + TIMES - 1];
@@ -286,8 +288,9 @@ static void test_headless(void)
 }
 
 static int stop_at(void *context) { return --*(int *)context < 0; }
-/* Gives by how much more tops were on their way than half of the lanes; each keeps its states. */
-static int interrupted(int after)
+/* Interrupts a worker after this many polls, and checks that all tops keep their states. Returns by
+ * how much twice the number of unfinished tops exceeds the number of lanes. */
+static int interrupt_worker(int after)
 {
     int left = after, on_the_way = 0, lanes;
     ensemble f;
@@ -309,15 +312,15 @@ static int interrupted(int after)
     }
     IS(done < TOPS && (after == 0 || done > 0));
     left = 1 << 30;
-    IS(kr_worker_run(worker, &f.tops) == KR_OK); /* It is as good as new. */
+    IS(kr_worker_run(worker, &f.tops) == KR_OK); /* The worker can be used again. */
     for (size_t i = 0; i < TOPS; i++) IS(f.outcomes[i].status == KR_OK);
     lanes = *worker->isa->lanes;
     kr_worker_free(worker);
     return 2 * on_the_way - lanes;
 }
 
-/* A pair of moments may differ by a rounding either way; and a top that is asked for its start once
- * more, after another time, has that one time alone. */
+/* Two equal moments may differ by a rounding error in either direction. If the time of the start is
+ * requested again after another time, only that time is affected. */
 static void test_pairs_and_reversal(void)
 {
     const double t[3] = {5.0, 0.0, 5.0};
@@ -392,7 +395,7 @@ int main(void)
     test_failures();
     test_reductions();
     test_headless();
-    for (int after = 0; after < 60; after++) on_the_way += interrupted(after);
+    for (int after = 0; after < 60; after++) on_the_way += interrupt_worker(after);
     IS(on_the_way >= 0);
     test_pairs_and_reversal();
     test_refusals();

@@ -1,4 +1,5 @@
-/* Closed forms in a worker: the order of times, refused as for a single top, and units. */
+/* Closed forms in a worker: times in the wrong order, which are refused as for a single top, and
+ * units. */
 #include "check.h"
 #include "tops.h"
 
@@ -12,7 +13,7 @@ static void run(const kr_scene *scene, const double t[3], kr_outcome *outcome, k
     IS(kr_worker_run(worker, &tops) == KR_OK);
     kr_worker_free(worker);
 }
-/* One top at one time needs all that many need. */
+/* A single top at a single time is checked like many tops at many times. */
 static void test_time_order(void)
 {
     const kr_scene s = kr_scene_default();
@@ -30,8 +31,8 @@ static void test_time_order(void)
     }
     kr_worker_free(worker);
 }
-/* A top in units in which its closed form may leave all numbers is moved in its own, whether its
- * states are wanted or what is reduced of them. */
+/* If the closed form may exceed the range of doubles in the user's units, the top is computed in
+ * its own units. This holds for states and for values computed from them. */
 static void test_units(void)
 {
     const double t[3] = {1e-305, 2e-305, 3e-305};
@@ -53,7 +54,7 @@ static void test_units(void)
     }
     kr_top_free(alone);
 }
-/* A limit of steps means for a top of an ensemble what it means for that top alone. */
+/* A limit of steps has the same meaning for a top of an ensemble as for that top alone. */
 static void test_limits_of_steps(void)
 {
     const double t[4] = {1.0, 2.0, 2.0, 5.0};

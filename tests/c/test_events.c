@@ -1,4 +1,5 @@
-/* Event search: the times found, the unchanged path, refusals and failures. */
+/* Event search: the times of events, the path, which a search does not change, refusals and
+ * failures. */
 #include "events/event_polynomial.h"
 #include "model/quantities.h"
 #include "random.h"
@@ -16,7 +17,7 @@ static kr_scene scene_of(int i)
     s.gravity = i == 2 ? -2.5 : 1.5;
     return s;
 }
-/* Writes the times of the events up to `end`, at most MANY, and returns how many there are. */
+/* Writes the times of the events up to `end`, at most MANY. Returns their number. */
 static int seek_all(kr_top *top, double end, double *t, kr_event_hit *hits)
 {
     int n = 0;
@@ -28,9 +29,10 @@ static int seek_all(kr_top *top, double end, double *t, kr_event_hit *hits)
     }
     return n;
 }
-static kr_term height; /* that of the apex; set by main */
+static kr_term height; /* of the apex; set by main */
 
-/* Without the heading events of what does not turn with it are found at the same times. */
+/* Without the heading, events of quantities that do not depend on the heading are found at the same
+ * times. */
 static void test_headless(void)
 {
     static const char *const turning[] = {"q_w", "q_z", "apex_x", "apex_y", "m_x", "m_y"};
@@ -102,7 +104,7 @@ static void test_unchanged_path(void)
     }
 }
 
-/* The apex passes a height once where a step ends just there, to the last bits or beside them. */
+/* The apex passes a height exactly once, even if a step ends at this height up to the last bits. */
 static void test_step_borders(double start, double apart, double step)
 {
     kr_scene s = scene_of(1);
@@ -127,8 +129,8 @@ static void test_step_borders(double start, double apart, double step)
     }
     kr_top_free(top);
 }
-/* What has been passed between two searches, in the same step or in the next, is not found any
- * more; what lies behind is, where it was. */
+/* Events that were passed between two searches, in the same step or in the next, are not found
+ * again. Later events are found at the same times. */
 static void test_passed_events(void)
 {
     const kr_scene s = scene_of(1);
@@ -189,7 +191,8 @@ static void test_two_in_one_step(void)
     }
 }
 
-/* Each event is found once by a top that starts late, and by one that is told again to watch. */
+/* Each event is found once by a top that starts at a late time, and by a top that is told again to
+ * watch for events. */
 static void test_events_at_the_start(void)
 {
     const kr_scene s = scene_of(1);
@@ -202,7 +205,7 @@ static void test_events_at_the_start(void)
            *other = watched(&late, (kr_config){0}, e + 1, 1);
     const int n = seek_all(top, 30.0, t, NULL);
     IS(n > 5 && seek_all(other, late.start.t + 30.0, u, NULL) == n);
-    /* the rounding of the late times */
+    /* late times are rounded */
     for (int i = 0; i < n; i++) NEAR(u[i] - late.start.t, t[i], 4e-12);
     IS(kr_top_reset(top, &s.start) == KR_OK && seek_all(top, 30.0, u, NULL) == n);
     IS(memcmp(t, u, (size_t)n * sizeof *t) == 0);
@@ -323,7 +326,8 @@ static void test_refusals(void)
     IS(kr_top_seek(rk4, 1.0, &hit) == KR_OK && hit.index == -1 && kr_top_state(rk4).t == 1.0);
     kr_top_free(rk4);
 }
-/* Whatever the memory holds that its user lends: every event is searched from the beginning. */
+/* Every event is searched from the beginning, whatever the memory that the user provides
+ * contains. */
 static void test_lent_memory(void)
 {
     enum { EVENTS = 3 };
@@ -370,7 +374,7 @@ int main(void)
     test_nutation_of_lagrange_tops();
     test_unchanged_path();
     test_step_borders(0.0, 0x1p-54, 0.0);
-    test_step_borders(1e6 + 0.3, 0x1p-37, 0.0); /* times are further apart than clocks */
+    test_step_borders(1e6 + 0.3, 0x1p-37, 0.0); /* times are farther apart than internal times */
     test_step_borders(-1e5 - 0.1, 0x1p-40, -1.0);
     test_passed_events();
     test_two_in_one_step();

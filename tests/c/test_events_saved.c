@@ -19,10 +19,10 @@ static int seek_all(kr_top *top, double end, double *t, kr_event_hit *hits)
         t[n++] = kr_top_state(top).t;
     return n;
 }
-static kr_term height; /* that of the apex; set by main */
+static kr_term height; /* of the apex; set by main */
 
-/* A top that is loaded meets the very events that the one that was saved goes on to, wherever that
- * stood: at an event, between two in one step, or before the first. */
+/* A loaded top finds the same events as the saved top, wherever this was saved: at an event,
+ * between two events in one step, or before the first. */
 static void test_loaded_events(void)
 {
     static char memory[1 << 16];
@@ -64,7 +64,7 @@ static void second_is_unlike(const kr_scene *s)
     kr_top_free(top);
     kr_top_free(other);
 }
-/* Any number but zero asks for an extremum. */
+/* Checks that all nonzero values of `extremum` are equivalent. */
 static void alike(const kr_scene *s)
 {
     static char memory[1 << 16];
@@ -76,7 +76,8 @@ static void alike(const kr_scene *s)
     kr_top_free(top);
     kr_top_free(other);
 }
-/* A checkpoint of other events, of fewer, or of a search that cannot be, is none of this top. */
+/* A checkpoint with other events, with fewer events, or with an impossible state of the search is
+ * refused. */
 static void test_refused_load(void)
 {
     static char memory[1 << 16], before[1 << 16];
@@ -116,7 +117,7 @@ static void test_refused_load(void)
     IS(kr_top_load(top, size, before) == KR_OK);
     kr_top_free(top);
 }
-/* A reset begins the search anew, in the very step that was searched last, too. */
+/* A reset restarts the search, even in the step that was searched last. */
 static void test_reset(void)
 {
     kr_scene s = scene();

@@ -1,5 +1,5 @@
-/* The closed form, against quadrature and stepping: integrals, scaling, frames, batches of any
- * size, and equal bits on every instruction set. */
+/* The closed form, compared with quadrature and with stepping: integrals, scaling, frames, batches
+ * of any size, and equal bits on every instruction set. */
 #include "exact/dispatch.h"
 #include "exact_truth.h"
 #include "random.h"
@@ -39,7 +39,7 @@ static double relative_distance(kr_state a, kr_state b)
     return kr_attitude_error(a.q, b.q) + off(a.m, b.m) / (1.0 + v_length(b.m));
 }
 
-/* The largest |m| that the top's energy allows is what errors of m are measured by. */
+/* Returns the unit for errors of m: the largest |m| that the top's energy allows. */
 static double scale_of(const kr_scene *s)
 {
     const double lever = fabs(s->gravity) * s->body.mass * v_length(s->body.com),
@@ -58,14 +58,14 @@ static void test_truths(void)
         const kr_quat d = q_mul(q_conj(c->at.q), end.q);
         if (!(2.0 * v_length(q_vec(d)) + off(end.m, c->at.m) / scale_of(&s) <= 7e-15))
             printf("%s at t = %g:\n", c->name, c->t);
-        /* 1e-15 of it is the truth's rounding to doubles */
+        /* of which 1e-15 is the rounding of the reference to doubles */
         NEAR(2.0 * v_length(q_vec(d)), 0.0, 4e-15);
         IS(d.w > 0.0);
         NEAR(off(end.m, c->at.m) / scale_of(&s), 0.0, 3e-15);
     }
 }
-/* Returns the energy of a symmetric top, in long double: in double its evaluation would round
- * as much as the closed form does. */
+/* Returns the energy of a symmetric top, in long double, because rounding errors in double would be
+ * as large as those of the closed form. */
 static long double energy_of(const kr_scene *s, const kr_state *at)
 {
     const long double w = at->q.w, x = at->q.x, y = at->q.y, z = at->q.z, up = w * w + z * z,
@@ -105,7 +105,7 @@ static void test_integrals(void)
     NEAR(worst_start, 0.0, 5e-15);
     NEAR(worst_m, 0.0, 5e-15);
 }
-/* Without torque m and the kinetic energy stay. */
+/* Without torque m and the kinetic energy are constant. */
 static void test_free_bodies(void)
 {
     double worst = 0.0;
@@ -133,7 +133,8 @@ static void test_free_bodies(void)
     }
     NEAR(worst, 0.0, 3e-14);
 }
-/* A free body that turns exactly about one of three different principal axes goes on so. */
+/* A free body that rotates exactly about one of three different principal axes continues to do
+ * so. */
 static void test_principal_axis(void)
 {
     const double moment[3] = {2.0, 3.0, 4.5};
@@ -150,7 +151,8 @@ static void test_principal_axis(void)
         IS(closed.period == INFINITY);
     }
 }
-/* What is too little to turn a body off its axis does not choose the axis either. */
+/* Components of the momentum that are too small to move a body off its axis do not affect the
+ * choice of the axis. */
 static void test_near_principal_axis(void)
 {
     kr_scene s = top_of(2.0, 2.0, 0.0, q_one(), v3(1.0, 1e-75, 1e-75));
@@ -158,7 +160,7 @@ static void test_near_principal_axis(void)
     const kr_exact closed = closed_form(&s);
     NEAR(kr_attitude_error(kr_exact_state(&closed, 8.0).q, q_exp(v3(4.0, 0.0, 0.0))), 0.0, 1e-14);
 }
-/* What moves an axis too little for the closed form is too little in any units. */
+/* A motion of the axis that is too small for the closed form is too small in all units. */
 static void test_smallest_motion(void)
 {
     for (double unit = 0x1p-60; unit < 0x1p61; unit *= 0x1p60)
@@ -171,8 +173,8 @@ static void test_smallest_motion(void)
             IS(kr_exact_plan(&s, &closed) == (i ? KR_ERR_METHOD : KR_OK));
         }
 }
-/* Sleeping (stable, critical, unstable) and hanging tops only turn about the vertical, a ball turns
- * about m, and what rests stays. */
+/* Sleeping (stable, critical, unstable) and hanging tops only rotate about the vertical, a ball
+ * rotates about m, and a body at rest stays at rest. */
 static void test_top_at_rest(void)
 {
     const double i1 = 7.9, i3 = 2.2, critical = 2.0 * sqrt(5.0 * i1);
@@ -228,8 +230,8 @@ static void test_scaling(void)
         IS(same(x, y));
     }
 }
-/* The axis may lie along N or B, the frame of description be turned, the centre of mass of a
- * spherical body lie anywhere, and the start not be at zero. */
+/* The axis may lie along N or B, the frame of description may be rotated, the centre of mass of a
+ * spherical body may lie anywhere, and the start may have any time. */
 static void test_frames(void)
 {
     const kr_quat cycles[3] = {q4(0.5, v3(0.5, 0.5, 0.5)), q4(0.5, v3(-0.5, -0.5, -0.5)),
@@ -262,8 +264,8 @@ static void test_frames(void)
     NEAR(kr_attitude_error(kr_exact_state(&a, 100.0).q, there), 0.0, 1e-13);
     NEAR(relative_distance(kr_exact_state(&b, 5.0), extrapolated(&tilted, 5.0)), 0.0, 1e-9);
 }
-/* A spherical body is turned to the axis of its lever with more digits than a double has, or the
- * error of that turn grew with time. */
+/* The rotation of a spherical body to the axis of its lever needs more digits than doubles have.
+ * Otherwise the error of this rotation would grow with time. */
 static void test_far_frames_of_a_ball(void)
 {
     const kr_quat cycle = q4(0.5, v3(0.5, 0.5, 0.5));
@@ -340,7 +342,7 @@ static void as_one_by_one(const kr_scene *scene, kr_state *out)
         IS(same(out[MANY - 1], last) && same(out[0], kr_exact_state(&closed, many_times[0])));
     }
 }
-/* So many states go past the cache, to addresses that suit that and to others. */
+/* This many states bypass the cache, if the alignment of their address permits. */
 static void test_batch_of_tops(void)
 {
     kr_state *const odd = (kr_state *)(void *)((double *)(void *)memory + 1);

@@ -1,5 +1,5 @@
-/* Batches of closed forms: each top has the bits that it has alone, on every instruction set, in
- * any order and beside any neighbours. A refused top changes nothing but its status. */
+/* Batches of closed forms: each top gets the same bits as alone, on every instruction set, in any
+ * order and beside any neighbours. A refused top changes nothing but its status. */
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,7 +17,8 @@ static kr_body symmetric(void)
     b.com.z = uniform(0.1, 1.0);
     return b;
 }
-/* Leans the axis by this angle from the vertical, or from its opposite where it is negative. */
+/* Returns an attitude whose axis leans by this angle from the upward vertical, or from the downward
+ * vertical if the angle is negative. */
 static kr_quat leaning(double angle)
 {
     const double way = uniform(0.0, 6.3), s = sin(0.5 * fabs(angle)), c = cos(0.5 * angle);
@@ -25,7 +26,7 @@ static kr_quat leaning(double angle)
     const kr_quat up = angle < 0.0 ? q_mul(tilt, q4(0.0, v3(1.0, 0.0, 0.0))) : tilt;
     return q_mul(up, q4(cos(way), v3(0.0, 0.0, sin(way))));
 }
-/* Courses of tops with moment 1 and lever up to 1, seen by their starts. */
+/* Sets a start for one of several types of motion of a top with moment 1 and a lever up to 1. */
 static void choose_course(kr_scene *s, int number)
 {
     const kr_vec3 axis = q_axis(s->start.q);
@@ -63,7 +64,7 @@ static void choose_body(kr_scene *s, int number)
 {
     const kr_vec3 i = s->body.inertia;
     switch (number % 9) {
-    case 0: /* of another axis */
+    case 0: /* with another axis of symmetry */
         s->body.inertia = v3(i.z, i.x, i.y);
         s->body.com = v3(number % 2 ? -0.4 : 0.4, 0.0, 0.0);
         break;
@@ -92,7 +93,7 @@ static void choose_body(kr_scene *s, int number)
         break;
     }
 }
-/* What has no closed form, or is no scene. */
+/* Changes a scene so that it has no closed form or is invalid. */
 static void spoil(kr_scene *s, int number)
 {
     switch (number % 10) {
@@ -105,7 +106,7 @@ static void spoil(kr_scene *s, int number)
     case 2:
         s->body.inertia = v3(1.0, 1.2, 1.4);
         break;
-    case 3: /* free, which has a closed form of its own */
+    case 3: /* free: this has another closed form */
         s->gravity = 0.0;
         s->body.inertia = v3(1.0, 1.2, 1.4);
         break;
@@ -124,7 +125,7 @@ static void spoil(kr_scene *s, int number)
     case 8:
         s->start.t = -INFINITY;
         break;
-    default: /* beyond all rates */
+    default: /* rates beyond the range of doubles */
         s->body.inertia = v_scale(1e-305, s->body.inertia);
         s->start.m = v3(1e200, 0, 0);
     }
@@ -141,7 +142,7 @@ static kr_scene any_scene(int number)
     return s;
 }
 
-/* What each top gives alone, and what all give together. */
+/* The results of each top alone, and of all tops together. */
 static kr_scene scenes[TOPS];
 static kr_exact alone[TOPS], together[TOPS];
 static kr_status status_alone[TOPS], status[TOPS];
@@ -153,8 +154,8 @@ static int curve_of(const kr_scene *s)
     kr_exact exact;
     return kr_exact_plan(s, &exact) == KR_OK ? exact.curve : -1;
 }
-/* Fills n scenes with tops at the change of one theta series to its dual, where roundings decide
- * which: lanes of one group then need both. */
+/* Fills n scenes with tops at the boundary between the theta series and its dual. Rounding errors
+ * decide which is used, so lanes of one group need both. */
 static void at_the_change(kr_scene *out, int n)
 {
     kr_scene s = {symmetric(), 1.0, {0.0, random_quat(), {0, 0, 0}}, {0, 0, 0}};
@@ -192,7 +193,7 @@ static void shuffle(void)
         scenes[j] = s;
     }
 }
-/* Some times are too late for the series, and some are none. */
+/* Returns any time; some are too late for the series, and some are not finite. */
 static double any_time(int number)
 {
     if (number % 50 == 0) return of_any_size(0, 308);
@@ -212,10 +213,11 @@ static void plan_alone(const kr_exact_scalar *one)
         }
     }
 }
-/* Both are the same bits. */
+/* Returns nonzero if the bits differ. */
 static int differ(const void *a, const void *b, size_t size) { return memcmp(a, b, size) != 0; }
 
-/* Tops from `first` on, n of them, are planned together. */
+/* Plans the n tops from `first` on together, and compares the results with those of each top
+ * alone. */
 static void hold_to_alone(const kr_exact_batch_isa *width, size_t first, size_t n)
 {
     const kr_exact_request asked = {n, scenes + first, together, 3, times + 3 * first,
@@ -237,7 +239,7 @@ static void test_independence_of_neighbours(const kr_exact_batch_isa *width)
     for (size_t n = 0; n <= 70; n++) hold_to_alone(width, n * n, n);
     for (size_t first = 0; first < 300; first++) hold_to_alone(width, first, 1);
 }
-/* At common times, few and many, with plans and without. */
+/* Evaluates the tops at common times, few and many, with and without plans. */
 static void test_common_times(const kr_exact_batch_isa *width)
 {
     enum { FEW = 50 };
@@ -255,8 +257,8 @@ static void test_common_times(const kr_exact_batch_isa *width)
         }
     }
 }
-/* A damped top has no closed form. Beside it an undamped one precesses steadily as it does alone:
- * its axis is level, so it turns about the vertical by mass gravity height / axial momentum. */
+/* A damped top has no closed form. An undamped top beside it precesses steadily as it does alone.
+ * Its axis is horizontal, so the rate of precession is mass * gravity * height / axial momentum. */
 static void test_damped_tops(const kr_exact_batch_isa *width)
 {
     const kr_vec3 level = {0.0, -0.70710678118654752, 0.0};
@@ -283,7 +285,7 @@ static void test_damped_tops(const kr_exact_batch_isa *width)
     NEAR(axis.y, sin(turn) * start.x + cos(turn) * start.y, 1e-14);
     NEAR(axis.z, 0.0, 1e-14);
 }
-/* The scenes are of all kinds, or the rest would say little. */
+/* The scenes include all kinds; otherwise the other tests would prove little. */
 static void test_presence_of_all_kinds(void)
 {
     int count[KR_STATUS_COUNT] = {0}, curves[4] = {0}, frames[2] = {0};

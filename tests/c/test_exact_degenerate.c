@@ -1,5 +1,5 @@
-/* Closed forms of degenerate motions: turning points that coincide, axes that rest or arrive at a
- * pole. */
+/* Closed forms of degenerate motions: turning points that coincide, and axes that rest at a pole or
+ * reach it. */
 #include <float.h>
 #include "model/scene.h"
 #include "tops.h"
@@ -16,10 +16,10 @@ static kr_turning turning_of(const kr_scene *s)
     IS(kr_exact_turning(s, &r) == KR_OK);
     return r;
 }
-static const kr_quat level = {0.5, 0.5, 0.5, 0.5}; /* the axis along e1, without a rounding */
-/* Energies that are the separatrix's to the last bit, from the lowest place and from half way up,
- * rising and falling: the pendulum's law tan(nutation / 4) = exp(-rate t) from
- * the lowest place on. */
+static const kr_quat level = {0.5, 0.5, 0.5, 0.5}; /* the axis along e1, without rounding errors */
+/* Tops with exactly the energy of the separatrix, from the lowest point and from half the height,
+ * rising and falling. They follow tan(nutation / 4) = exp(-rate t), with t counted from the lowest
+ * point. */
 static void test_separatrix(void)
 {
     const kr_scene tops[] = {top_of(1.0, q4(0.0, v3(1.0, 0.0, 0.0)), v3(2.0, 0.0, 0.0)),
@@ -44,7 +44,8 @@ static void test_separatrix(void)
         }
     }
 }
-/* Axes that swing or pass so near a pole that they count as hanging, steady or in a rosette. */
+/* Axes that swing about a pole or pass it so closely that the motion counts as hanging, steady or a
+ * rosette. */
 static void test_courses_at_poles(void)
 {
     const kr_quat low = q4(1e-13, v3(1.0, 0.0, 0.0));
@@ -55,8 +56,8 @@ static void test_courses_at_poles(void)
     IS(strcmp(turning_of(&through).motion_type, "rosette") == 0);
     IS(strcmp(turning_of(&over).motion_type, "rosette") == 0);
 }
-/* The map of a free symmetric body whose axis rests, leaning: without momentum, turning about it,
- * and about the vertical. */
+/* The map of a free symmetric body whose tilted axis rests: without momentum, with a rotation about
+ * the axis, and with one about the vertical. */
 static void test_map_at_rest(void)
 {
     const kr_vec3 m[] = {{0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 0.0, 2.0}, {2.0, 0.0, 1e-3}};
@@ -73,7 +74,7 @@ static void test_map_at_rest(void)
         }
     }
 }
-/* Steps in which the top turns far leave the map's momentum its sign. */
+/* In steps with large rotations the map's momentum keeps its sign. */
 static void test_far_map_steps(void)
 {
     for (int i = 0; i < 600; i++) {
@@ -90,7 +91,7 @@ static void test_far_map_steps(void)
         }
     }
 }
-/* A Lagrange top is one whichever axis of the description is its own. */
+/* A Lagrange top is recognized whichever axis of description is its symmetry axis. */
 static void test_axis_in_any_order(void)
 {
     for (int i = 0; i < 6; i++) {
@@ -109,7 +110,8 @@ static void test_axis_in_any_order(void)
         NEAR(distance(kr_exact_state(&exact, 3.0), state_at(3.0, &s, taylor(), truly)), 0.0, 1e-13);
     }
 }
-/* The same of tensors that are not diagonal, also with the centre of mass at the fixed point. */
+/* A Lagrange top is also recognized if the tensor is not diagonal, even with the centre of mass at
+ * the fixed point. */
 static void test_tensor_in_any_order(void)
 {
     for (int k = 0; k < 3; k++)
@@ -130,8 +132,8 @@ static void test_tensor_in_any_order(void)
             NEAR(fabs(v_dot(axis, a)), 1.0, 1e-15);
         }
 }
-/* The nearer the odd moment is to the others, the less do roundings hold its axis beside the centre
- * of mass. */
+/* The nearer the odd moment is to the two equal ones, the less accurately it determines the axis
+ * beside the centre of mass. */
 static void test_axis_beside_the_centre(void)
 {
     const kr_quat turn = q_exp(v3(0.1, -0.2, 0.15));
@@ -147,7 +149,8 @@ static void test_axis_beside_the_centre(void)
         IS(kr_body_kind(&b, KR_KIND_RTOL) != KR_KIND_LAGRANGE);
     }
 }
-/* Three moments that differ by roundings are taken for their mean, because the axes turn. */
+/* Three moments that differ only by rounding errors are replaced by their mean, because the axes
+ * are rotated. */
 static void test_sphere_up_to_rounding(void)
 {
     const double ulp = DBL_EPSILON;
@@ -156,8 +159,8 @@ static void test_sphere_up_to_rounding(void)
     const kr_working w = kr_body_working(&b);
     IS(w.inertia.x == 1.0 + 3.0 * ulp && w.inertia.y == w.inertia.x && w.inertia.z == w.inertia.x);
 }
-/* What the units of a scene refuse, the turning points refuse; and a sphere that hangs beside its
- * centre has a closed form without gravity, too. */
+/* Turning points are refused for scenes whose units are refused. A sphere supported beside its
+ * centre of mass has a closed form without gravity, too. */
 static void test_units(void)
 {
     kr_turning r;
@@ -174,7 +177,7 @@ static void test_units(void)
     const kr_state end = kr_exact_state(&exact, 3.0);
     NEAR(kr_attitude_error(end.q, q_mul(q_exp(v_scale(3.0, s.start.m)), s.start.q)), 0.0, 1e-14);
 }
-/* What is told apart by a tolerance or a size is taken in where it lies on the edge itself. */
+/* Values that equal a tolerance or a limit exactly are accepted. */
 static void test_boundary_values(void)
 {
     const double x = 0x1.1c37937e08p+0, y = x - 36.0 * DBL_EPSILON;

@@ -1,5 +1,5 @@
-/* Rates of the closed form; states of the Bobenko-Suris map by its closed form against stepping;
- * the method exact; refusals. */
+/* Rates of the closed form, the closed form of the Bobenko-Suris map compared with stepping, the
+ * method exact, and refusals. */
 #include "tops.h"
 
 static const double pi = 3.14159265358979323846;
@@ -46,8 +46,8 @@ static double azimuth(const kr_scene *s, kr_state e)
 }
 static double twist(kr_quat q) { return atan2(q.z, q.w) - atan2(q.y, q.x); }
 
-/* After a period the axis is at its height again, and further by what the mean rates say; they
- * count whole turns. */
+/* After a period the axis is at its height again and has advanced by the mean rates times the
+ * period, whole turns included. */
 static void test_rates(void)
 {
     enum { PARTS = 4000 };
@@ -55,7 +55,7 @@ static void test_rates(void)
         const kr_scene s = scene(i);
         kr_exact plan;
         IS(kr_exact_plan(&s, &plan) == KR_OK);
-        /* planar: a zero on the way */
+        /* planar: passes through a zero */
         if (s.gravity == 0.0 || plan.period == INFINITY || i == 5 || i == 6) continue;
         kr_state last = kr_exact_state(&plan, 0.3), e = last;
         double turned = 0.0, spun = 0.0;
@@ -66,7 +66,7 @@ static void test_rates(void)
             spun += fold(twist(e.q) - twist(last.q));
         }
         NEAR(kr_state_apex(&s, &e).z, height, 1e-13);
-        if (i == 0 || i == 10) continue; /* through a pole: the mean of either way round */
+        if (i == 0 || i == 10) continue; /* through a pole: both senses are averaged */
         NEAR(turned / plan.period, plan.precession, 1e-12 * (1.0 + fabs(plan.precession)));
         NEAR(spun / plan.period, plan.spin, 1e-12 * (1.0 + fabs(plan.spin)));
     }
@@ -91,7 +91,7 @@ static void test_map_states(void)
         kr_top_free(top);
     }
 }
-/* Where one turn on the curve takes for ever its roots are not known. */
+/* On a separatrix the period is infinite, and the roots are not known accurately. */
 static void test_near_separatrix(void)
 {
     kr_exact_map closed;
@@ -100,8 +100,8 @@ static void test_near_separatrix(void)
         IS(kr_exact_map_plan(&s, 0.1, &closed) == KR_ERR_STEP_SIZE);
     }
 }
-/* Next to a pole one phase is hardly known: it follows from the other two. Small steps of the map
- * go as the top does. */
+/* Near a pole one phase is inaccurate and follows from the other two. With small steps the map
+ * approaches the motion of the top. */
 static void test_near_pole(void)
 {
     const double step = 1e-7, t = 1.7;
@@ -114,8 +114,8 @@ static void test_near_pole(void)
         NEAR(distance(end, kr_exact_state(&exact, end.t)), 0.0, step);
     }
 }
-/* Far away the map's integrals still hold, and one more step of the map leads to the next state; it
- * multiplies roundings where it is large. */
+/* At late times the integrals of the map still hold, and one step of the map leads to the next
+ * state. A large step amplifies rounding errors. */
 static void test_far_away(kr_scene s, double step, double within)
 {
     const kr_config config = {.step = step};
@@ -138,8 +138,8 @@ static void test_far_away(kr_scene s, double step, double within)
         kr_top_free(top);
     }
 }
-/* A million steps of the map lead there, up to what they have gathered of roundings: what is
- * double-double in the phases is for this. */
+/* A million steps of the map lead to the state of the closed form, up to their accumulated rounding
+ * errors. This needs phases in double-double. */
 static void test_million_steps(void)
 {
     enum { STEPS = 1000000 };
@@ -154,7 +154,8 @@ static void test_million_steps(void)
         NEAR(kr_attitude_error(a.q, b.q), 0.0, 5e-10);
     }
 }
-/* The map's rates are those measured along it, and tend to the top's with the step. */
+/* The rates of the map agree with those measured from its states. As the step decreases, they
+ * approach the rates of the top. */
 static void test_map_rates(void)
 {
     for (int i = 1; i < 3; i++) {
@@ -175,7 +176,7 @@ static void test_map_rates(void)
             NEAR(closed.curve.precession, plan.precession, 0.1 * h * (1.0 + fabs(plan.precession)));
             NEAR(closed.curve.spin, plan.spin, 0.1 * h * (1.0 + fabs(plan.spin)));
         }
-        /* of first order, or of second from starts like the thesis' */
+        /* first order, or second order from starts like that of the thesis */
         NEAR(off[0] / off[1], 2.0, 2.2);
     }
 }
@@ -213,7 +214,7 @@ static void test_refusals(void)
     IS(kr_exact_plan(&bad, &plan) == KR_ERR_METHOD &&
        kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_METHOD);
     IS(kr_top_create(&bad, exact, config, &top) == KR_ERR_METHOD && !kr_method_suits(exact, &bad));
-    bad.gravity = 0.0; /* any free body has a closed form */
+    bad.gravity = 0.0; /* every free body has a closed form */
     IS(kr_exact_plan(&bad, &plan) == KR_OK && kr_method_suits(exact, &bad) &&
        !kr_method_applies(exact, &bad.body));
     IS(kr_top_create(&bad, exact, config, &top) == KR_OK);
@@ -226,7 +227,8 @@ static void test_refusals(void)
     bad = thesis(q_exp(v3(1e-14, 0, 0)), v3(0, 0, 0), 1.0);
     IS(kr_exact_map_plan(&bad, 0.1, &closed) == KR_ERR_STEP_SIZE && closed.step == 7.0);
 }
-/* Steps of any size are refused or give states, and convert no number that is none. */
+/* Steps of any size are refused or give states, without converting a NaN or an infinity to an
+ * integer. */
 static void test_huge_steps(void)
 {
     const kr_scene s = kr_scene_default();

@@ -5,7 +5,8 @@
 #include "random.h"
 
 static dd pair(double a) { return dd_of(a); }
-/* The lone root of a cubic of any size, on either side; of three that are one it is that one. */
+/* The lone root of a cubic with roots of any size is found on either side of the others. If all
+ * three roots coincide, their common value is returned. */
 static void test_lone_roots(void)
 {
     int top = -1;
@@ -23,7 +24,8 @@ static void test_lone_roots(void)
         IS(top == 1);
     }
 }
-/* Newton's method leaves a start without a slope alone; means that do not meet have an end. */
+/* Newton's method leaves a start with slope zero unchanged. The iteration of a mean that does not
+ * converge ends. */
 static void test_means_without_convergence(void)
 {
     const dd square[3] = {pair(-1.0), pair(0.0), pair(0.0)};
@@ -32,7 +34,7 @@ static void test_means_without_convergence(void)
     NEAR(elliptic_agm(1.0, 0.0), 0.0, 1e-12);
     NEAR(elliptic_agm(1.0, 1.0), 1.0, 0.0);
 }
-/* The mean and the sum of Q_n, step by step until nothing is added. */
+/* Returns the mean, and writes the sum of Q_n, with as many steps as change the results. */
 static dd all_steps(dd kp, dd p2, dd *sum)
 {
     dd a = dd_of(1.0), g = kp, p = dd_sqrt(p2), q = a;
@@ -48,7 +50,7 @@ static dd all_steps(dd kp, dd p2, dd *sum)
     }
     return a;
 }
-/* Integrals of the third kind have all their digits, wherever the last step finds them. */
+/* Integrals of the third kind are accurate, whichever step is the last. */
 static void test_means(void)
 {
     for (int i = 0; i < 20000; i++) {

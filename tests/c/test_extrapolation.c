@@ -1,10 +1,11 @@
-/* Control of order and step of the extrapolation at its boundary values: an error equal to the
+/* Control of order and step size of the extrapolation in limiting cases: an error equal to the
  * tolerance, and equal work of two rows. */
 #include <string.h>
 #include "methods/extrapolation.h"
 #include "check.h"
 
-/* A form of one variable that moves, whose rate is told for each row beforehand. */
+/* An equation of motion in which only one variable changes, at a rate that is prescribed for each
+ * row. */
 static double rate_of_row[GBS_ROWS + 1];
 static int asked;
 static void rates(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE])
@@ -29,7 +30,7 @@ static gbs_attempt with_rows(int rows)
     for (int row = 1; row <= rows; row++) IS(gbs_add_row(&a, row));
     return a;
 }
-/* A tolerance by which an error is just so many times as large. */
+/* Returns a tolerance such that the error is exactly `times` times the tolerance. */
 static double tolerance(double error, double times)
 {
     double tol = error / times * (1.0 - 4.0 * DBL_EPSILON);
@@ -37,7 +38,7 @@ static double tolerance(double error, double times)
     IS(error / tol == times);
     return tol;
 }
-/* Lets a row come to this value, T(row, 1). */
+/* Sets the rate so that a row gives this value of T(row, 1). */
 static void set_row(int row, double value)
 {
     gbs_attempt a = attempt(1.0);
@@ -53,7 +54,8 @@ static void set_rows(double one, double two, double three, double four)
     set_row(4, four);
 }
 
-/* The rates may change by twice their size from the first substep of the first two rows on. */
+/* In the first two rows the rates may change by at most twice their size after the first
+ * substep. */
 static void test_stability(void)
 {
     for (int row = 1; row <= GBS_ROWS; row++) rate_of_row[row] = 2.0;
@@ -64,13 +66,13 @@ static void test_stability(void)
         a.speed *= 1.0 - DBL_EPSILON;
         IS(gbs_midpoint(&a, row) == (row > 2));
     }
-    rate_of_row[1] = 1.0, rate_of_row[2] = 1e6; /* from the second substep on */
+    rate_of_row[1] = 1.0, rate_of_row[2] = 1e6; /* large from the second substep on */
     gbs_attempt a = attempt(1.0);
     a.speed = 1.0, asked = 1;
     IS(gbs_midpoint(&a, 2) == 1);
 }
-/* A third row errs by less than four times what the second did, or by less than the tolerance; a
- * second only by less than 1e15 times that. */
+/* A third row is accepted if its error is below four times that of the second, or below the
+ * tolerance. A second row is accepted if its error is below 1e15 times the tolerance. */
 static void test_failed_row(void)
 {
     set_rows(1.0, 2.5, 5.0, 5.0);
@@ -88,7 +90,7 @@ static void test_failed_row(void)
         IS(gbs_add_row(&a, 2) == i);
     }
 }
-/* The length that a row suggests goes with the error, within bounds. */
+/* The step size that a row suggests depends on the error, within bounds. */
 static void test_step_lengths(void)
 {
     set_rows(1.0, 2.0, 2.5, 2.6);
@@ -116,7 +118,7 @@ static void converges(int from, int target, double tol, int row, int last)
 }
 static void test_convergence(void)
 {
-    set_rows(2.0, 1.25, 1.0 + 1.0 / 9.0, 1.0625); /* 1 + 1 / row^2: the second row is right */
+    set_rows(2.0, 1.25, 1.0 + 1.0 / 9.0, 1.0625); /* 1 + 1 / row^2: the second row is exact */
     const double second = with_rows(2).err, less = 1.0 - DBL_EPSILON;
     converges(2, 3, second, 2, 2);
     converges(2, 3, second * less, 3, 3);
@@ -134,10 +136,10 @@ static void test_convergence(void)
     converges(2, 3, 1e-6, GBS_UNSTABLE, 3);
 }
 
-/* A row is as good as another until it is eight tenths of its work. */
+/* A row is preferred to another if its work is less than eight tenths of the other's. */
 typedef struct {
     int row, target, rejected;
-    double work[3]; /* of the last row, and of those before */
+    double work[3]; /* of the last row and of the rows before it */
     int best;
 } choice;
 static gbs_attempt attempt_of(const choice *c)
@@ -215,7 +217,7 @@ static void test_control_after_failure(void)
     IS(next.h == 1.5 && next.target == 3);
     set_rows(1.0, 2.0, 1.5, 1.8);
     a = attempt(1.0);
-    IS(gbs_add_row(&a, 1) == 1 && a.work[1] == INFINITY); /* one row tells nothing of its error */
+    IS(gbs_add_row(&a, 1) == 1 && a.work[1] == INFINITY); /* one row alone has no estimate */
 }
 
 int main(void)

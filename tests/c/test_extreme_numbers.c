@@ -6,7 +6,7 @@
 
 static const double many_units[] = {0x1p-1040, 0x1p-700, 0x1p-300, 0x1p300, 0x1p600};
 
-/* A lever of any length has the direction of its like. */
+/* The direction of a lever does not depend on its length. */
 static void test_levers(void)
 {
     const kr_scene s = tilted();
@@ -24,7 +24,8 @@ static void test_levers(void)
     const double K = kr_state_kowalewski(&top, &s.start);
     NEAR(kr_state_kowalewski(&small, &s.start) / K, 1.0, 1e-15);
 }
-/* A lever that is no normal double loses none of its digits by a pull that does not divide it. */
+/* A subnormal lever keeps all its digits, because the computation of the torque does not divide
+ * it. */
 static void test_least_levers(void)
 {
     kr_scene s = tilted(), other;
@@ -39,8 +40,8 @@ static void test_least_levers(void)
                    found = state_at(3.0, &other, taylor(), config);
     IS(memcmp(&want, &found, sizeof want) == 0);
 }
-/* A gravity so weak and a lever so short, or so strong and so long, that no double has their
- * product: the heavy mass makes up for it. */
+/* Gravity and lever may be so small, or so large, that their product is outside the range of
+ * doubles, as long as the mass compensates. */
 static void test_products(void)
 {
     const kr_scene s = tilted();
@@ -67,7 +68,7 @@ static void test_products(void)
     IS(same(state_at(3.0, &light, taylor(), deep), state_at(3.0, &weak, taylor(), deep)));
     IS(distance(state_at(3.0, &light, taylor(), deep), state_at(3.0, &s, taylor(), deep)) <= 1e-15);
 }
-/* The same motion, slower or faster by any power of two that time may have. */
+/* The same motion, slower or faster by any power of two in the range of times. */
 static void test_paces(void)
 {
     const kr_scene s = tilted();
@@ -95,7 +96,8 @@ static int is_none(kr_state s)
     const double sum = fabs(s.q.w) + fabs(s.q.x) + fabs(s.q.y) + fabs(s.q.z);
     return isnan(sum) && isnan(s.m.x) && isnan(s.m.y) && isnan(s.m.z);
 }
-/* There is a state at every time, the same alone and in company; none where there is no time. */
+/* Checks that there is a state at every finite time, the same alone as in a batch, and none at a
+ * time that is not finite. */
 static void late(const kr_scene *s)
 {
     const kr_exact exact = closed(s);
@@ -121,7 +123,7 @@ static void test_late_times(void)
     s.start.m = v3(0, 0, 0);
     late(&s);
 }
-/* The map's states, too, however often it is applied. */
+/* The map has states after any number of steps. */
 static void test_late_map_steps(void)
 {
     const int64_t many[] = {-1, 1000, INT64_C(1) << 52, INT64_MIN, INT64_MAX};
@@ -133,7 +135,7 @@ static void test_late_map_steps(void)
         for (int k = 0; k < 5; k++) IS(is_state(kr_exact_map_state(&map, many[k])));
     }
 }
-/* At tiny steps the map begins where it should, or is refused. */
+/* With tiny steps the map begins at the start, or is refused. */
 static void test_tiny_steps(void)
 {
     int made = 0;
@@ -148,7 +150,8 @@ static void test_tiny_steps(void)
     }
     IS(made > 2000);
 }
-/* What is next to nothing beside the rest counts as nothing: no square tells of it. */
+/* Components that are negligible beside the others count as zero, because their squares are lost to
+ * rounding. */
 static void test_smallest_numbers(void)
 {
     kr_scene free = {{1.0, {1.0, 1.5, 2.0}, {0, 0, 0}, {1, 0, 0, 0}, 0.0},
@@ -159,9 +162,10 @@ static void test_smallest_numbers(void)
         kr_scene s = tilted();
         const double little = ldexp(1.0, power);
         s.start.q = q_unit(q4(1.0, v3(little, 0.0, 0.0)));
-        s.start.m = v3(0.0, little, 1.0); /* slower than what would make it sleep */
+        s.start.m = v3(0.0, little, 1.0); /* below the critical spin of a sleeping top */
         kr_exact exact;
-        /* It falls: where no square tells of the lean, no closed form tells when. */
+        /* The top falls. If the square of its tilt is negligible, the closed form cannot determine
+         * when. */
         if (little < 1e-75) IS(kr_exact_plan(&s, &exact) == KR_ERR_METHOD);
         if (little > 1e-65) exact = closed(&s);
         for (double t = 0.5; little > 1e-65 && t < 4000.0; t *= 1.5)
@@ -171,8 +175,8 @@ static void test_smallest_numbers(void)
         for (double t = 0.5; t < 4000.0; t *= 1.5) IS(is_state(kr_exact_state(&about, t)));
     }
 }
-/* A pendulum that falls until its momentum is no number in the user's units stops at its last good
- * state, also between two points of its grid. */
+/* A pendulum whose momentum leaves the range of doubles in the user's units stops at its last good
+ * state, even between two points of its grid. */
 static void test_overflows(void)
 {
     kr_scene s = tilted();
@@ -199,7 +203,8 @@ static void test_overflows(void)
     }
     IS(fell > 15);
 }
-/* Rates and units that no double has are refused, and so are steps of the map that no unit fits. */
+/* Rates and units outside the range of doubles are refused, and so are steps of the map outside the
+ * range of units. */
 static void test_refusals(void)
 {
     kr_scene s = tilted();

@@ -1,5 +1,5 @@
-/* State after a failed run: the last good state, unchanged outputs, and a top that continues as if
- * it had not failed. */
+/* The state after a failed run is the last good one, outputs are unchanged, and the top continues
+ * as if it had not failed. */
 #include <stdlib.h>
 #include "driver/top.h"
 #include "random.h"
@@ -19,14 +19,15 @@ static kr_scene wild_scene(const kr_method *method)
     s.start.m = v_scale(ldexp(1.0, (int)uniform(-3, 9)), random_vec(1.0));
     return s;
 }
-/* Whether a state that a failure left is one of the path: on the grid, or asked for before. */
+/* Returns 1 if the state after a failure belongs to the path: on the grid, or at a time requested
+ * before. */
 static int is_on_path(const kr_state *state, const kr_scene *s, const kr_method *method,
                       kr_config config)
 {
     return same(*state, state_at(state->t, s, method, config));
 }
-/* Tries to fail on the way to random times. Returns whether it did. */
-static int fails(const kr_method *method, kr_config config)
+/* Advances a top to random times until it fails. Returns 1 if it has failed. */
+static int run_until_failure(const kr_method *method, kr_config config)
 {
     const kr_scene s = wild_scene(method);
     kr_state out[TIMES], marked[TIMES];
@@ -44,7 +45,7 @@ static int fails(const kr_method *method, kr_config config)
         IS(memcmp(out + done, marked + done, sizeof *out * (TIMES - done)) == 0);
         IS(!done || last.t * config.step >= t[done - 1] * config.step);
         for (size_t i = 0; i < done; i++) IS(is_state(&out[i]));
-        /* What failed aside, off the grid, may be good at a later time. */
+        /* A side step off the grid may fail while a later time succeeds. */
         const kr_status again = kr_top_advance(top, t[TIMES - 1]);
         const kr_state then = kr_top_state(top);
         IS(is_state(&then) && (again == KR_OK || is_on_path(&then, &s, method, config)));
@@ -59,11 +60,12 @@ static void test_wild_steps(void)
         const kr_method *method = kr_method_at(i);
         if (kr_method_flags(method) & KR_METHOD_ADAPTIVE) continue;
         for (int k = 0; k < TOPS; k++)
-            failed += fails(method, (kr_config){.step = ldexp(k % 2 ? 1.0 : -1.0, k % 7)});
+            failed +=
+                run_until_failure(method, (kr_config){.step = ldexp(k % 2 ? 1.0 : -1.0, k % 7)});
     }
     IS(failed > 50);
 }
-/* It blew up between two inspections, and the time asked for lies off the grid. */
+/* The state overflows between two inspections, and the requested time lies off the grid. */
 static void test_failure_between_inspections(void)
 {
     const kr_scene s = kr_scene_default();
@@ -83,7 +85,7 @@ static int stop(void *context)
     (void)context;
     return 1;
 }
-/* A failure between two grid points does not lead back to the first of them. */
+/* After a failure between two grid points, the top does not return to the first of them. */
 static void test_no_way_back(void)
 {
     const kr_scene s = tilted();
@@ -98,7 +100,7 @@ static void test_no_way_back(void)
     IS(status == KR_ERR_INTERRUPTED && kr_top_state(top).t == last && kr_top_time(top) < last);
     kr_top_free(top);
 }
-/* Where a failure has led the top on, that is where it is: there is no way to a time before. */
+/* After a failure the top stands at its last good state and cannot go to an earlier time. */
 static void test_state_after_failure(void)
 {
     const kr_scene s = tilted();
@@ -111,7 +113,7 @@ static void test_state_after_failure(void)
             state_at(30 * 0.1, &s, kr_method_find("strang"), (kr_config){.step = 0.1})));
     kr_top_free(top);
 }
-/* The user's units have no number for the momentum that the torque makes. */
+/* In the user's units the momentum that the torque produces exceeds the range of doubles. */
 static void test_overflow_in_user_units(void)
 {
     kr_scene s = tilted();
@@ -138,7 +140,7 @@ static void test_overflow_in_user_units(void)
 }
 
 static int stop_once(void *context) { return --*(int *)context == 0; }
-/* Many states of one step are asked about, too. */
+/* The poll is also called if many states lie in one step. */
 static void test_stop_in_ensemble(void)
 {
     enum { MANY = 3000, EVERY = 1024 };
@@ -158,7 +160,7 @@ static void test_stop_in_ensemble(void)
     IS(kr_top_record(top, MANY, t, out, &done) == KR_ERR_INTERRUPTED && done == EVERY - 1);
     kr_top_free(top);
 }
-/* Units for which there is no double. */
+/* Units outside the range of doubles are refused. */
 static void test_missing_units(void)
 {
     kr_scene s = tilted();
@@ -168,7 +170,7 @@ static void test_missing_units(void)
     s.body.inertia = v3(1e-200, 1e-200, 1e-200), s.start.m = v3(0.0, 1e200, 0.0);
     IS(kr_top_create(&s, taylor(), (kr_config){0}, &top) != KR_OK && !top);
 }
-/* A step that leads past what a double can tell of time ends there. */
+/* Steps towards the horizon end with a failure, at a time below the horizon. */
 static void test_horizon(const char *method)
 {
     const kr_scene s = kr_scene_default();
@@ -186,8 +188,8 @@ static int count_calls(void *context)
     ++*(int *)context;
     return 0;
 }
-/* Any body as thin as can be, or at rest, or not: side motions at a loose tolerance lose their way
- * among these. */
+/* Returns a random body, which may be extremely thin or at rest. With these, side steps with a
+ * loose tolerance do not always succeed. */
 static kr_scene loose_scene(void)
 {
     const kr_vec3 a = v3(uniform(0.3, 1.3), uniform(0.3, 1.3), uniform(0.3, 1.3));
@@ -197,8 +199,8 @@ static kr_scene loose_scene(void)
                         {0.0, 0.0, 0.0}};
     return s;
 }
-/* Loose tolerances let a step pass inside which the side motion finds no end: it is asked whether
- * to go on in every step, and ends by itself. */
+/* With a loose tolerance a step may be accepted although the side motion within it does not reach
+ * its end. The side motion polls in every step, and ends at a limit. */
 static void test_no_resolution_between_steps(const char *name, int limit)
 {
     enum { SCENES = 400, LOOKS = 20 };
@@ -230,8 +232,8 @@ static void test_no_resolution_between_steps(const char *name, int limit)
     }
     IS(stuck > 0 && most < 100 * (limit + 1024) * LOOKS);
 }
-/* Where a side step has been stopped, the state at the point before it is still there, bit by
- * bit. */
+/* Checks that after an interrupted side step the state at the grid point before it is unchanged in
+ * every bit. */
 static int stopped_aside(const char *name, const kr_scene *s, double tol, int calls)
 {
     int left = 0, back = 0;
@@ -266,7 +268,7 @@ static void test_stops_between_steps(const char *name)
     IS(back > 0);
 }
 
-/* What the method has done counts, whatever came of it. */
+/* Statistics count the work of a method, whether it succeeded or not. */
 static void test_counts(void)
 {
     const kr_config config = {.step = 4.0};
@@ -281,7 +283,7 @@ static void test_counts(void)
     }
     kr_top_free(top);
 }
-/* An attitude without a length turns nothing: a motion that began at it would look like one. */
+/* An attitude of length zero is refused: it rotates nothing, yet the motion would look valid. */
 static void test_zero_attitude(void)
 {
     const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}, 0.0},
@@ -302,7 +304,7 @@ static void test_zero_attitude(void)
         kr_top_free(top);
     }
 }
-/* A side step that is refused, because the energy has grown on the way, is a failure. */
+/* A side step that is refused because the energy has grown is a failure. */
 static void test_refusals_between_steps(void)
 {
     const kr_scene s = tilted();
@@ -327,7 +329,8 @@ static kr_worker *exactly(kr_config config)
     IS(kr_worker_create(kr_method_find("exact"), config, 0, NULL, &worker) == KR_OK);
     return worker;
 }
-/* Many states of closed forms are read piece by piece, and this stops between two of them. */
+/* Many states of closed forms are computed in pieces, and a run can be stopped between two
+ * pieces. */
 static void test_stop_among_states(void)
 {
     enum { MANY = 3 << 15 };

@@ -1,6 +1,6 @@
-/* The closed form of Goryachev-Chaplygin tops: against truths by heyoka and against the Taylor
- * series with 30 digits, its integrals, near degenerate motions, refusals by name; batches and
- * instruction sets give the same bits. */
+/* The closed form of Goryachev-Chaplygin tops: comparison with references by heyoka and with the
+ * Taylor series at 30 digits, integrals, motions near degenerate ones, and the reasons for
+ * refusals. Batches and instruction sets give the same bits. */
 #include <stdlib.h>
 #include "exact/goryachev_chaplygin.h"
 #include "goryachev_chaplygin_truth.h"
@@ -8,8 +8,8 @@
 
 static void *memory;
 
-/* Returns a top with moments 1, 1, 1/4 and mass gravity |com| = 1, whose body sees e3 and the part
- * of its momentum across e3 so; the axes are those of the closed form. */
+/* Returns a top with moments 1, 1, 1/4 and mass * gravity * |com| = 1, given e3 and the part of its
+ * momentum across e3, both in the body frame of the closed form. */
 static kr_scene seen_so(kr_vec3 up, kr_vec3 momentum)
 {
     const kr_quat q = q_conj(q_tilt(v_unit(up)));
@@ -95,7 +95,7 @@ static void integrals_are_constant(void)
         }
     }
 }
-/* Every drawn motion is planned with a small certificate; hardly any is refused. */
+/* Nearly all random motions are planned, with a small error bound; very few are refused. */
 static void drawn_tops_are_planned(void)
 {
     int refused = 0;
@@ -136,7 +136,7 @@ static void edges_are_met_or_refused(void)
         }
     }
 }
-/* A turning point of u1 or u2 at the start leaves no sign to chance. */
+/* If the start is a turning point of u1 or u2, rounding errors do not decide any sign. */
 static void starts_at_turning_points_are_met(void)
 {
     const kr_scene starts[] = {
@@ -174,7 +174,7 @@ static void degenerate_motions_are_refused_by_name(void)
     IS(refusal_of(&s) == KR_CHAPLYGIN_VERTICAL);
     s.start.m.z = 0.0;
     s.damping = v3(0.0, 0.0, 1e-3);
-    IS(refusal_of(&s) == KR_CHAPLYGIN_PLANNED); /* it is no question of the motion */
+    IS(refusal_of(&s) == KR_CHAPLYGIN_PLANNED); /* not refused because of the motion */
     s.damping = none;
     s.gravity = 0.0;
     IS(refusal_of(&s) == KR_CHAPLYGIN_PLANNED);
@@ -184,7 +184,7 @@ static void degenerate_motions_are_refused_by_name(void)
     IS(!kr_goryachev_chaplygin_refusal_text(-1) &&
        !kr_goryachev_chaplygin_refusal_text(KR_CHAPLYGIN_REFUSAL_COUNT));
 }
-/* Between the two motions of u2, chi librating and rotating, lies a separatrix. */
+/* A separatrix lies between the two kinds of motion of u2, in which chi librates or rotates. */
 static void motions_beside_the_separatrix_are_met_or_refused(void)
 {
     double low = 0.2, high = 2.5;
@@ -228,8 +228,8 @@ static void bad_arguments_are_refused(void)
     s.start.q.w = 2.0;
     IS(kr_goryachev_chaplygin_plan(&s, 0.0, memory, &top) == KR_ERR_ATTITUDE && !top);
 }
-/* A body that misses the ratio by a rounding, and a vertical momentum of that size, are planned,
- * and the plan contains their size. */
+/* A body whose moments differ from the exact ratio by a rounding error is planned, and so is a
+ * vertical momentum of this size. The plan contains the size of the deviation. */
 static void roundings_of_body_and_momentum_are_in_the_mismatch(void)
 {
     kr_scene s = some_top();
@@ -242,7 +242,7 @@ static void roundings_of_body_and_momentum_are_in_the_mismatch(void)
     IS(top && top->mismatch > 1e-17 && top->mismatch < 2e-15);
     if (top) IS(kr_goryachev_chaplygin_state(top, 5.0).m.z == s.start.m.z);
 }
-/* Powers of two as units of mass, length and time change no bit. */
+/* Units of mass, length and time that are powers of two scale the results exactly. */
 static void results_scale_with_powers_of_two(void)
 {
     const kr_scene s = some_top();

@@ -1,5 +1,5 @@
-/* Tangents of a worker: states stay unchanged, each tangent depends on its own top alone, and all
- * instruction sets with fused multiply-add agree. */
+/* Tangents in a worker: they do not change the states, each depends on its own top alone, and all
+ * instruction sets with fused multiply-add give the same bits. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 #include "tops.h"
@@ -36,7 +36,7 @@ static void some(kr_scene scenes[TOPS])
         scenes[i] = asymmetric();
         scenes[i].gravity = 0.2 + 0.07 * i;
     }
-    /* Here the path's steps are too long for its tangent. */
+    /* The path's steps are too long for the tangent of this top. */
     IS(kr_body_symmetric(2.0, 3.0, 1.5, 0.75, &scenes[3].body) == KR_OK);
     scenes[3].start.q = q_one();
     scenes[3].start.m = v3(0.0, 0.0, 9.0);
@@ -101,7 +101,8 @@ static void test_failures(void)
     config.digits = 20;
     IS(kr_worker_create(taylor(), config, 0, NULL, &none) == KR_ERR_ARGUMENT && !none);
 }
-/* Two moments so far apart that a deviation's square is no double: refused. */
+/* Two moments differ so much that the square of a deviation exceeds the range of doubles. This is
+ * refused. */
 static void test_overflow_of_squares(void)
 {
     kr_scene scene = asymmetric();
@@ -131,8 +132,8 @@ static void test_overflow_of_squares(void)
     }
     kr_worker_free(worker);
 }
-/* A direction without a size, or of one that is no number, is refused; how long another is tells
- * nothing of how it grows. */
+/* A direction whose size is zero or not finite is refused. The size of any other direction does not
+ * affect the growth. */
 static void test_directions(void)
 {
     static came got;
@@ -159,8 +160,8 @@ static void test_directions(void)
     }
     kr_worker_free(worker);
 }
-/* A lane without a top has a tangent of some length, because one without would be divided by its
- * size, and it stays as it is. */
+/* A lane without a top has a tangent of nonzero length, because tangents are divided by their
+ * length. This tangent does not change. */
 static void test_empty_lanes(void)
 {
     static came got;
@@ -183,8 +184,8 @@ static void grow(const kr_scene *scene, size_t n, const double *t, double (*rows
     IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
     kr_worker_free(worker);
 }
-/* The mean and the largest, which look into the steps, are those of the logarithms that are told
- * at many times: 2/T times the integral of ln|delta| (1 + ln(t/T)). */
+/* The mean and the largest value, which include the growth within steps, agree with those from the
+ * logarithms at many times. The mean is 2/T times the integral of ln|delta| (1 + ln(t/T)). */
 static void test_means(const kr_scene *scene, double end)
 {
     enum { MANY = 4000 };
@@ -200,8 +201,8 @@ static void test_means(const kr_scene *scene, double end)
     NEAR(rows[MANY - 1][KR_GROWTH_MEGNO], 2.0 * sum / MANY, 1e-4);
     NEAR(rows[MANY - 1][KR_GROWTH_MAX], most, 2e-3);
 }
-/* How the tangent grows of a top at rest with its axis upright, of which the flow is nothing; the
- * squares of its two rates are torque over moment, 1 or -1. */
+/* Computes the growth of a tangent of a top at rest with its axis upright, where the flow vanishes.
+ * The squares of both rates are torque / moment, which is 1 or -1. */
 enum { LOOKS = 3 };
 static void at_rest(double gravity, const double t[LOOKS], double rows[LOOKS][KR_GROWTH_COUNT])
 {
@@ -212,8 +213,8 @@ static void at_rest(double gravity, const double t[LOOKS], double rows[LOOKS][KR
     scene.start.m = v3(0.0, 0.0, 0.0);
     grow(&scene, LOOKS, t, rows);
 }
-/* Upright it grows as exp(t), far beyond what a double holds, and MEGNO as t / 2. Hanging it comes
- * back with the period. */
+/* If the top stands upright, the tangent grows as exp(t), far beyond the range of doubles, and
+ * MEGNO as t / 2. If it hangs, the tangent is periodic. */
 static void test_equilibria(void)
 {
     const double pi = 3.14159265358979323846;
@@ -233,8 +234,8 @@ static void test_equilibria(void)
         NEAR(rows[i][KR_GROWTH_MEGNO], 0.0, 2.0);
     }
 }
-/* Tops about the vertical and free bodies about principal axes, whose path is constant as the body
- * sees it: a step of the path is longer than any series of the tangent. */
+/* Rotations about the vertical, and of free bodies about principal axes, are constant in the body
+ * frame. A step of the path is then longer than any series of the tangent permits. */
 static void test_steady_rotations(void)
 {
     const double t[LOOKS] = {1.0, -1.0, 40.0};
@@ -262,7 +263,7 @@ static void test_steady_rotations(void)
         }
     }
 }
-/* A tangent whose parts are never short enough is a failure, not a number. */
+/* If the parts of a tangent cannot be made short enough, the run fails and the tangent is NaN. */
 static void test_unreachable_tolerance(void)
 {
     static came got;

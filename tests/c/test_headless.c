@@ -1,5 +1,5 @@
-/* Runs without the heading: quantities that do not depend on the turn about the vertical equal
- * those of a run with it. */
+/* Runs without the heading: quantities that do not depend on the heading equal those of a run with
+ * the heading. */
 #include "taylor/taylor.h"
 #include "tops.h"
 
@@ -12,7 +12,7 @@ static kr_scene scene(int i)
     s.start.m = v3(0.5 - 0.2 * i, 0.3 * i, 1.0);
     return s;
 }
-static double height_error(kr_quat a, kr_quat b) /* how far the body axes differ in height */
+static double height_error(kr_quat a, kr_quat b) /* difference of the heights of the body axes */
 {
     return off(q_vertical(a), q_vertical(b));
 }
@@ -59,7 +59,8 @@ static void test_hanging_and_upright(void)
         kr_top_free(top);
     }
 }
-/* Units, resets and single steps leave the bits as they are; the way back leads to the start. */
+/* Units, resets and single steps do not change the bits, and a run back in time returns to the
+ * start. */
 static void test_driver(void)
 {
     const kr_config config = {.skip_heading = 1, .tol = 1e-11},
@@ -91,7 +92,7 @@ static void test_driver(void)
     s.start = end;
     top = make(&s, taylor(), back);
     IS(kr_top_advance(top, 0.0) == KR_OK);
-    NEAR(height_error(kr_top_state(top).q, start.q), 0.0, 1e-8); /* there at 1e-11 a step */
+    NEAR(height_error(kr_top_state(top).q, start.q), 0.0, 1e-8); /* with errors of 1e-11 per step */
     kr_top_free(top);
 }
 static void test_refusals(void)
@@ -112,8 +113,8 @@ static void test_refusals(void)
     kr_top_free(top);
 }
 
-/* The kernels have the P and W of the whole ones up to rounding, and where there is fma the same
- * bits as each other. */
+/* P and W agree with those of the kernels with heading up to rounding. All kernels with fma have
+ * the same bits. */
 static void test_kernels(void)
 {
     const kr_series start = {.fall = INFINITY,
@@ -130,7 +131,7 @@ static void test_kernels(void)
             if (!isa->runs_here()) continue;
             isa->plain[order].advance(&a, -40.0, 1.0);
             isa->headless[order].advance(&b, -40.0, 1.0);
-            /* of a start without attitude both are the same series */
+            /* from a start without attitude both series are the same */
             NEAR(b.end, a.end, 1e-14);
             for (int n = 0; n <= isa->plain[order].order; n++)
                 for (int j = 0; j < 4; j++) {

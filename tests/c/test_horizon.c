@@ -1,5 +1,5 @@
 /* Times beyond the resolution of doubles: every method refuses them, and a step below the
- * resolution reports that. */
+ * resolution fails with a status that says so. */
 #include <float.h>
 #include "driver/top.h"
 #include "random.h"
@@ -14,7 +14,8 @@ static kr_scene scene_for(const kr_method *method)
     s.start.m = v_scale(ldexp(1.0, (int)uniform(-30, 30)), random_vec(1.0));
     return s;
 }
-/* By a horizon of its own formula: |m| / moment and sqrt(torque / moment), whichever is faster. */
+/* Checks the horizon by a formula of its own, with the larger of the rates |m| / moment and
+ * sqrt(torque / moment). */
 static void horizon_of(const kr_scene *s)
 {
     const double moment = v_largest(s->body.inertia),
@@ -31,7 +32,7 @@ static void test_refusals(const kr_method *method)
     const kr_config config = {.step = sign * horizon * 0x1p-50};
     kr_top *top = NULL;
     horizon_of(&s);
-    if (kr_top_create(&s, method, config, &top) != KR_OK) return; /* such a step is large */
+    if (kr_top_create(&s, method, config, &top) != KR_OK) return; /* such a step is too large */
     if (dense) IS(kr_top_advance(top, sign * 0x1p-52 * horizon) == KR_OK);
     const kr_state was = kr_top_state(top);
     const double time = kr_top_time(top);
@@ -50,7 +51,7 @@ static void test_refusals(const kr_method *method)
     s.start.t = horizon;
     IS(kr_top_create(&s, method, config, &top) == KR_ERR_RESOLUTION && !top);
 }
-/* A checkpoint brings the horizon of its own start along. */
+/* A loaded checkpoint restores the horizon of its start. */
 static void test_checkpoint(void)
 {
     kr_scene s = tilted();
@@ -64,7 +65,7 @@ static void test_checkpoint(void)
     kr_top_free(top);
     kr_top_free(other);
 }
-/* Steps below the resolution of the time are no steps. */
+/* Steps below the resolution of the time are refused. */
 static void test_steps_below_resolution(void)
 {
     const kr_scene s = kr_scene_default();
@@ -78,7 +79,7 @@ static void test_steps_below_resolution(void)
         kr_status status = KR_OK;
         late.start.t = 4e15;
         if (kr_top_create(&late, kr_method_at(i), (kr_config){.step = 0.5}, &top) != KR_OK)
-            continue; /* not for this body, or not at such a step */
+            continue; /* not for this body, or not with such a step */
         for (int k = 0; k < 20; k++) {
             const double before = kr_top_state(top).t;
             status = kr_top_step(top);
@@ -89,8 +90,9 @@ static void test_steps_below_resolution(void)
     }
 }
 
-/* Where a step is shorter than times are apart, the rounded time of its end may lie beside it: the
- * state there is that of the nearer end, not what the series gives where it does not hold. */
+/* If a step is shorter than the distance between adjacent times, the rounded time of its end may
+ * lie outside the step. The state at this time is that of the nearer end, because the series is not
+ * valid there. */
 static void test_times_beside_a_step(double step)
 {
     const kr_scene s = kr_scene_default();
@@ -107,7 +109,7 @@ static void test_times_beside_a_step(double step)
     IS(same(before, begin) && same(behind, end) && !same(begin, end));
     kr_top_free(top);
 }
-/* A grid that is finer than its times are told would have many points at one time. */
+/* On a grid finer than the resolution of times, many points would have the same time. */
 static void test_fine_grids(void)
 {
     kr_scene s = tilted();
@@ -124,8 +126,8 @@ static void test_fine_grids(void)
     kr_top_free(top);
 }
 static int stop_at_once(void *context) { return (void)context, 1; }
-/* Where a double tells times a quarter of a step apart, a top that was stopped stands in the state
- * of its time, and the next steps are those of one that was not. */
+/* If the resolution of times is a quarter of a step, an interrupted top has the state of its time.
+ * Its next steps are those of a top that was not interrupted. */
 static void test_late_stops(void)
 {
     kr_scene s = tilted();
@@ -145,7 +147,7 @@ static void test_late_stops(void)
         kr_top_free(top);
     }
 }
-/* A step that ends beyond the horizon is one that time does not tell. */
+/* A step that ends beyond the horizon fails, because doubles do not resolve its time. */
 static void test_steps_beyond(void)
 {
     kr_scene s = kr_scene_default();

@@ -1,6 +1,6 @@
-/* The closed form of Kowalewski tops: against truths by heyoka and against the Taylor series with
- * 30 digits, its integrals, near separatrices and degenerate motions, refusals by name; batches and
- * instruction sets give the same bits. */
+/* The closed form of Kowalewski tops: comparison with references by heyoka and with the Taylor
+ * series at 30 digits, integrals, motions near separatrices and degenerate motions, and the reasons
+ * for refusals. Batches and instruction sets give the same bits. */
 #include <stdlib.h>
 #include "exact/kowalewski.h"
 #include "kowalewski_truth.h"
@@ -8,8 +8,8 @@
 
 static void *memory;
 
-/* Returns a top with moments 2, 2, 1 and mass gravity |com| = 1, whose body sees e3 and its angular
- * velocity so; the axes are those of the closed form. */
+/* Returns a top with moments 2, 2, 1 and mass * gravity * |com| = 1, given e3 and the angular
+ * velocity in the body frame of the closed form. */
 static kr_scene seen_so(kr_vec3 up, kr_vec3 velocity)
 {
     const kr_vec3 e3 = v_unit(up);
@@ -81,7 +81,7 @@ static void integrals_are_constant(void)
         }
     }
 }
-/* Every drawn motion is planned with a small certificate; hardly any is refused. */
+/* Nearly all random motions are planned, with a small error bound; very few are refused. */
 static void drawn_tops_are_planned(void)
 {
     int refused = 0;
@@ -148,7 +148,7 @@ static void degenerate_motions_are_refused_by_name(void)
     kr_scene s = seen_so(v3(0.4, -0.3, 0.7), v3(0.3, 0.5, 0.8));
     IS(plan_of(&s));
     s.damping = v3(0.0, 0.0, 1e-3);
-    IS(refusal_of(&s) == KR_KOWALEWSKI_PLANNED); /* it is no question of the motion */
+    IS(refusal_of(&s) == KR_KOWALEWSKI_PLANNED); /* not refused because of the motion */
     s.damping = none;
     s.gravity = 0.0;
     IS(refusal_of(&s) == KR_KOWALEWSKI_PLANNED);
@@ -170,7 +170,8 @@ static void bad_arguments_are_refused(void)
     s.start.q.w = 2.0;
     IS(kr_kowalewski_plan(&s, 0.0, memory, &top) == KR_ERR_ATTITUDE && !top);
 }
-/* A body that misses the ratio by a rounding is planned, and its plan says so. */
+/* A body whose moments differ from the exact ratio by a rounding error is planned, and its plan
+ * says so. */
 static void a_rounded_body_is_told(void)
 {
     kr_scene s = seen_so(v3(0.4, -0.3, 0.7), v3(0.3, 0.5, 0.8));
@@ -178,7 +179,7 @@ static void a_rounded_body_is_told(void)
     const kr_kowalewski *top = plan_of(&s);
     IS(top && top->mismatch > 1e-17 && top->mismatch < KR_KIND_RTOL);
 }
-/* Powers of two as units of mass, length and time change no bit. */
+/* Units of mass, length and time that are powers of two scale the results exactly. */
 static void results_scale_with_powers_of_two(void)
 {
     const kr_scene s = seen_so(v3(0.4, -0.3, 0.7), v3(0.3, 0.5, 0.8));

@@ -1,9 +1,9 @@
-/* Step limit near an unstable equilibrium. There the series has few terms, so a step is limited by
- * the fastest rate of growth about any axis. */
+/* Step limit near an unstable equilibrium. There the first terms of the series say little, so a
+ * step is limited by the fastest rate of growth about any axis. */
 #include "tops.h"
 
-/* Thin about one axis, with the centre of mass on another, which points up; a trace of
- * momentum makes it fall. */
+/* Returns a body that is thin about one axis, with its centre of mass on another axis, which points
+ * up. A tiny momentum makes it fall. */
 static kr_scene thin(int about, int middle, int lever)
 {
     double moments[3] = {1.0, 1.0, 1.0};
@@ -21,7 +21,7 @@ static kr_scene thin(int about, int middle, int lever)
 static void test_fall(int about, int middle, int lever)
 {
     const kr_scene s = thin(about, middle, lever);
-    const double t = 66.0; /* about 46 times what it takes to fall by e */
+    const double t = 66.0; /* about 46 times the time in which the tilt grows by a factor e */
     kr_worker *worker = NULL;
     kr_state many;
     kr_outcome outcome;

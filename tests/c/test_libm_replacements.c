@@ -1,4 +1,4 @@
-/* Replacements of functions of libm in the set-up of the closed form, against libm. */
+/* Replacements of libm functions in the set-up of the closed form, compared with libm. */
 #include <float.h>
 #include "check.h"
 #include "exact/phase.h"
@@ -8,7 +8,8 @@
 
 static double of_any_size(double least, double most) { return pow(10.0, uniform(least, most)); }
 
-/* An argument is right to a few units of the last place of a turn; its eighths are exact. */
+/* Arguments are accurate to a few units in the last place of a turn, and exact at multiples of an
+ * eighth. */
 static void test_arguments(void)
 {
     const double pi = 3.14159265358979323846;
@@ -54,7 +55,7 @@ static void test_cube_roots(void)
     for (double c = 0.0; c <= 1.0; c += 1.0 / 4096)
         NEAR(third_of_angle(c), cos(acos(c) / 3.0), 2.0 * DBL_EPSILON);
 }
-/* All but the end of the doubles, where libm is asked. */
+/* Powers of two are exact in the whole range; libm is called near its ends. */
 static void test_powers_of_two(void)
 {
     const double ends[] = {0.0, -0.0, 0x1p-1074, 0x1.8p-1030, 0x1p-1022, DBL_MAX, -0x1p1023};
@@ -69,7 +70,7 @@ static void test_powers_of_two(void)
     IS(power_above(1.0) == 1 && power_above(0.0) == 0 && power_above(DBL_MAX) == 1023);
     IS(fraction_of(INFINITY, &(int){0}) == INFINITY);
 }
-/* Quotients and sums by fewer operations have as many digits. */
+/* Quotients and sums with fewer operations are equally accurate. */
 static void test_short_forms(void)
 {
     for (int i = 0; i < 20000; i++) {

@@ -13,13 +13,14 @@ static kr_body cuboid(double density, kr_vec3 half, kr_vec3 pivot)
     IS(kr_body_cuboid(density, half, pivot, &body) == KR_OK);
     return body;
 }
-/* Inertia at the fixed point, in the frame in which the body was described, on a vector. */
+/* Returns the inertia tensor at the fixed point, in the frame of description, applied to a
+ * vector. */
 static kr_vec3 inertia(const kr_body *b, kr_vec3 v)
 {
     return q_turn(b->axes, v_times(b->inertia, q_turn_back(b->axes, v)));
 }
 
-/* A cuboid is found again, wherever its fixed point is and however it lies. */
+/* The cuboid of a body is found again, for any fixed point and orientation. */
 static void test_box_of_a_cuboid(void)
 {
     const kr_vec3 half = v3(0.7, 0.5, 1.1), pivot = v3(0.3, -0.2, -1.4);
@@ -36,15 +37,15 @@ static void test_box_of_a_cuboid(void)
     const kr_box box = kr_mesh_box(&body);
     NEAR(box.density, 1.7, 1e-12);
     NEAR(off(box.centre, q_turn(turn, v_scale(-1.0, pivot))), 0.0, 1e-12);
-    /* its edges may have other names, its corners lie there */
+    /* the edges may be permuted, but the corners are the same */
     for (int corner = 0; corner < 8; corner++) {
         const kr_vec3 sign = v3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
         const kr_vec3 seen = q_turn_back(turn, q_turn(box.turn, v_times(sign, box.half)));
         NEAR(off(v3(fabs(seen.x), fabs(seen.y), fabs(seen.z)), half), 0.0, 1e-12);
     }
 }
-/* The thesis gives its cuboid's inertia, and 1 for its mass: the cuboid is found, for its density
- * is 1. */
+/* The thesis gives the inertia of a cuboid with density 1, but the mass 1. The cuboid is found
+ * nevertheless. */
 static void test_box_of_density_one(void)
 {
     kr_body body = cuboid(1.0, v3(0.8, 0.8, 1.0), v3(0.0, 0.0, -1.0));
@@ -55,8 +56,8 @@ static void test_box_of_density_one(void)
     NEAR(off(box.half, v3(0.8, 0.8, 1.0)), 0.0, 1e-12);
     NEAR(off(box.centre, v3(0.0, 0.0, 1.0)), 0.0, 1e-12);
 }
-/* No body of this mass has its centre of mass so far out: the cuboid is of another one that moves
- * the same, in any units. */
+/* No body of this mass has its centre of mass so far away. The cuboid is that of another body with
+ * the same motion, in any units. */
 static void test_box_of_numbers_that_fit_no_body(void)
 {
     kr_body body, small;
@@ -90,7 +91,8 @@ static const kr_simulation_slot *top(kr_scene scene, int64_t step, int64_t targe
     kr_simulation_advance(&stage, target, INT64_MAX);
     return &stage.slots[0];
 }
-/* The arrows' scale: never passed where it is the energy's bound, and not far from it. */
+/* The scale of the arrows is the bound that the energy gives. It is never exceeded, and the motion
+ * comes near it. */
 static void test_reach(void)
 {
     double momentum, velocity, longest = 0.0;
@@ -132,13 +134,13 @@ static void test_way(void)
     IS(way(actor, 2.0) == 101);
     NEAR(off(v_scale(0.5, at(0)), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
     NEAR(off(v_scale(0.5 / (1.0 - 2.0 / KR_MESH_POINTS), at(100)), v3(0.0, 0.0, 1.0)), 0.0, 1e-6);
-    /* the ring has gone round: every other step, newest first */
+    /* the ring buffer has wrapped around: every other step, newest first */
     actor = top(kr_scene_default(), 10000, 100000000);
     IS(way(actor, 1.0) == KR_MESH_POINTS);
     NEAR(off(at(0), kr_state_apex(&actor->scene, &actor->now)), 0.0, 1e-6);
     NEAR(v_length(at(KR_MESH_POINTS - 1)), 0.98 + 0.02 / KR_MESH_POINTS, 1e-6);
 }
-/* A trail that holds more than is drawn, and one that has forgotten its begin. */
+/* A trail may hold more points than are drawn, or may have lost its beginning. */
 static void test_trails(void)
 {
     enum { LONG = 5 * KR_MESH_POINTS };
@@ -157,7 +159,7 @@ static kr_vec3 centre(int ring)
     for (int s = 0; s < KR_MESH_SIDES; s++) sum = v_add(sum, at(ring * KR_MESH_SIDES + s));
     return v_scale(1.0 / KR_MESH_SIDES, sum);
 }
-/* Each ring lies behind the one before by the apex times the time between them. */
+/* The distance of two adjacent rings is the apex times the time between them. */
 static void test_rod(void)
 {
     const kr_simulation_slot *actor = top(kr_scene_default(), 10000, 3000000);
@@ -174,8 +176,8 @@ static void test_rod(void)
     IS(rod(top(kr_scene_default(), 400000, 4000000), 1.0, 0.1) == 11);
     IS(rod(top(kr_scene_default(), 1, 100), 1.0, 0.1) == 1);
 }
-/* Round for a body alike about its axis; for Kowalewski's the stiffnesses are as 2 to 1, the sides
- * as sqrt(2) to 1. */
+/* The section is round for a body that is symmetric about its axis. For a Kowalewski top the
+ * stiffnesses have the ratio 2 : 1, and the sides sqrt(2) : 1. */
 static void test_section(void)
 {
     kr_scene scene = kr_scene_default();
@@ -188,8 +190,8 @@ static void test_section(void)
     NEAR(off(at(0), v3(0.1, 0.0, 0.0)), 0.0, 1e-6);
     NEAR(off(at(KR_MESH_SIDES / 4), v3(0.0, 0.1 * sqrt(0.5), 0.0)), 0.0, 1e-6);
 }
-/* The section is thickest against the bending about the axis of the larger moment, whichever axis
- * the apex is nearest to. */
+/* The section is stiffest against bending about the axis of the larger moment, whichever axis the
+ * apex is nearest to. */
 static void test_section_of_any_axis(void)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

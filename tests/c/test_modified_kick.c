@@ -27,8 +27,8 @@ static void test_order(const char *method)
         IS(coarse < 3e-4);
     }
 }
-/* Moments that differ by next to nothing make next to no difference, whichever way they are taken
- * to be. */
+/* Tiny differences of the moments have tiny effects, whether or not the moments are treated as
+ * equal. */
 static void test_nearly_a_lagrange_top(const char *method)
 {
     const kr_config config = {.step = 0.1};
@@ -40,7 +40,7 @@ static void test_nearly_a_lagrange_top(const char *method)
              20.0 * more + 1e-11);
     }
 }
-/* The processor says so where its midpoint is not found, and leaves the state alone. */
+/* If the processor does not find its midpoint, it reports this and leaves the state unchanged. */
 static void test_missing_midpoint(void)
 {
     const kr_vec3 m = v3(1.0, 2.0, 3.0);
@@ -55,7 +55,7 @@ static void test_missing_midpoint(void)
         IS(memcmp(&q, &before, sizeof q) == 0 && left.y == m.y && left.z == m.z);
     }
 }
-/* Of a top at rest the processor turns the axis alone, and back. */
+/* For a top at rest the processor only rotates the axis, and rotates it back. */
 static void test_top_at_rest(void)
 {
     const kr_motion motion = {.inertia = {1.0, 1.7, 2.2}, .lever = {0.3, 0.0, 0.9}, .step = 0.1};
@@ -70,7 +70,7 @@ static void test_top_at_rest(void)
          0.0, 1e-15);
 }
 
-/* It goes as far as h^2 |A| over the least moment is 2. */
+/* The processor works up to h^2 |A| / (least moment) = 2. */
 static void test_longest_step(void)
 {
     for (int i = 0; i < 2; i++) {

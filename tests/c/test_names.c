@@ -1,4 +1,4 @@
-/* Kinds, flags and statuses by name. */
+/* Names of kinds, flags and statuses. */
 #include <string.h>
 #include "check.h"
 #include "method.h"

@@ -7,7 +7,7 @@
 
 enum { MANY = 64 };
 
-/* Finds where scale * prod (s - root) changes its sign, and returns how often that is. */
+/* Finds the sign changes of scale * prod (s - root), and returns their number. */
 static int roots_of(int n, const double *root, double scale, double *found)
 {
     double c[KR_POLYNOMIAL_ORDER_MAX + 1] = {scale};
@@ -31,7 +31,8 @@ static void test_named_roots(void)
     IS(roots_of(4, near, -0x1p-300, scaled) == 2 && scaled[0] == found[0] && scaled[1] == found[1]);
     IS(roots_of(2, twice, 1.0, found) == 0);
     IS(roots_of(3, thrice, 1.0, found) == 1);
-    NEAR(found[0], 0.37, 1e-4); /* the cube root of rounding */
+    /* A triple root has an error of the order of the cube root of the rounding error. */
+    NEAR(found[0], 0.37, 1e-4);
     /* neither the start nor the end */
     IS(roots_of(3, ends, 1.0, found) == 1 && fabs(found[0] - 0.5) < 1e-15);
     IS(roots_of(2, outside, 1.0, found) == 0);
@@ -40,8 +41,8 @@ static void test_named_roots(void)
     IS(roots_of(1, outside, 0.0, found) == 0);
     IS(roots_of(2, twice, INFINITY, found) == 0 && roots_of(2, twice, NAN, found) == 0);
 }
-/* The roots inside the step are found and no others; eight of the twelve may lie outside. Cases
- * with two roots closer than 0.01 are left out. */
+/* Exactly the roots inside the step are found; up to eight of the twelve roots lie outside. Cases
+ * with two roots closer than 0.01 are skipped. */
 static void test_random_roots(void)
 {
     double found[MANY];
@@ -60,7 +61,7 @@ static void test_random_roots(void)
     }
     IS(tried > 1000);
 }
-/* A polynomial with a coefficient that is no number has no roots, and is not searched for ever. */
+/* A polynomial with a coefficient that is not finite has no roots, and the search ends. */
 static void test_not_finite(void)
 {
     const double none[] = {NAN, INFINITY, -INFINITY};
@@ -71,7 +72,7 @@ static void test_not_finite(void)
         IS(!kr_search_next_sign_change(&r));
     }
 }
-/* No term is forgotten where it is asked whether there can be a change of sign at all. */
+/* The test for the possibility of a sign change takes every term into account. */
 static void test_single_terms(void)
 {
     for (int n = 1; n <= KR_POLYNOMIAL_ORDER_MAX; n++) {
@@ -83,7 +84,7 @@ static void test_single_terms(void)
     }
 }
 
-/* Writes the numbers of all components that events know, and returns how many there are. */
+/* Writes the indices of all components that events accept, and returns their number. */
 static int all_components(int *component)
 {
     int n = 0;
@@ -92,7 +93,7 @@ static int all_components(int *component)
     IS(n > 20 && n < MANY);
     return n;
 }
-/* The polynomial of every product of two components has the values of the states inside a step. */
+/* The polynomial of every product of two components agrees with the states inside a step. */
 static void test_products(const kr_scene *s, int digits)
 {
     int component[MANY];
@@ -119,8 +120,8 @@ static void test_products(const kr_scene *s, int digits)
     }
     kr_top_free(top);
 }
-/* Where one step's polynomial ends, the next one's begins, to a rounding, however wrong the state
- * is: so no event is lost between them, or found twice. */
+/* The polynomials of adjacent steps agree at the border up to rounding, however inaccurate the
+ * state is. Therefore no event there is lost or found twice. */
 static void test_continuity_of_steps(const kr_scene *s, double tol)
 {
     int component[MANY];

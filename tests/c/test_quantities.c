@@ -15,7 +15,7 @@ static double uniform(double low, double high) /* splitmix64 */
 }
 static kr_vec3 random_vec(void) { return v3(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)); }
 static kr_quat random_quat(void) { return q_unit(q4(uniform(-1, 1), random_vec())); }
-/* Any top, in any state. */
+/* Returns a random top in a random state. */
 static kr_scene random_scene(void)
 {
     const double inertia[9] = {2.0, 0.1, -0.2, 0.1, 2.6, 0.3, -0.2, 0.3, 3.1};
@@ -58,7 +58,7 @@ static void test_table(void)
     IS(kr_quantity_at(kr_quantity_count()) == NULL);
     IS(kr_quantity_find("vertical") == NULL && kr_quantity_find(NULL) == NULL);
 }
-/* Rows of many states are those of one at a time, and of the functions with names of their own. */
+/* The values for many states equal those for single states, and those of the separate functions. */
 static void test_rows(void)
 {
     enum { STATES = 5 };
@@ -102,7 +102,8 @@ static void test_definitions(void)
         IS(value("axial_momentum", &s) == v_dot(start->m, apex));
     }
 }
-/* What the table says of turns about the vertical, and of integrals of the default scene's top. */
+/* The flags of the table agree with the behaviour under rotations about the vertical, and with the
+ * integrals of the default scene's top. */
 static void test_flags(void)
 {
     for (size_t i = 0; i < kr_quantity_count(); i++) {
@@ -134,7 +135,7 @@ static void test_integrals(void)
         kr_quantity_values(quantity, &s, 1, &s.start, before);
         kr_quantity_values(quantity, &s, 1, &then, after);
         if (isnan(*before)) continue;
-        /* of a body with two equal moments, the spin about its axis is one, too */
+        /* for a body with two equal moments the spin is conserved, too */
         const int kept = kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED ||
                          strcmp(kr_quantity_name(quantity), "spin") == 0;
         IS(kept ? fabs(*after - *before) < 1e-13 : fabs(*after - *before) > 1e-3);
@@ -142,7 +143,8 @@ static void test_integrals(void)
     kr_top_free(top);
 }
 
-/* The tilt by its definition: the shortest turn to the apex, by the angle and the axis of it. */
+/* Returns the tilt by its definition: the shortest rotation that takes e3 to the apex, from its
+ * angle and axis. */
 static kr_quat tilt_to(kr_vec3 a)
 {
     const kr_vec3 from = v3(0, 0, a.z < -0.5 ? -1 : 1), across = v_cross(from, a);
@@ -150,7 +152,7 @@ static kr_quat tilt_to(kr_vec3 a)
     const kr_quat turn = sine > 0.0 ? about(v_scale(1.0 / sine, across), angle) : q_one();
     return a.z < -0.5 ? q_mul(turn, about(v3(1, 0, 0), pi)) : turn;
 }
-/* Three turns by Euler's angles give the attitude of the frame with the apex for its third axis. */
+/* Three rotations by Euler's angles give the attitude of the frame whose third axis is the apex. */
 static void test_eulers_angles(void)
 {
     for (int i = 0; i < 2000; i++) {
@@ -168,7 +170,8 @@ static void test_eulers_angles(void)
         NEAR(angle_apart(precession, atan2(apex.x, -apex.y)), 0.0, 1e-12);
     }
 }
-/* Their rates: the spin is the rate of the third and its share of the first. */
+/* Rates of Euler's angles: the spin is the rate of the third angle plus the axial part of the rate
+ * of the first. */
 static void test_rates(void)
 {
     kr_scene s = random_scene();
@@ -193,8 +196,8 @@ static void test_rates(void)
     }
     kr_top_free(top);
 }
-/* Upright and hanging tops: each angle has its half of the turn, whatever the signs of zeros; just
- * beside the pole their sum or difference is that turn. */
+/* For upright and hanging tops, precession and rotation are each half of the total rotation,
+ * whatever the signs of zeros. Close to a pole their sum or difference is the total rotation. */
 static void test_poles(void)
 {
     for (int side = -1; side <= 1; side += 2) {
@@ -214,7 +217,7 @@ static void test_poles(void)
             }
         }
     }
-    /* half a turn is +pi, from either side */
+    /* half a turn is +pi, whichever the sign of zero */
     kr_scene s = kr_scene_default();
     for (int i = 0; i < 4; i++) {
         const kr_quat half = q4(i % 2 ? -0.0 : 0.0, v3(0, 0, i / 2 ? -1 : 1));
@@ -249,7 +252,7 @@ static void test_components(void)
        !kr_component_is_turned(KR_COMPONENT_ONE));
 }
 
-/* A body that is held at its centre of mass has an apex too: its third axis. */
+/* A body that is supported at its centre of mass also has an apex: its third axis. */
 static void test_apex_without_a_lever(void)
 {
     kr_scene s = random_scene();
@@ -259,8 +262,8 @@ static void test_apex_without_a_lever(void)
     NEAR(apart(kr_state_apex(&s, &s.start), frame[2]), 0.0, 1e-15);
     NEAR(v_length(kr_state_torque(&s, &s.start)), 0.0, 0.0);
 }
-/* Of no step the modified energies are the energy, whatever the units; they leave it by step and
- * by step^2. */
+/* For the step 0 the modified energies equal the energy, in all units. Their differences from the
+ * energy are of the order of step and of step^2. */
 static void test_modified_energies(void)
 {
     kr_scene s = random_scene();

@@ -18,7 +18,7 @@ static kr_scene with_number(const kr_scene *s, int place, double number)
     memcpy(&other, numbers, sizeof other);
     return other;
 }
-/* A scene is nothing but doubles; none of them may be other than finite. */
+/* A scene consists of doubles, all of which must be finite. */
 static void test_scenes(void)
 {
     const double none[3] = {NAN, INFINITY, -INFINITY};
@@ -61,7 +61,7 @@ static void test_bodies(void)
     IS(kr_body_check(&body) == KR_ERR_ARGUMENT && kr_body_check(NULL) != KR_OK);
     IS(!kr_method_applies(NULL, &good) && kr_method_applies(strang, &good));
 }
-/* Makers of bodies; what they refuse leaves the body as it was. */
+/* Constructors of bodies leave the body unchanged if they refuse their arguments. */
 static void test_makers(void)
 {
     const double diagonal[9] = {3, 0, 0, 0, 3, 0, 0, 0, 3};
@@ -76,7 +76,7 @@ static void test_makers(void)
         kr_vec3 edges = half;
         *(i == 0 ? &edges.x : i == 1 ? &edges.y : &edges.z) = -1.0;
         IS(kr_body_cuboid(1.0, edges, pivot, &body) != KR_OK);
-        edges = v_scale(-1.0, edges); /* two of them are below zero, and the mass is not */
+        edges = v_scale(-1.0, edges); /* two edges are negative, and the mass is positive */
         IS(kr_body_cuboid(1.0, edges, pivot, &body) != KR_OK);
     }
     IS(kr_body_from_tensor(1.0, NULL, zero, &body) == KR_ERR_ARGUMENT);
@@ -102,7 +102,8 @@ static void test_configs(void)
         IS(kr_top_create(&s, strang, wrong[i], &top) ==
            (i == 0 ? KR_ERR_NO_STEP : KR_ERR_ARGUMENT));
     for (int i = 0; i < 4; i++) IS(kr_top_create(&s, extrap, loose[i], &top) != KR_OK);
-    for (size_t i = 0; i < kr_method_count(); i++) { /* as much as there is to err by, or more */
+    /* The tolerances are as large as any error, or larger. */
+    for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_config none = {.step = 0.1, .tol = i % 2 ? 1.0 : 18.0};
         IS(kr_top_create(&s, kr_method_at(i), none, &top) != KR_OK && !top);
     }
@@ -130,7 +131,7 @@ static void test_queries(void)
     IS(strcmp(kr_top_kernel(top, &order), "") == 0 && order == 2);
     kr_top_free(top);
 }
-/* Quantities of other tops are no number. */
+/* Quantities that are not defined for a top are NaN. */
 static void test_quantities(void)
 {
     const kr_term none = {1.0, 100000, KR_COMPONENT_ONE};
@@ -148,7 +149,7 @@ static void test_quantities(void)
     IS(isfinite(kr_state_modified_energy(&s, &s.start, 0.1)));
     IS(isfinite(kr_state_modified_energy4(&s, &s.start, 0.1)));
 }
-/* A top of another body, gravity or config does not take the checkpoint. */
+/* A top with another body, gravity or config refuses the checkpoint. */
 static void test_checkpoints(void)
 {
     static unsigned char saved[MOST];
@@ -195,7 +196,7 @@ static void test_more_digits(void)
     }
     for (int i = 0; i < 5; i++) kr_top_free(tops[i]);
 }
-/* Without a top there is no status but this, whatever is asked of it. */
+/* Without a top, every function returns this status. */
 static void test_missing_top(void)
 {
     size_t done = 7;

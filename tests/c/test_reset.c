@@ -1,5 +1,5 @@
-/* kr_top_reset: the top equals one created with that start, for every method. A refused reset
- * leaves every bit unchanged. */
+/* kr_top_reset: for every method, the top then equals one that was created with the new start. A
+ * refused reset leaves every bit unchanged. */
 #include <stdlib.h>
 #include "random.h"
 #include "tops.h"
@@ -12,7 +12,7 @@ static kr_scene scene_for(const kr_method *method)
     if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
     return s;
 }
-/* Momenta of many sizes: each wants other units. */
+/* Returns a start with a momentum of any size, so that the own units differ. */
 static kr_state random_start(const kr_scene *s)
 {
     const kr_state start = {uniform(-2, 2), random_quat(),
@@ -24,7 +24,8 @@ static void times_after(const kr_state *start, double sign, double t[TIMES])
     const double after[TIMES] = {0.01, 0.0625, 0.7, 1.51};
     for (int i = 0; i < TIMES; i++) t[i] = start->t + sign * after[i];
 }
-/* Compares what a top gives and counts after a reset with a new top. Both may refuse the start. */
+/* Compares the states and counts of a top after a reset with those of a new top. Both may refuse
+ * the start. */
 static void as_created(kr_top *top, kr_scene s, const kr_method *method, kr_config config,
                        const kr_state *start)
 {
@@ -57,7 +58,7 @@ static void test_reset_states(const kr_method *method, kr_config config)
         as_created(top, s, method, config, &start);
     }
     as_created(top, s, method, config, &s.start);
-    /* So fast that most methods fail on the way. */
+    /* so fast that most methods fail before the end */
     for (int power = 3; power < 60 && !(kr_method_flags(method) & KR_METHOD_ADAPTIVE); power += 7) {
         const kr_state start = {0.0, s.start.q, v_scale(ldexp(1.0, power), s.start.m)};
         as_created(top, s, method, config, &start);
@@ -65,13 +66,14 @@ static void test_reset_states(const kr_method *method, kr_config config)
     kr_top_free(top);
 }
 
-/* The bytes of a top, or none. */
+/* Writes the bytes of a top and returns their number, or 0 if it has none. */
 static size_t bytes_of(const kr_top *top, unsigned char *bytes)
 {
     const size_t size = kr_top_save_size(top);
     return size <= MOST && kr_top_save(top, size, bytes) == KR_OK ? size : 0;
 }
-/* Every way to refuse a reset leaves the bytes of the top and where it goes from there. */
+/* A refused reset, whatever the reason, changes neither the bytes of the top nor its further
+ * motion. */
 static void test_refused_reset(const kr_method *method)
 {
     static unsigned char before[MOST], after[MOST];
@@ -86,7 +88,7 @@ static void test_refused_reset(const kr_method *method)
     bad[2].t = INFINITY;
     bad[3].t = 1e17; /* the step is below its resolution */
     bad[4].m = v3(1e306, 1e308, 1e308);
-    bad[5].m = v_scale(1e3, s.start.m); /* some methods refuse this for the step */
+    bad[5].m = v_scale(1e3, s.start.m); /* some methods refuse this with their step */
     for (int i = 0; i < 6; i++) {
         kr_scene other = s;
         kr_top *created = NULL;
@@ -104,7 +106,7 @@ static void test_refused_reset(const kr_method *method)
     kr_top_free(top);
     kr_top_free(twin);
 }
-/* A checkpoint from before a reset leads on from where it was taken. */
+/* A checkpoint that was taken before a reset still restores the motion before the reset. */
 static void test_checkpoint_before(const kr_method *method)
 {
     static unsigned char saved[MOST];
@@ -123,7 +125,7 @@ static void test_checkpoint_before(const kr_method *method)
     kr_top_free(top);
     kr_top_free(twin);
 }
-/* Events are watched on, in the units of the new start. */
+/* After a reset the top still watches for events, in the units of the new start. */
 static void test_events(void)
 {
     const kr_term vertical[] = {{1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE},
@@ -145,7 +147,7 @@ static void test_events(void)
     kr_top_free(top);
     kr_top_free(fresh);
 }
-/* In the units of this start the event is beyond all numbers: to look for it is refused. */
+/* In the units of this start the event exceeds the range of doubles, so the search is refused. */
 static void test_event_out_of_reach(void)
 {
     const kr_term fast[] = {{1e200, kr_component_find("body_velocity_x"), KR_COMPONENT_ONE}};

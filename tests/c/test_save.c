@@ -1,4 +1,5 @@
-/* Checkpoints: every method resumes with the bits of an uninterrupted run; damage is refused. */
+/* Checkpoints: every method resumes with the bits of an uninterrupted run, and damaged checkpoints
+ * are refused. */
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -31,8 +32,8 @@ static void load(kr_top *top, const unsigned char *saved)
 {
     IS(kr_top_load(top, kr_top_save_size(top), saved) == KR_OK);
 }
-/* One top is never stopped. The other is stopped before each of the times and saved to an odd
- * address, and a third goes on in its place. */
+/* One top is never stopped. Another is stopped before each of the times and saved to an odd
+ * address, and a third top continues from the checkpoint. */
 static void test_continuation(const kr_method *method, double sign, int digits, int leave_heading)
 {
     static unsigned char saved[MOST];
@@ -60,8 +61,8 @@ static void test_continuation(const kr_method *method, double sign, int digits, 
     kr_top_free(one);
 }
 
-/* What fails after a checkpoint goes back to what was kept before it: on the grid, or aside before
- * another step has been made. */
+/* A run that fails after a checkpoint returns to a state before the checkpoint: on the grid, or off
+ * the grid before the next step. */
 static void test_failure_after_load(double share)
 {
     static unsigned char saved[MOST];
@@ -144,7 +145,7 @@ static void test_after_a_failure(void)
     kr_top_free(on);
 }
 
-/* Bytes of which any was changed or is missing are refused, and the top stays as it was. */
+/* If any byte was changed or is missing, the checkpoint is refused and the top is unchanged. */
 static void test_refusals(const char *name)
 {
     static unsigned char saved[MOST], bad[MOST];
@@ -215,14 +216,14 @@ static double double_at(const unsigned char *saved, size_t at)
     memcpy(&number, saved + at, sizeof number);
     return number;
 }
-/* The bytes of a checkpoint are the fields of the top, each where top.h says that it lies. */
+/* The bytes of a checkpoint are the fields of the top, each at the place that top.h gives. */
 static void test_format(const kr_method *method)
 {
     enum { HEADER = 104, TOP = 1296, MAIN = HEADER + 320, KEPT = HEADER + 816 };
     static unsigned char saved[MOST];
     const kr_scene s = scene_for(method);
     const size_t work = sizeof(double) * method->work;
-    int left = MOST; /* and no pointer is among them */
+    int left = MOST; /* none of the bytes belongs to a pointer */
     kr_config config = config_for(method, 1.0, 0);
     config.poll = stop, config.context = &left;
     kr_top *top = make(&s, method, config);
@@ -248,7 +249,7 @@ static void test_format(const kr_method *method)
     kr_top_free(top);
 }
 
-/* Writes a number into a checkpoint, and the sum that goes with it. */
+/* Writes a number into a checkpoint, and the corresponding checksum. */
 static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, size_t width)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -260,8 +261,8 @@ static void forge(unsigned char *saved, size_t size, size_t at, int64_t number, 
     }
     memcpy(saved + 96, &sum, sizeof sum);
 }
-/* Counts below zero or beyond all that can be counted, a step against the direction, a start that
- * is none, are refused in each of a top's motions, though the sums are right. */
+/* Invalid counts, a step against the direction of time and an invalid start are refused in each of
+ * a top's motions, although the checksum is correct. */
 static void test_hostile_counts(const kr_method *method)
 {
     enum { HEADER = 104 };
@@ -294,7 +295,7 @@ static void test_hostile_counts(const kr_method *method)
     }
     kr_top_free(top);
 }
-/* Numbers that index or loop are refused beyond their ranges, though the sums are right. */
+/* Indices and loop counts outside their ranges are refused, although the checksum is correct. */
 static void test_hostile_numbers(const kr_method *method)
 {
     enum { HEADER = 104, TOP = 1296, MAIN = HEADER + 320 };
@@ -306,14 +307,14 @@ static void test_hostile_numbers(const kr_method *method)
     save(top, saved);
     memcpy(bad, saved, size);
     forge(bad, size, MAIN + 144, 0, sizeof(int));
-    IS(kr_top_load(top, size, bad) == KR_OK); /* a sum of the test's own is right */
+    IS(kr_top_load(top, size, bad) == KR_OK); /* the checksum of this test is correct */
     const size_t numbers[] = {MAIN + 144, MAIN + 148, HEADER + 1064, HEADER + 1072, HEADER + 312};
     for (int i = 0; i < 5; i++) {
         memcpy(bad, saved, size);
         forge(bad, size, numbers[i], i < 2 ? 77 : -77, i < 2 ? sizeof(int) : 8);
         IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     }
-    /* No integer in the work may become a large one: those above 0 and below 100 are tried. */
+    /* No integer in the work may be replaced by a large one; those between 0 and 100 are tried. */
     int refused = 0;
     for (size_t at = HEADER + TOP; at + 4 <= HEADER + TOP + 8 * method->work; at += 4) {
         int32_t number;
@@ -326,7 +327,7 @@ static void test_hostile_numbers(const kr_method *method)
     for (int i = 0; i < 4; i++) IS(strcmp(counting[i], method->name) != 0 || refused > 0);
     kr_top_free(top);
 }
-/* So are a start beyond the horizon, and more steps than recovery would make once more. */
+/* A start beyond the horizon is refused, and so are more steps than recovery would repeat. */
 static void test_hostile_times(const kr_method *method)
 {
     enum { HEADER = 104 };
@@ -349,7 +350,7 @@ static void test_hostile_times(const kr_method *method)
     IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     kr_top_free(top);
 }
-/* Nothing of a method's work is taken that is as often run through as a number below 1 says. */
+/* Loop counts below 1 in the work of a method are refused. */
 static void test_hostile_work(const char *name)
 {
     enum { HEADER = 104, TOP = 1296 };

@@ -1,5 +1,5 @@
-/* Sections of a worker: states depend on their own top alone, none is missed, and a top whose
- * event does not occur is reported. */
+/* Sections of a worker: the states of a top depend on that top alone, no state is missed, and a top
+ * whose event does not occur is reported. */
 #include "ensemble/worker.h"
 #include "events/event_polynomial.h"
 #include "random.h"
@@ -64,8 +64,8 @@ static int same_row(const cut *a, size_t i, const cut *b, size_t j)
     return same_outcome(&a->outcomes[i], &b->outcomes[j]);
 }
 
-/* What is found lies where it should, in the order of time; and a single top that begins at one of
- * these states, or at the start, meets the next, or none. */
+/* Checks that the states lie on the section, in the order of time. A single top that begins at the
+ * start or at one of these states finds the next state, or none after the last. */
 static void is_complete(const cut *c, size_t i, const kr_event *event)
 {
     const kr_scene *s = &c->scenes[i];
@@ -159,7 +159,7 @@ static void test_instruction_sets(const kr_event *event)
     }
     kr_worker_free(worker);
 }
-/* A Lagrange top is lowest once a period, and there it is as low as it ever is. */
+/* A Lagrange top has one lowest point in each period, at the largest nutation. */
 static void test_lowest_points_of_lagrange_tops(const kr_event *event, double tol)
 {
     cut c;
@@ -176,13 +176,13 @@ static void test_lowest_points_of_lagrange_tops(const kr_event *event, double to
         NEAR(kr_state_nutation(&c.scenes[0], &c.states[k]), turning.greatest, looser);
     }
 }
-/* Where no event comes, a top is told, in one direction as in the other, and so is one that comes
- * to its limit of steps. */
+/* A top without an event is reported, in both directions of time, and so is a top that reaches its
+ * limit of steps. */
 static void test_outcomes(const kr_event *event)
 {
     cut c;
     c.scenes[0] = c.scenes[1] = kr_scene_default();
-    c.scenes[0].start.m = v3(0.0, 0.0, 1.0); /* sleeping, or hanging about to fall */
+    c.scenes[0].start.m = v3(0.0, 0.0, 1.0); /* sleeping, or upright and about to fall */
     c.wait[0] = -7.0;
     c.wait[1] = 1000.0;
     run(&c, 2, event, (kr_config){.max_steps = 60});
@@ -191,7 +191,7 @@ static void test_outcomes(const kr_event *event)
     IS(c.outcomes[1].status == KR_ERR_LIMIT && c.outcomes[1].done > 0 &&
        c.outcomes[1].done < MOST && isnan(c.states[MOST + c.outcomes[1].done].t));
 }
-/* One wait may be for all tops; and where no state is asked for, none is needed. */
+/* The longest wait may be common to all tops. If no states are requested, no array is needed. */
 static void test_common_wait(const kr_event *event)
 {
     cut own, all, none;

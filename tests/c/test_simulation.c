@@ -1,4 +1,4 @@
-/* The viewer's simulation: tops on a common clock that counts ticks. */
+/* The viewer's simulation: tops with a common time that is counted in ticks. */
 #include "viewer/simulation.h"
 #include "tops.h"
 
@@ -14,7 +14,7 @@ static void set(kr_simulation *s, int64_t first, int64_t second)
     IS(kr_simulation_add(s, &scene, kr_method_find("extrap"), second, 1e-10, 0) == KR_OK);
 }
 
-/* The number of the measure that is this quantity. */
+/* Returns the index of the measure of this quantity. */
 static int number_of(const char *name)
 {
     int k = 0;
@@ -29,7 +29,7 @@ static double measured(int i, int k)
     return measure[k];
 }
 
-/* The states are those of a top on its own, to the last bit. */
+/* The states have the same bits as those of a separate top. */
 static void test_states(void)
 {
     const kr_scene scene = kr_scene_default();
@@ -46,8 +46,7 @@ static void test_states(void)
     IS(stage.slots[0].steps == 700 && stage.slots[1].steps == 100 && stage.slots[2].steps == 100);
     kr_top_free(top);
 }
-/* An adaptive method stands at multiples of its step, from each of which it begins as if new: so
- * the step counts. */
+/* An adaptive method restarts at each multiple of its step, so its results depend on the step. */
 static void test_restarts(void)
 {
     kr_scene scene = kr_scene_default();
@@ -85,8 +84,8 @@ static void test_any_division_is_the_same(void)
     for (int64_t r = 0; r < stage.rows; r++)
         IS(memcmp(&stage.record[r], &other.record[r], sizeof(kr_record_row)) == 0);
 }
-/* Off the grid the two stand at different times: no error is to be had there, and none is
- * recorded. */
+/* Between common multiples of their steps the two tops stand at different times. No error is
+ * defined there, and none is recorded. */
 static void test_compares_at_common_multiples_only(void)
 {
     set(&stage, step1, step2);
@@ -103,7 +102,7 @@ static void test_compares_at_common_multiples_only(void)
     }
     IS(stage.record[stage.rows - 1].at[1][KR_SIMULATION_ERROR] > 1e-4);
 }
-/* All quantities of one number that do not turn with the heading are measured, and no others. */
+/* The measures are exactly the quantities with one component that do not depend on the heading. */
 static void test_measures_are_those_of_the_table(void)
 {
     int k = 0;
@@ -116,7 +115,7 @@ static void test_measures_are_those_of_the_table(void)
     IS(k == KR_SIMULATION_ERROR && kr_simulation_quantity(k) == NULL);
     IS(KR_SIMULATION_MODIFIED == k + 1 && KR_SIMULATION_MEASURES == k + 2);
 }
-/* Only bobenko_suris has a modified energy, which it keeps; the energy itself swings. */
+/* Only bobenko_suris has a modified energy, which it conserves; the energy itself oscillates. */
 static void test_modified_energy(void)
 {
     const double own_step = (double)step2 / KR_SIMULATION_TICKS;
@@ -157,8 +156,8 @@ static void test_record_is_bounded(void)
         NEAR(stage.record[row].time, 0.16 * (double)row, 1e-12);
     NEAR(stage.record[stage.rows - 1].at[2][energy], stage.record[0].at[2][energy], 1e-7);
 }
-/* Between two rows energy and nutation swing many times. What they swing to is in the record all
- * the same: nearly, for nutation is looked at less often. */
+/* Energy and nutation oscillate many times between two rows, but the record contains their
+ * extremes. Those of the nutation are approximate, because it is sampled less often. */
 static void test_extremes_are_not_lost(const char *name, double share)
 {
     const kr_scene scene = kr_scene_default();
@@ -166,7 +165,7 @@ static void test_extremes_are_not_lost(const char *name, double share)
     double low = INFINITY, high = -INFINITY, all_low = INFINITY, all_high = -INFINITY;
     kr_simulation_clear(&stage);
     IS(kr_simulation_add(&stage, &scene, kr_method_find("bobenko_suris"), step1, 0.0, -1) == KR_OK);
-    /* 8: one swing, each step of it in the record */
+    /* up to 8: one oscillation, with each step in the record */
     kr_simulation_advance(&stage, 8000000, INT64_MAX);
     for (int64_t k = 0; k < stage.rows; k++) {
         const double at = stage.record[k].at[0][what];
@@ -174,7 +173,7 @@ static void test_extremes_are_not_lost(const char *name, double share)
            isnan(stage.record[k].high[0][KR_SIMULATION_ERROR]));
         all_low = fmin(all_low, at), all_high = fmax(all_high, at);
     }
-    /* 20,000: rows 20.48 apart, more than two swings */
+    /* up to 20,000: rows are 20.48 apart, more than two oscillations */
     kr_simulation_advance(&stage, 20000000000, INT64_MAX);
     IS(stage.stride == 2048 * stage.common);
     for (int64_t k = 1; k < stage.rows; k++) {
@@ -213,7 +212,7 @@ static void test_track(void)
     IS(kr_simulation_add_track(&stage, &scene, track, 51, 100000, 0) == KR_OK);
     kr_simulation_advance(&stage, 5000000, INT64_MAX);
     IS(measured(1, KR_SIMULATION_ERROR) == 0.0 && same(stage.slots[1].now, track[50]));
-    /* past its end: it stays, the other goes on */
+    /* beyond the end of one top: it stops, and the other continues */
     kr_simulation_advance(&stage, 6000000, INT64_MAX);
     IS(stage.slots[1].status == KR_ERR_LIMIT && isnan(measured(1, number_of("energy"))));
     IS(stage.slots[0].steps == 60);
@@ -247,7 +246,8 @@ static void test_refusals(void)
     IS(kr_simulation_advance(&stage, step1, INT64_MAX) == step1);
     IS(kr_simulation_add(&stage, &scene, method, step1, 0.0, -1) == KR_ERR_ARGUMENT);
 }
-/* Steps whose common multiple no integer holds are taken all the same; there is no record. */
+/* Steps whose common multiple exceeds the range of integers are accepted, but there is no
+ * record. */
 static void test_steps_without_a_common_multiple(void)
 {
     const int64_t primes[] = {2147483647, 2147483629, 2147483587, 2147483579};
@@ -260,7 +260,7 @@ static void test_steps_without_a_common_multiple(void)
     IS(kr_simulation_advance(&stage, primes[0], INT64_MAX) == primes[0] && stage.rows <= 1);
     IS(measured(0, number_of("energy")) < INFINITY && isnan(measured(1, KR_SIMULATION_ERROR)));
 }
-/* One that fails stays at its last good state; the others go on. */
+/* A top that fails stays at its last good state; the others continue. */
 static void test_failure(void)
 {
     kr_scene scene = kr_scene_default();
@@ -273,7 +273,7 @@ static void test_failure(void)
     IS(stage.slots[1].status == KR_ERR_NOT_FINITE && isfinite(stage.slots[1].now.q.w));
     IS(stage.slots[0].status == KR_OK && stage.slots[0].steps == 1000);
 }
-/* Where no top can go on the stage's clock stays, and nothing is told of one that is compared. */
+/* If no top can continue, the time of the stage stops, and no comparison is reported. */
 static void test_all_fail(void)
 {
     kr_scene scene = kr_scene_default();
@@ -289,7 +289,7 @@ static void test_all_fail(void)
        KR_OK);
     IS(isnan(measured(1, KR_SIMULATION_ERROR)) && isfinite(measured(1, number_of("energy"))));
 }
-/* A truth may come after what is compared with it, and does not go on alone. */
+/* A reference may be added after the top that is compared with it. It does not continue alone. */
 static void test_truth(void)
 {
     kr_scene scene = tilted();
@@ -309,7 +309,8 @@ static void test_truth(void)
     IS(kr_simulation_advance(&stage, 1000000, INT64_MAX) <= 100000);
     IS(stage.slots[0].status == KR_ERR_LIMIT && stage.slots[1].steps <= 1);
 }
-/* A top that is too fast for its step does not keep the caller, and gets there in the end. */
+/* A top that is too fast for its step does not block the caller, and reaches its time
+ * eventually. */
 static void test_step_budget(void)
 {
     kr_scene scene = tilted();
@@ -321,7 +322,7 @@ static void test_step_budget(void)
         scene.start.m = v3(0.0, 0.0, 1e12);
         IS(kr_simulation_add(&stage, &scene, method, 1000000, 0.0, -1) == KR_OK);
         IS(kr_simulation_advance(&stage, 1000000, INT64_C(100)) == 0 && stage.is_late);
-        /* A call in which nothing is due leaves nothing on its way. */
+        /* A call with nothing to do leaves no top late. */
         IS(kr_simulation_advance(&stage, 0, 1) == 0 && !stage.is_late);
         IS(kr_top_stats(stage.slots[0].top).steps <=
            KR_SIMULATION_BUDGET + 100 * KR_SIMULATION_BUDGET_PER_STEP + 256);

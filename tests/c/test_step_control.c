@@ -1,5 +1,5 @@
-/* Step control: the choice of steps and rows changes no result beyond the tolerance. A wrong
- * choice shows in the number of evaluations alone. */
+/* Step control: the choice of steps and rows changes no result beyond the tolerance. A wrong choice
+ * affects only the number of evaluations. */
 #include "tops.h"
 
 static double cost(const char *method, const kr_scene *s, double tol, double first, double t)
@@ -24,7 +24,7 @@ static void test_costs(const char *method, const double wanted[3][4], double wit
         }
 }
 
-/* A first step that is far too long is given up before all rows are tried. */
+/* A first step that is far too long is abandoned before all rows are tried. */
 static void test_long_first_step(const char *method, const double wanted[4])
 {
     const kr_scene s = asymmetric();
@@ -34,7 +34,7 @@ static void test_long_first_step(const char *method, const double wanted[4])
     }
 }
 
-/* The loosest tolerances begin with the fewest rows. */
+/* With the loosest tolerances a run begins with the fewest rows. */
 static void test_loosest_tolerance(const char *method, const double wanted[2])
 {
     const kr_scene s = asymmetric();
@@ -42,7 +42,7 @@ static void test_loosest_tolerance(const char *method, const double wanted[2])
         NEAR(cost(method, &s, 0.15, 0.2 * (1 + i), 5.0) / wanted[i], 1.0, 0.02);
 }
 
-/* After a failed attempt the next aims at the row before where that is less work. */
+/* After a failed attempt, the next one aims at the previous row if that needs less work. */
 static void test_after_a_failure(const char *method, const double wanted[2])
 {
     kr_scene s = tilted();
@@ -61,7 +61,7 @@ int main(void)
     const double series[3][4] = {{116, 158, 159, 151}, {120, 166, 170, 163}, {424, 575, 600, 572}};
     test_costs("extrap", rest_frame, 0.01);
     test_costs("extrap_kirchhoff", kirchhoff, 0.01);
-    test_costs("taylor", series, 0.03); /* an order hangs on the last bits, here and there */
+    test_costs("taylor", series, 0.03); /* in some cases the order depends on the last bits */
     const double first[2][4] = {{8684, 8787, 8676, 8541}, {6789, 6889, 6870, 6876}};
     test_long_first_step("extrap", first[0]);
     test_long_first_step("extrap_kirchhoff", first[1]);

@@ -1,5 +1,5 @@
-/* Tangents: the path keeps its bits. Tangents equal differences of neighbouring runs, keep the
- * symplectic form, and do not depend on the times of output. */
+/* Tangents do not change the bits of the path. Tangents equal differences of neighbouring runs,
+ * keep the symplectic form, and do not depend on the times of output. */
 #include <stdlib.h>
 #include "tops.h"
 
@@ -12,7 +12,7 @@ static kr_scene general(void)
     s.start.m = v3(0.6, -0.8, 2.2);
     return s;
 }
-/* A symmetric top that stands upright and turns about its axis. */
+/* Returns a symmetric top that stands upright and rotates about its axis. */
 static kr_scene upright(double spin)
 {
     kr_scene s = general();
@@ -40,7 +40,7 @@ static void test_unchanged_path(const kr_scene *s, int digits, double t)
         kr_top_free(top);
     }
 }
-/* Each column is the same whichever ride beside it. */
+/* Each column of the tangents has the same bits, whichever other columns are computed. */
 static void test_single_columns(const kr_scene *s)
 {
     static const uint64_t bits[] = {1, 2, 4, 8, 16};
@@ -61,7 +61,8 @@ static void test_single_columns(const kr_scene *s)
     }
     kr_top_free(every);
 }
-/* Returns the state of a neighbour whose datum number k, from the first moment on, differs. */
+/* Returns the state of a neighbouring top, whose k-th parameter, counted from the first moment,
+ * differs. */
 static kr_state beside(kr_scene s, size_t k, double by, double t)
 {
     double *const data[] = {&s.start.m.x,      &s.start.m.y,      &s.start.m.z,  &s.body.inertia.x,
@@ -88,7 +89,7 @@ static void test_differences(const kr_scene *s, double t)
     }
     kr_top_free(top);
 }
-/* Where one looks on the way, and in how many calls, changes nothing; nor does a checkpoint. */
+/* Neither the intermediate times, nor the number of calls, nor a checkpoint changes the results. */
 static void test_times_between(const kr_scene *s, int digits)
 {
     double once[6 * KR_TANGENT_COLUMNS_MAX], often[6 * KR_TANGENT_COLUMNS_MAX];
@@ -111,7 +112,7 @@ static void test_times_between(const kr_scene *s, int digits)
     kr_top_free(one);
     kr_top_free(other);
 }
-/* Where the path's own series all but ends, its steps are far too long for the tangents. */
+/* If the series of the path has hardly any terms, its steps are far too long for the tangents. */
 static void test_long_steps(void)
 {
     const kr_scene s = upright(9.0);
@@ -128,7 +129,7 @@ static void test_long_steps(void)
     kr_top_free(top);
     kr_top_free(fine);
 }
-/* The end of a step is a time of the user's that is not the step's own to all digits. */
+/* In the user's units, the time at the end of a step is rounded. */
 static void test_after_a_step(kr_scene s)
 {
     double high[36], low[36], others[36], rest[36];
@@ -148,7 +149,8 @@ static void test_after_a_step(kr_scene s)
     kr_top_free(top);
     kr_top_free(other);
 }
-/* The start's tangents are the unit matrix, again after a reset; what cannot be is refused. */
+/* At the start, and again after a reset, the tangents are the unit matrix. Impossible requests are
+ * refused. */
 static void test_start_and_refusals(const kr_scene *s)
 {
     double phi[36], low[36];
@@ -172,7 +174,7 @@ static void test_start_and_refusals(const kr_scene *s)
     config.tangents = ALL + 1;
     IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT && !top);
 }
-/* A tangent that grows beyond all doubles ends the run, by name. */
+/* A tangent that exceeds the range of doubles ends the run with its own status. */
 static void test_overflow(void)
 {
     const kr_scene s = upright(0.0);
@@ -184,8 +186,8 @@ static void test_overflow(void)
     IS(kr_top_tangents(top, phi, NULL) == KR_ERR_TANGENT && phi[0] == 7.0);
     kr_top_free(top);
 }
-/* In units in which momenta are tiny what one of them changes outgrows doubles first: no number of
- * that is given out. */
+/* If momenta are tiny in the user's units, derivatives with respect to them exceed the range of
+ * doubles first. Such values are not returned. */
 static void test_overflow_in_user_units(void)
 {
     kr_scene s = upright(0.0);

@@ -65,7 +65,7 @@ static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
        memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
     IS(isa->runs_here());
 }
-/* All kernels go the same way up to rounding, and those with fma with the same bits. */
+/* All kernels give the same states up to rounding, and those with fma give the same bits. */
 static void test_kernels(void)
 {
     for (int order = 0; order < KR_ORDERS; order++) {
@@ -95,8 +95,8 @@ static void test_single_kernels(void)
     }
 }
 
-/* The references have 17 digits, from series of 30; their scenes are those of problems.json under
- * `published`. */
+/* The references have 17 digits and come from series with 30 digits; their scenes are listed in
+ * problems.json under `published`. */
 static kr_scene published(double mass, kr_vec3 inertia, kr_vec3 com, double g, kr_quat q,
                           kr_vec3 body_momentum)
 {
@@ -171,7 +171,7 @@ static void test_reversal(void)
     NEAR(distance(run_to(&s, 0, 0), start), 0.0, 1e-12);
 }
 
-/* The energy stays, of bodies as thin as a needle, slow and fast. */
+/* The energy is conserved for bodies as thin as a needle, slow and fast. */
 static void test_extremes(void)
 {
     for (double thin = 1e-3; thin > 1e-7; thin *= 0.1)
@@ -187,8 +187,8 @@ static void test_extremes(void)
             NEAR((energy(&s, end) - energy(&s, s.start)) / scale, 0.0, 1e-9);
         }
 }
-/* A step that fails leaves the motion where it was. */
-static void fails(double lever, double tol, double clock, kr_status why)
+/* Checks that a step fails with the status `why` and leaves the motion unchanged. */
+static void check_step_fails(double lever, double tol, double clock, kr_status why)
 {
     kr_motion motion = {
         .inertia = {1.0, 0.75, 0.5}, .lever = {0, 0, lever}, .tol = tol, .clock = clock};
@@ -211,14 +211,14 @@ static void test_refusals(void)
     const kr_config loose = {.tol = 1.0};
     kr_top *top = NULL;
     IS(kr_top_create(&s, taylor(), loose, &top) == KR_ERR_ARGUMENT && top == NULL);
-    fails(NAN, 0, 0, KR_ERR_NOT_FINITE);
-    fails(INFINITY, 0, 0, KR_ERR_NOT_FINITE);
-    fails(1.0, 1e-17, 0, KR_ERR_STEP);
-    fails(1.0, 0, 0x1p60, KR_ERR_STEP);
-    fails(1.0, 0, -0x1p60, KR_ERR_STEP);
+    check_step_fails(NAN, 0, 0, KR_ERR_NOT_FINITE);
+    check_step_fails(INFINITY, 0, 0, KR_ERR_NOT_FINITE);
+    check_step_fails(1.0, 1e-17, 0, KR_ERR_STEP);
+    check_step_fails(1.0, 0, 0x1p60, KR_ERR_STEP);
+    check_step_fails(1.0, 0, -0x1p60, KR_ERR_STEP);
 }
-/* A kernel of no table goes as the one that it is a copy of, in its own name; events on its way are
- * found. */
+/* A kernel outside the tables gives the same states as the kernel of which it is a copy, under its
+ * own name. Events are found with it. */
 static void test_own_kernel(void)
 {
     const kr_scene s = tilted();
@@ -239,7 +239,7 @@ static void test_own_kernel(void)
     }
     NEAR(found[1], found[0], 1e-13);
 }
-/* A search up to the end of a step makes no other step. */
+/* A search up to the end of a step makes no further step. */
 static void test_search_to_the_end_of_a_step(void)
 {
     const kr_scene s = tilted();

@@ -1,5 +1,5 @@
-/* Threads, each with tops of every method: all have the same bits. A second build uses the race
- * detector of the compiler where it has one. */
+/* Threads, each with tops of every method, all get the same bits. A second build uses the race
+ * detector of the compiler if it has one. */
 #include <pthread.h>
 #include "random.h"
 #include "tops.h"
@@ -26,7 +26,7 @@ static kr_top *top_of(const kr_method *method, kr_config config)
     kr_top *top = NULL;
     return kr_top_create(&s, method, config, &top) == KR_OK ? top : NULL;
 }
-/* Moves a top about, and to an event where it knows any. */
+/* Advances a top, and searches an event if the method supports events. */
 static void use_top(const kr_method *method, kr_state out[TIMES + 3])
 {
     static const double t[TIMES] = {0.1, 0.25, 0.3, 0.55, 0.6, 0.7, 0.95, 1.5};
@@ -54,7 +54,7 @@ static void use_top(const kr_method *method, kr_state out[TIMES + 3])
     kr_top_free(top);
     kr_top_free(other);
 }
-/* Moves tops of two kinds at once, in lanes and by the closed form. */
+/* Computes tops of two kinds in one call, in lanes and by the closed form. */
 static void use_worker(kr_state out[MANY])
 {
     static const double t[2] = {0.7, 5.0};

@@ -10,7 +10,7 @@ static kr_top *fixed(const kr_scene *s, const char *name, double step)
     return make(s, kr_method_find(name), (kr_config){.step = step});
 }
 
-/* A state has the same bits however the way to it is divided, on the grid or off it. */
+/* A state has the same bits whatever the requested times before it are, on the grid or off it. */
 static void test_division(const kr_method *method)
 {
     const kr_scene s = tilted();
@@ -38,7 +38,7 @@ static void test_division(const kr_method *method)
     kr_top_free(steps);
 }
 
-/* Units of mass, length and time that are powers of two only scale the bits. */
+/* Units of mass, length and time that are powers of two scale the results exactly. */
 static void test_scaling(const kr_method *method, int mass, int length, int time)
 {
     const kr_scene s = tilted();
@@ -59,7 +59,7 @@ static void test_scaling(const kr_method *method, int mass, int length, int time
     IS(same(a, back));
 }
 
-/* Neither the frame of description matters nor which axis is the odd one. */
+/* Neither the frame of description nor the choice of the symmetry axis matters. */
 static void test_frames(const kr_method *method)
 {
     const kr_scene s = tilted();
@@ -75,7 +75,7 @@ static void test_frames(const kr_method *method)
         b.q = q_mul(b.q, turns[i]);
         NEAR(distance(a, b), 0.0, kr_method_flags(method) & KR_METHOD_ADAPTIVE ? 1e-6 : 1e-11);
     }
-    for (int i = 0; i < 2; i++) { /* the same top with its axis along N, along B */
+    for (int i = 0; i < 2; i++) { /* the same top with its axis along N and along B */
         kr_scene other = s;
         const kr_vec3 I = s.body.inertia;
         other.body.inertia = i == 0 ? v3(I.z, I.x, I.y) : v3(I.y, I.z, I.x);
@@ -111,12 +111,13 @@ static void test_limits(void)
     IS(kr_top_advance(top, 7.0) == KR_ERR_INTERRUPTED && kr_top_state(top).t == 512 * 0.01 &&
        kr_top_stats(top).steps == 512);
     left = 9;
-    IS(kr_top_advance(top, 7.0) == KR_OK); /* and on from there */
+    IS(kr_top_advance(top, 7.0) == KR_OK); /* and continues from there */
     const kr_config plain = {.step = 0.01};
     IS(same(kr_top_state(top), state_at(7.0, &s, map, plain)));
     kr_top_free(top);
 }
-/* A step far beyond stability fails; the last finite state is kept, wherever in a batch it lies. */
+/* A step far beyond the limit of stability fails. The last finite state is kept, wherever in a
+ * batch of steps it lies. */
 static void test_overflow(void)
 {
     kr_scene s = tilted();
@@ -175,7 +176,7 @@ static void test_refusals(void)
     bad.start.m.x = INFINITY;
     IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_ARGUMENT);
     bad = s, bad.start.m.x = 1e300, bad.body.inertia = v_scale(1e-30, s.body.inertia);
-    /* a rate beyond all numbers */
+    /* a rate beyond the range of doubles */
     IS(kr_top_create(&bad, rk4, config, &top) == KR_ERR_ARGUMENT);
     bad = s, bad.body.inertia.x *= 1.1;
     IS(kr_top_create(&bad, map, config, &top) == KR_ERR_METHOD &&
@@ -190,7 +191,7 @@ static void test_refusals(void)
     kr_top_free(top);
     for (int i = 0; i <= KR_STATUS_COUNT; i++) IS(strlen(kr_status_text((kr_status)i)) > 3);
 }
-/* A top at rest on which nothing pulls stays where it is, to the last bit, by every method. */
+/* With every method, a top at rest without torque keeps its state in every bit. */
 static void test_top_at_rest(void)
 {
     kr_scene s = kr_scene_default();

@@ -1,5 +1,5 @@
-/* Turning points: bounds of the nutation of the closed form and their times, scaling with powers
- * of two, equal bits on every instruction set, refusals. */
+/* Turning points: bounds of the nutation of the closed form and their times, scaling by powers of
+ * two, equal bits on every instruction set, and refusals. */
 #include "exact/dispatch.h"
 #include "random.h"
 #include "tops.h"
@@ -81,7 +81,7 @@ static void test_repeated_bits(void)
             if (!kr_exact_isa_at(k)->runs_here()) continue;
             IS(kr_exact_isa_at(k)->scalar->turning(&s, &here) == KR_OK);
             IS(strcmp(here.motion_type, one.motion_type) == 0);
-            here.motion_type = one.motion_type; /* Each has names of its own. */
+            here.motion_type = one.motion_type; /* each has its own copy of the names */
             IS(memcmp(&here, &one, sizeof one) == 0);
         }
     }
@@ -128,8 +128,8 @@ static void test_refusals(void)
     bad.gravity = 0.0;
     IS(kr_exact_turning(&bad, &r) == KR_ERR_METHOD && r.least == 5.0);
 }
-/* A free body turns its apex in a circle about the momentum if it is symmetric about the apex. Any
- * other free body has no turning points. */
+/* The apex of a free body moves on a circle about the momentum if the body is symmetric about the
+ * apex. Other free bodies have no turning points. */
 static void test_free_bodies(void)
 {
     kr_scene s = top_of(0.0, 1.0, q_exp(v3(0.75, 0.0, 0.0)), v3(0.0, 0.0, 2.0));
@@ -141,7 +141,7 @@ static void test_free_bodies(void)
     IS(kr_exact_turning(&s, &none) == KR_ERR_METHOD && none.least == 5.0);
 }
 
-/* What is too small for its square moves nothing: neither a pull nor what is across a momentum. */
+/* Levers and transverse momenta whose squares underflow have no effect. */
 static void test_irrelevant_inputs(void)
 {
     const double fast = 0x1p930, half = sqrt(0.5);

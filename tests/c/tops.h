@@ -6,14 +6,16 @@
 #include "check.h"
 #include "math/su2.h"
 
-/* The thesis' top, tilted: over an upright start no torque acts, which hides errors. */
+/* Returns the top of the thesis, tilted: at an upright start there is no torque, which would hide
+ * errors. */
 static inline kr_scene tilted(void)
 {
     kr_scene s = kr_scene_default();
     s.start.q = q_exp(v3(0.6, -0.4, 0.3));
     return s;
 }
-/* The thesis' body with the bits of the truths in problems.json: mass and gravity are 1. */
+/* Returns the body of the thesis, with the bits used for the references in problems.json: mass and
+ * gravity are 1. */
 static inline kr_body thesis_body(void)
 {
     const kr_body body = {1.0,
@@ -23,7 +25,7 @@ static inline kr_body thesis_body(void)
                           0};
     return body;
 }
-/* The scene that problems.json calls asymmetric, with the bits of its truths. */
+/* Returns the scene `asymmetric` of problems.json, with the bits used for its references. */
 static inline kr_scene asymmetric(void)
 {
     const kr_scene s = {
@@ -39,7 +41,8 @@ static inline kr_scene asymmetric(void)
         {0.0, 0.0, 0.0}};
     return s;
 }
-/* Three different moments, axes that are not those of the description, a centre of mass on none. */
+/* Returns a body with three different moments, principal axes different from those of description,
+ * and the centre of mass on none of them. */
 static inline kr_body general_body(void)
 {
     const double tensor[9] = {3.0, -0.25, 0.5, -0.25, 2.5, 0.125, 0.5, 0.125, 1.5};
@@ -65,9 +68,9 @@ static inline kr_state state_at(double t, const kr_scene *s, const kr_method *me
     return state;
 }
 
-/* Bit by bit; a state has no gaps between its numbers. */
+/* Returns 1 if two states have the same bits; a state has no padding. */
 static inline int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
-/* The same, for what became of two tops; behind the status is a gap, which may hold anything. */
+/* Returns 1 if two outcomes have the same bits, except the padding after the status. */
 static inline int same_outcome(const kr_outcome *a, const kr_outcome *b)
 {
     return a->status == b->status && a->done == b->done && same(a->last, b->last) &&

@@ -1,5 +1,5 @@
-/* Tops whose closed form is a torus of two angles, for the tests of these: random ones, and errors
- * of their states against the Taylor series with 30 digits. */
+/* Helpers for the tests of tops whose closed form is a torus of two angles: random tops, and the
+ * errors of their states relative to the Taylor series with 30 digits. */
 #ifndef KR_TORUS_TOPS_H
 #define KR_TORUS_TOPS_H
 #include "random.h"
@@ -28,7 +28,7 @@ static inline kr_scene drawn_top_of_ratio(double ratio)
     return scene_of(v3(inertia[0], inertia[1], inertia[2]), v3(com[0], com[1], com[2]), gravity, q,
                     random_vec(size));
 }
-/* Returns the largest |m| that the top's energy allows, the unit of errors of m. */
+/* Returns the unit for errors of m: the largest |m| that the top's energy allows. */
 static inline double scale_of(const kr_scene *s)
 {
     const double lever = fabs(s->gravity) * v_length(s->body.com);

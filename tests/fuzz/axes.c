@@ -1,4 +1,4 @@
-/* Tops described in another order of their axes must move alike. */
+/* Tops that are described with their axes in another order must have the same motion. */
 #include <math.h>
 #include "calls.h"
 #include "random_values.h"
@@ -17,7 +17,7 @@ static kr_scene renamed(const kr_scene *scene)
     other.damping = next_axes(scene->damping);
     return other;
 }
-/* Returns a bound of all rates except those of damping. */
+/* Returns an upper bound of all rates except those of damping. */
 static double fastest(const kr_scene *scene)
 {
     const kr_vec3 A = scene->body.inertia;

@@ -1,4 +1,5 @@
-/* The rounds of fuzz.c with choices by libFuzzer, which searches for bytes that reach new code. */
+/* The rounds of fuzz.c, with choices made by libFuzzer, which searches for bytes that reach new
+ * code. */
 #include <stdio.h>
 #include <stdlib.h>
 #include "random_values.h"

@@ -1,4 +1,4 @@
-/* Counts the calls of the computing functions of the library, those of a round and those of its
+/* Counts the calls of the library's functions that compute, both those of a round and those of its
  * checks. Functions that read tables are not counted. */
 #ifndef KR_CALL_COUNTS_H
 #define KR_CALL_COUNTS_H

@@ -6,7 +6,7 @@
 #include "tops.h"
 #include "call_counts.h"
 
-/* The last saved bytes, and their top. */
+/* The bytes that were saved last, and their top. */
 static struct {
     unsigned char *bytes;
     size_t size;
@@ -106,7 +106,7 @@ void call_damage(place *p)
         for (size_t i = at & ~(size_t)7; i < size; i++) bytes[i] = (unsigned char)choose(256);
     print_call("load what is damaged, %zu of %zu bytes, at %zu", shown, size, at);
     unsigned char *exactly =
-        malloc(shown + 1); /* one byte more, so that a sanitizer sees reads beyond */
+        malloc(shown + 1); /* one byte more, so that a sanitizer detects reads beyond the end */
     memcpy(exactly + 1, bytes, shown);
     const kr_status status = kr_top_load(p->top, shown, exactly + 1);
     CLAIM(status == KR_ERR_CHECKPOINT || same_bits(bytes, p->was_image, size));
@@ -126,7 +126,7 @@ static void put_sum(unsigned char *bytes, size_t size)
     }
     memcpy(bytes + SUM, &sum, sizeof sum);
 }
-/* Changes some words behind the header. */
+/* Changes some words after the header. */
 static void forge(unsigned char *bytes, size_t size)
 {
     enum { SUMMED = 104 };
@@ -141,8 +141,8 @@ static void forge(unsigned char *bytes, size_t size)
     }
     put_sum(bytes, size);
 }
-/* A forged checkpoint is refused, or becomes a valid top: it may be anywhere, but its calls end and
- * read no foreign memory. */
+/* A forged checkpoint is refused, or gives a valid top. This top may have any state, but its calls
+ * end and do not read memory outside its own. */
 void call_forge(place *p)
 {
     static unsigned char bytes[MOST_IMAGE];
@@ -183,12 +183,13 @@ void call_repeat(place *p)
     kr_state first, second, third;
     const double t = any_time(p);
     begin_call(p);
-    p->imaged = 0; /* Loading changes the times of polls. */
+    p->imaged = 0; /* loading changes the times of polls */
     const size_t size = save_image(p->top, image);
     print_call("advance to %a, and again from a checkpoint", t);
     const kr_status status = go(p->top, t, &first);
     const int stopped = status == KR_ERR_INTERRUPTED || status == KR_ERR_LIMIT;
-    /* After a reset an event may exceed the range of doubles, and a new top cannot watch for it. */
+    /* After a reset an event may exceed the range of doubles, so that a new top cannot watch for
+     * it. */
     kr_top *other = make_alike(p, p->config.tangents);
     search watched = p->search[p->watched];
     if (!stopped && kr_top_watch(other, watched.count, watched.event) == KR_OK) {

@@ -1,17 +1,17 @@
 /* Claims of the header that are checked after each call. A false claim ends its round and reports
- * the seed. `fuzz SEED 1` repeats that round and prints its calls. */
+ * the seed. `fuzz SEED 1` repeats this round and prints its calls. */
 #ifndef KR_CLAIMS_H
 #define KR_CLAIMS_H
 #include "kreisel.h"
 
 #define CLAIM(what) ((what) ? (void)0 : claim_failed(__FILE__, __LINE__, #what))
 void claim_failed(const char *file, int line, const char *what);
-/* Counts a chosen call, and prints it if the round is to be printed. */
+/* Counts a chosen call, and prints the call if the round is printed. */
 void print_call(const char *format, ...);
 void print_detail(const char *format, ...); /* prints without counting */
 
 enum error_kind { NONE, INPUT, FAILURE, MEMORY, INTERRUPT };
-/* Returns the category of a status, and claims that the status is in the list. */
+/* Returns the category of a status, and claims that kreisel.h lists the status. */
 enum error_kind error_category(kr_status status);
 int same_bits(const void *one, const void *other, size_t size);
 /* Fills memory with a byte pattern that no call writes. is_marked returns 1 if the pattern is

@@ -13,7 +13,7 @@ static int is_nan(kr_state s)
     return isnan(s.q.w) && isnan(s.q.x) && isnan(s.q.y) && isnan(s.q.z) && isnan(s.m.x) &&
            isnan(s.m.y) && isnan(s.m.z);
 }
-/* Claims that every state is valid, and the same alone and among others. */
+/* Claims that every state is valid, and the same whether it is computed alone or with others. */
 static void check_states(const kr_scene *scene, const kr_exact *exact)
 {
     enum { MANY = 11 };
@@ -37,7 +37,7 @@ static void check_states(const kr_scene *scene, const kr_exact *exact)
         CLAIM(fabs(t[i]) < horizon || is_nan(s) || is_good(s));
         CLAIM(fabs(t[i]) >= horizon || is_nan(s) || is_good(s));
         CLAIM(is_nan(s) ? is_nan(out[i]) : same(s, out[i]));
-        /* There is a state wherever a double resolves the motion. */
+        /* There is a state at every time at which doubles resolve the motion. */
         if (fabs(t[i]) + fabs(scene->start.t) < 0x1p40 * pace) CLAIM(is_good(s));
     }
 }

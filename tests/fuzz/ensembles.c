@@ -1,4 +1,4 @@
-/* Calls of workers: the result of a top does not depend on the others. */
+/* Calls of workers: the result of a top does not depend on the other tops. */
 #include <math.h>
 #include <string.h>
 #include "calls.h"
@@ -18,7 +18,7 @@ static struct {
     size_t n, times, reductions;
     int own_times, directed;
     double direction[6]; /* direction of the tangents, if given */
-    search watched;      /* of a section: its first event, if there is one */
+    search watched;      /* for a section: its first event, if it has one */
     int watches;
 } asked;
 typedef struct answer {
@@ -39,7 +39,7 @@ static void choose_times(size_t i)
         if (k + 1 == asked.times) break;
     }
 }
-/* Chooses tangents, which taylor alone has; other methods refuse them. */
+/* Chooses tangents, which only taylor supports; other methods refuse them. */
 static void choose_tangents(void)
 {
     asked.config.tangents = odds(20) ? KR_TANGENT_GROWTH : odds(2) ? choose(64) : 0;
@@ -83,7 +83,7 @@ static const double *times_of(size_t i)
 {
     return asked.t + (asked.own_times ? i * (asked.watches ? 1 : asked.times) : 0);
 }
-/* Moves n tops from the i-th on. Returns 1 if the worker accepted them. */
+/* Runs n tops, from the i-th on. Returns 1 if the worker accepted them. */
 static int move(kr_worker *worker, size_t i, size_t n, answer *a)
 {
     const kr_tops tops = {.n = n,

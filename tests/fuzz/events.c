@@ -1,4 +1,4 @@
-/* Events: watching, and moving from one to the next. */
+/* Events: tops that watch for events, and searches from one event to the next. */
 #include <math.h>
 #include <stdio.h>
 #include "random_values.h"
@@ -7,7 +7,7 @@
 #include "scenes.h"
 #include "call_counts.h"
 
-/* Returns a component, mostly a valid one that does not change with the heading. */
+/* Returns a component: mostly a valid one that does not depend on the heading. */
 static int any_component(void)
 {
     static const char *const level[] = {"apex_z", "spin", "body_vertical_x", "body_momentum_y",
@@ -76,7 +76,7 @@ static void claim_hit(const place *p, double t, kr_event_hit hit)
     if (event->condition_count)
         CLAIM(kr_terms_value(&p->scene, &state, event->condition_count, event->condition) > 0.0);
 }
-/* Seeks once. Returns 1 if there may be more events. */
+/* Searches for one event. Returns 1 if there may be more. */
 static int seek(place *p, double t)
 {
     kr_event_hit hit;
@@ -90,7 +90,7 @@ static int seek(place *p, double t)
         p->landed = 1;
     } else
         CLAIM(is_marked(&hit, sizeof hit));
-    /* A search fails only where a run fails, if doubles resolve the times inside a step. */
+    /* If doubles resolve the times inside a step, a search fails only if a run fails as well. */
     const int apart = fabs(p->was.t) < 0x1p-8 * kr_scene_horizon(&p->scene);
     if (status == KR_ERR_STEP && p->search[p->watched].count > 0 && !p->forged && apart)
         CLAIM(kr_top_advance(make_alike(p, p->config.tangents), t) != KR_OK);

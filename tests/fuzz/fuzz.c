@@ -1,6 +1,6 @@
 /* Random calls of the whole C API, checked against the comments of its header. `fuzz SEED CALLS`
- * makes rounds with the seeds SEED, SEED + 1, ... until the number of calls is reached, calls of
- * the checks included (call_counts.h). A round that fails is repeated and printed. */
+ * makes rounds with the seeds SEED, SEED + 1, ... until it has made this number of calls, including
+ * those of the checks (call_counts.h). A round that fails is repeated and printed. */
 #define _XOPEN_SOURCE 700
 #include <inttypes.h>
 #include <signal.h>
@@ -11,14 +11,14 @@
 #include "random_values.h"
 #include "rounds.h"
 
-enum { PLACES = 64, PATIENCE = 60 /* seconds of computing for a call */ };
+enum { PLACES = 64, PATIENCE = 60 /* longest CPU time of a call in seconds */ };
 static struct {
     uint64_t seed, at_last_tick;
     int ticks, failed_times[PLACES], places;
     failed_claim failed[PLACES];
 } now;
 
-/* Returns 1 if this claim fails for the first time. */
+/* Returns 1 if this claim has not failed before. */
 static int is_new(const failed_claim *claim)
 {
     int i = 0;
@@ -50,7 +50,7 @@ static int round_holds(uint64_t seed, int telling)
     }
     return 0;
 }
-/* Counts a second of computing. A call that takes too many does not end. */
+/* Counts the seconds of CPU time of a call, and ends the program after too many. */
 static void tick(int signal_number)
 {
     (void)signal_number;

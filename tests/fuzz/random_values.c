@@ -14,7 +14,7 @@ void choose_by_seed(uint64_t seed)
     given.left = 0;
     random_seed = seed;
 }
-/* Returns the next choice, from at most `bytes` bytes. */
+/* Returns the next choice, made from at most `bytes` bytes. */
 static uint64_t bits(int bytes)
 {
     uint64_t word = 0;

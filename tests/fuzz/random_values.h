@@ -1,10 +1,11 @@
-/* Random choices of a round, from a generator with a seed or from given bytes. */
+/* Random choices of a round, from a generator with a seed, or from given bytes. */
 #ifndef KR_RANDOM_VALUES_H
 #define KR_RANDOM_VALUES_H
 #include "kreisel.h"
 
 void choose_by_seed(uint64_t seed);
-/* Chooses by these bytes; behind them by a generator, seeded by the first eight bytes. */
+/* Takes all further choices from these bytes and, when they are used up, from a generator seeded by
+ * the first eight bytes. */
 void choose_by_bytes(size_t size, const unsigned char bytes[]);
 
 uint64_t choose(uint64_t n);             /* one of 0 .. n - 1 */
@@ -18,5 +19,6 @@ double any_double(void);
 /* Returns x, or with probability `percent` an arbitrary double. */
 double maybe_arbitrary(double x, int percent);
 kr_vec3 vector_between(double low, double high);
-kr_quat any_attitude(void); /* a unit quaternion; some are half turns, upright, or nearly upright */
+/* Returns a unit quaternion, sometimes a half turn, upright or nearly upright. */
+kr_quat any_attitude(void);
 #endif

@@ -1,9 +1,10 @@
-/* A round: a few dozen calls, made of the next choices (random_values.h). */
+/* A round: a few dozen calls, determined by the next choices (random_values.h). */
 #ifndef KR_ROUNDS_H
 #define KR_ROUNDS_H
 #include <stdint.h>
 
-extern uint64_t calls_made; /* all computing calls, those of the checks included (call_counts.h) */
+/* All calls that compute, including those of the checks (call_counts.h). */
+extern uint64_t calls_made;
 extern uint64_t calls_chosen; /* calls chosen by rounds */
 
 typedef struct failed_claim {
@@ -11,6 +12,6 @@ typedef struct failed_claim {
     int line;
 } failed_claim;
 /* Makes a round, and prints its calls if `telling` is nonzero. Returns the claim that failed and
- * ended it, or NULL. */
+ * ended the round, or NULL. */
 const failed_claim *make_round(int telling);
 #endif

@@ -22,7 +22,7 @@ static kr_body any_three_moments(void)
                           any_attitude(), 0.0};
     return body;
 }
-/* Changes moments and centre of mass slightly, down to rounding errors. */
+/* Changes moments and centre of mass slightly, sometimes only by rounding errors. */
 static void move_a_little(kr_body *body)
 {
     const double by = either_sign(spread(1e-17, 1e-5));

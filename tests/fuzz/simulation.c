@@ -1,4 +1,4 @@
-/* Calls of the page's simulation and of its pictures. */
+/* Calls of the page's simulation and of its mesh functions. */
 #include "viewer/simulation.h"
 #include <math.h>
 #include "calls.h"

@@ -1,5 +1,5 @@
-/* Motions given by a formula: tangents of steady rotations, and free bodies that leave their middle
- * axis. */
+/* Motions with a known formula: tangents of steady rotations, and free bodies that leave their
+ * middle axis. */
 #include <math.h>
 #include "calls.h"
 #include "random_values.h"
@@ -36,7 +36,7 @@ static double square_rate(kr_vec3 A, int axis, double momentum)
                  other = component(A, (axis + 2) % 3), spin = momentum / own;
     return spin * spin * (own - one) * (other - own) / (one * other);
 }
-/* Returns an attitude that permutes the axes exactly. */
+/* Returns an attitude that permutes the axes, without rounding errors. */
 static kr_quat exact_attitude(void)
 {
     const kr_quat all[4] = {q_one(), q4(0.0, v3(1.0, 0.0, 0.0)), q4(0.5, v3(0.5, 0.5, 0.5)),
@@ -55,7 +55,8 @@ static rotation about_principal_axis(void)
     r.growth = sqrt(fmax(0.0, square_rate(r.scene.body.inertia, axis, momentum)));
     return r;
 }
-/* Returns a symmetric top that stands, far from the critical spin on either side, or hangs. */
+/* Returns a symmetric top that hangs, or stands upright with a spin far above or far below the
+ * critical spin. */
 static rotation about_vertical(void)
 {
     const double inertia = between(0.5, 2.0), lever = between(0.5, 2.0);

@@ -1,4 +1,4 @@
-/* The tops of a round: they are created, chosen, and checked after each call. */
+/* The tops of a round: their creation, the choice of one, and the checks after each call. */
 #include "tops.h"
 #include <math.h>
 #include "calls.h"
@@ -50,8 +50,8 @@ static void claim_stats(const place *p, kr_status status)
         CLAIM(p->config.max_steps > 0 ||
               (flags & (KR_METHOD_ADAPTIVE | KR_METHOD_DENSE)) == KR_METHOD_ADAPTIVE);
 }
-/* Claims that a refused call changes no bit, and that a failed one leaves the top there or further.
- * */
+/* Claims that a refused call changes no bit, and that after a failed call the top is at its former
+ * time or later. */
 static void claim_failure(place *p, kr_status status)
 {
     static unsigned char image[MOST_IMAGE];
@@ -114,7 +114,7 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     p->top = status == KR_OK ? top : NULL;
     const kr_status scene = kr_scene_check(&p->scene);
     if (scene != KR_OK) CLAIM(status == scene);
-    /* Some motions of these two kinds have no closed form. */
+    /* Some motions of these two kinds of tops have no closed form. */
     const kr_kind kind = kr_body_kind(&p->scene.body, KR_KIND_RTOL);
     if (status == KR_ERR_METHOD)
         CLAIM(!kr_method_suits(p->method, &p->scene) || kind == KR_KIND_KOWALEWSKI ||
@@ -164,7 +164,7 @@ kr_top *make_alike(const place *p, uint64_t tangents)
 
 void allow_long_runs(int far) { goes_far = far; }
 int longest(void) { return goes_far ? 3000 : 100; }
-/* Returns 1 if t is few enough steps away for a round, or refused. */
+/* Returns 1 if t is so near that a round can make the steps to it, or if t is refused. */
 static int is_near(const place *p, double t)
 {
     const int fixed = !(kr_method_flags(p->method) & KR_METHOD_ADAPTIVE), few = 24;
@@ -173,7 +173,7 @@ static int is_near(const place *p, double t)
     const int is_limited = p->config.max_steps > 0 && p->config.max_steps < few;
     return is_limited || !(way < INFINITY) || way <= few * step;
 }
-/* Returns any time: often near, rarely invalid. */
+/* Returns any time, often a near one and rarely an invalid one. */
 static double wild_time(const place *p)
 {
     const kr_state now = kr_top_state(p->top);

@@ -1,4 +1,5 @@
-/* The calls that move a top. Its states do not depend on how it got there. */
+/* The calls that move a top. The states must not depend on the calls by which the top reached
+ * them. */
 #include <math.h>
 #include <stdlib.h>
 #include "random_values.h"
@@ -54,7 +55,7 @@ static void claim_recorded(place *p, kr_status status, size_t n, size_t done, co
         CLAIM(same_bits(&state, &out[done - 1], sizeof state));
     else
         CLAIM(forward(p) * (state.t - out[done - 1].t) > 0.0);
-    p->was = out[done - 1]; /* the last time was refused, or failed from there on */
+    p->was = out[done - 1]; /* the last time was refused, or its call failed after this state */
     p->imaged = 0;
 }
 void call_record(place *p)
@@ -81,7 +82,7 @@ void call_record(place *p)
     end_call(p, status);
 }
 
-/* Returns 1 if the grid has more points than there are doubles. */
+/* Returns 1 if a fixed step is so short that doubles near t do not resolve the grid. */
 static int is_coarse(const place *p, double t)
 {
     const double next = nextafter(fabs(t), INFINITY) - fabs(t);
@@ -92,7 +93,8 @@ void call_compare(place *p)
     const kr_state state = kr_top_state(p->top), low = kr_top_low(p->top);
     if (!p->landed || kr_top_stats(p->top).steps > longest()) return;
     print_call("compare with a top that goes there at once");
-    const int damped = v_largest(p->scene.damping) > 0.0; /* tangents may shorten its steps */
+    /* Tangents may shorten the steps of a damped top. */
+    const int damped = v_largest(p->scene.damping) > 0.0;
     const uint64_t tangents = odds(50) && !damped ? 0 : p->config.tangents;
     kr_top *other = make_alike(p, tangents);
     const kr_status status = kr_top_advance(other, state.t);
@@ -107,7 +109,7 @@ void call_compare(place *p)
 }
 
 enum { NUMBERS = 6 * KR_TANGENT_COLUMNS_MAX };
-/* Claims that the derivative by the start is the unit matrix at the start. */
+/* Claims that at the start the derivative with respect to the start is the unit matrix. */
 static void claim_units(const double out[], size_t columns)
 {
     for (size_t i = 0; i < 6; i++)

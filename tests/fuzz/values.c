@@ -100,7 +100,7 @@ void call_names(void)
     check_method(kr_method_at((size_t)choose(kr_method_count())));
 }
 
-/* Claims that a quantity writes its number of doubles, and none behind them. */
+/* Claims that a quantity writes exactly its number of doubles. */
 static void value_of(const kr_quantity *quantity, const kr_scene *scene, const kr_state *state)
 {
     const size_t doubles = kr_quantity_doubles(quantity);
@@ -113,7 +113,7 @@ static void value_of(const kr_quantity *quantity, const kr_scene *scene, const k
     CLAIM(is_marked(out + 2 * doubles, (20 - 2 * doubles) * sizeof *out));
     CLAIM(same_bits(one, out + doubles, doubles * sizeof *out));
 }
-/* Slack of the unit length of two attitudes, whose squares turn a vector. */
+/* Tolerance for the unit length of two attitudes, whose squares enter the rotation of a vector. */
 static const double slack = 3.0 * KR_INPUT_RTOL;
 static void check_values(const kr_scene *scene, const kr_state *s)
 {
