@@ -1,5 +1,8 @@
-"""A solution of the equations of motion in the body as Taylor series in decimal arithmetic. The
-tests hold kreisel's numbers to it: it shares no code with the library."""
+"""A Taylor-series solution of the equations of motion in decimal arithmetic.
+
+The equations are those in the body frame. The solution shares no code with the library, and the
+tests compare the results of the library with it.
+"""
 
 import math
 from decimal import Decimal, localcontext
@@ -29,7 +32,7 @@ def unit(q):
 
 
 def turn(q, v):
-    """Return `v`, given in the body of attitude `q`, as seen from space."""
+    """Rotate the vector `v` from the body frame, whose attitude is `q`, to the space frame."""
     return multiply(multiply(q, [Decimal(0), *v]), conjugate(q))[1:]
 
 
@@ -38,7 +41,7 @@ def decimals(numbers):
 
 
 class Series:
-    """The motion of a scene from its start on, in either direction of time."""
+    """The motion of a scene, forward or backward from its start."""
 
     def __init__(self, scene):
         body = scene.body
@@ -54,7 +57,7 @@ class Series:
             self.m = turn(conjugate(self.q), decimals(scene.momentum))
 
     def _rates(self, m, w, p, n):
-        """Return the n-th coefficients of the torque and of what turns the momentum."""
+        """Return the n-th Taylor coefficients of the time derivative of the body momentum."""
         torque = []
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
@@ -66,7 +69,7 @@ class Series:
         return torque
 
     def _expand(self):
-        """Return the coefficients of the attitude and of the momentum in the body."""
+        """Return the Taylor coefficients of the attitude and of the momentum in the body frame."""
         m, q, half = [[x] for x in self.m], [[x] for x in self.q], Decimal("0.5")
         p = [[x] for x in turn(conjugate(self.q), decimals((0, 0, 1)))]
         w = [[x / i] for (x,), i in zip(m, self.moments, strict=True)]
@@ -97,7 +100,7 @@ class Series:
         return q, m
 
     def _span(self, q, m):
-        """Return a step at whose end the last two terms are below the last digit."""
+        """Return a step for which the last two terms of each series are below the last digit."""
         span = math.inf
         for rows in (q, m):
             size = max(abs(row[0]) for row in rows) or Decimal(1)
@@ -108,7 +111,7 @@ class Series:
         return Decimal(0.8 * span)
 
     def to(self, t):
-        """Move to the time `t`; return the attitude and the momentum in space as decimals."""
+        """Advance to the time `t`, and return attitude and momentum in space as decimals."""
         with localcontext() as context:
             context.prec = DIGITS
             goal = Decimal(float(t))
@@ -126,12 +129,12 @@ class Series:
             return multiply(self.q, conjugate(self.axes)), turn(self.q, self.m)
 
     def velocity(self):
-        """Return the angular velocity along principal axes."""
+        """Return the components of the angular velocity along the principal axes."""
         return [float(m / i) for m, i in zip(self.m, self.moments, strict=True)]
 
 
 def attitude_error(q, high, low=(0, 0, 0, 0)):
-    """Return the angle between a decimal attitude and one in doubles, with its low words."""
+    """Return the angle between the decimal attitude `q` and the attitude `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
         there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]
