@@ -61,7 +61,7 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
 
 
 def sample_errors(q, truths):
-    """Return the median, the 90 % quantile and the maximum of the errors of tops with known truths."""
+    """Return the median, 90 % quantile and maximum of the errors, for tops with known truths."""
     known = min(len(q), len(truths))
     sizes = attitude_errors(q[:known], truths[:known])
     return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]

@@ -1,10 +1,12 @@
-"""Tangents of closed forms, at any time: the derivative of the state by the start.
+"""Tangents of closed forms at any time: the derivatives of the state by the start.
 
-Seen from the body, and from a frame that turns with it where the body is symmetric, the motion is
-periodic: P and M come back after the time tau, turned about the axis by S. So the tangents have a
-period, too (Floquet): with theta and N as in taylor/tangents.h, and Phi(t) the matrix of both,
+In the body frame the motion is periodic: after the time tau, P and M return to their values,
+rotated about the axis by S if the body is symmetric. By Floquet's theorem the tangents have the
+same period. With theta and N as in taylor/tangents.h, and with the matrix Phi(t) of their
+derivatives,
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
-One period is computed with 30 digits; the powers, in decimals of 50, lose none of them.
+One period is computed with 30 digits. The powers are computed in decimals of 50 digits, so that
+none of the 30 is lost.
 """
 
 from __future__ import annotations
@@ -18,15 +20,15 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-Decimals = npt.NDArray[np.object_]  # of decimals
+Decimals = npt.NDArray[np.object_]  # an array of decimals
 _PRECISION = 50
-_LATE = 1e-9  # of the period: by so much the double of it may err
-_STEADY = 1e-12  # of the motion: what is less counts as none
+_LATE = 1e-9  # relative error allowed for the period in doubles
+_STEADY = 1e-12  # relative size of a motion that counts as rest
 _AXES = np.eye(3)
 
 
 def _decimals(high: Array, low: Array | None = None) -> Decimals:
-    """Return the numbers as decimals, their low words included."""
+    """Return the numbers, including their low words, as decimals."""
     return _each(high) if low is None else _each(high) + _each(low)
 
 
@@ -38,7 +40,7 @@ def _each(numbers: Array) -> Decimals:
 
 
 def _turn(q: Decimals) -> Decimals:
-    """Return the rotation matrix of a quaternion of about unit length."""
+    """Return the rotation matrix of a quaternion, whose length need not be exactly one."""
     w, x, y, z = q
     n = w * w + x * x + y * y + z * z
     rows = [
@@ -57,7 +59,7 @@ def _cross(a: Decimals, b: Decimals) -> Decimals:
 
 
 def _hat(a: Decimals) -> Decimals:
-    """Return the matrix of the cross product a x."""
+    """Return the matrix of the map b -> a x b."""
     zero = Decimal(0)
     rows = [[zero, -a[2], a[1]], [a[2], zero, -a[0]], [-a[1], a[0], zero]]
     return np.array(rows, dtype=object)
@@ -72,8 +74,8 @@ def _both(block: Decimals, other: Decimals | None = None) -> Decimals:
 class _Body(NamedTuple):
     """A body in decimals.
 
-    `moments`, `lever` (mass gravity com) and `axis` (of symmetry, if any) are along the principal
-    axes. `frame` rotates these to the frame of description.
+    `moments`, `lever` = mass * gravity * com and `axis`, the symmetry axis if any, are given along
+    the principal axes. `frame` rotates the principal axes to the frame of description.
     """
 
     moments: Decimals
@@ -114,7 +116,7 @@ class _Point(NamedTuple):
         return cls(turn[2] if heavy else turn[2] * 0, momentum, turn)
 
     def rates(self, body: _Body) -> tuple[Decimals, Decimals]:
-        """P' and M'."""
+        """Return the time derivatives P' and M'."""
         w = self.momentum / body.moments
         return _cross(self.vertical, w), _cross(self.momentum, w) + _cross(
             self.vertical, body.lever
@@ -129,7 +131,7 @@ class _Point(NamedTuple):
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
         """Return numbers that recur with the period.
 
-        For a symmetric body they do not change as it turns about its axis.
+        For a symmetric body, the numbers are invariant under rotations about its axis.
         """
         if axis is None:
             return self.momentum
@@ -138,7 +140,7 @@ class _Point(NamedTuple):
         )
 
     def phase_rate(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """How that changes."""
+        """Return the time derivative of `phase`."""
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum
@@ -177,16 +179,16 @@ class Floquet(NamedTuple):
 
 
 def _in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, i: int) -> Decimals:
-    """Phi of theta and N, along the principal axes, at a state of a path with tangents."""
+    """Return Phi in principal axes at state `i` of a path with tangents."""
     phi = _decimals(path.tangents[i], path.tangents_low[i])
     inside: Decimals = _both(body.frame.T, point.turn.T) @ phi @ _both(body.frame, start.turn)
     return inside
 
 
 def _rate_of_axis(point: _Point, body: _Body) -> float | None:
-    """Return the rate at which P and M, seen from the body, turn about its axis.
+    """Return the rate at which P and M rotate about the axis in the body frame.
 
-    Returns None if they move in another way.
+    Returns None if P and M move in any other way.
     """
     rates = [np.array(rate, dtype=float) for rate in point.rates(body)]
     rate = 0.0
@@ -205,9 +207,9 @@ def _rate_of_axis(point: _Point, body: _Body) -> float | None:
 
 
 def _period_about(point: _Point, body: _Body, rate: float, fastest: float) -> float:
-    """Return the time in which a neighbour of a steady motion returns to it.
+    """Return the period of small oscillations about a steady motion.
 
-    If no neighbour returns, the time is that of the fastest rate.
+    If there are no oscillations, return the time scale of the fastest rate.
     """
     axis = _each(_AXES[2]) if body.axis is None else body.axis
     turning = rate * np.array(_both(_hat(axis)), dtype=float)
@@ -223,7 +225,10 @@ def _no_period(scene: kr.Scene) -> ValueError:
 
 
 def _about_one_period(scene: kr.Scene, body: _Body, start: _Point, period: float) -> float:
-    """Return the period up to rounding errors. Raises ValueError on a separatrix."""
+    """Return the period up to rounding errors.
+
+    Raises ValueError if the motion lies on a separatrix.
+    """
     turning = _rate_of_axis(start, body)
     if turning is not None:
         about = _period_about(start, body, turning, scene._rate_bound)
@@ -235,10 +240,10 @@ def _about_one_period(scene: kr.Scene, body: _Body, start: _Point, period: float
 
 
 def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
-    """Return the tangents of one period, forward or back in time.
+    """Return the tangents of one period, forward or backward in time.
 
-    If `longest`, the longest time of interest, lies within the first period, they are not computed.
-    Raises ValueError on a separatrix.
+    `longest` is the longest time of interest. If it lies within the first period, the tangents are
+    not computed. Raises ValueError if the motion lies on a separatrix.
     """
     body = _Body.of(scene)
     start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)
@@ -270,10 +275,10 @@ def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floqu
 
 
 def floquet_tangents(scene: kr.Scene, times: object) -> Array:
-    """Return the (n, 6, 6) tangents of a closed form at any times, as path.tangents has them.
+    """Return the (n, 6, 6) tangents of a closed form at any times, defined like path.tangents.
 
-    Raises ValueError for a motion on a separatrix, and where a tangent outgrows doubles. A time
-    takes about a millisecond.
+    Raises ValueError if the motion lies on a separatrix, or if a tangent exceeds the range of
+    doubles. Each time takes about a millisecond.
     """
     closed = kr.exact(scene)
     path = closed(times)
@@ -300,7 +305,7 @@ def _too_large(t: float) -> ValueError:
 def _solve(scene: kr.Scene, times: list[float]) -> kr.Path:
     """Return the path and its tangents with 30 digits.
 
-    Raises ValueError for tangents beyond doubles.
+    Raises ValueError if a tangent exceeds the range of doubles.
     """
     try:
         return kr.solve(scene, times, digits=30, tangents="start")

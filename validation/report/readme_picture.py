@@ -1,4 +1,6 @@
-"""The picture in README.md: the motion of the thesis' top, and bobenko_suris with steps of 0.4.
+"""The picture in README.md: the motion of the thesis' top, exact and by bobenko_suris.
+
+The steps of bobenko_suris are 0.4.
 
 python -m validation.report.readme_picture [validation/report/picture.svg]
 """
@@ -45,7 +47,7 @@ def draw_picture(target=TARGET):
         figure.tight_layout()
         text = figure_to_svg(figure).replace(
             "currentColor", "#777777"
-        )  # readable on light and on dark
+        )  # a colour that is readable on light and on dark backgrounds
     Path(target).write_text(text)
 
 
