@@ -182,7 +182,7 @@ def random_time(rng):
 
 
 def digits(case):
-    """Return the number of digits that resolves the distance of a free body from its middle axis."""
+    """Return the number of digits that resolves a free body's distance from its middle axis."""
     least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
     return 50 if least > 1e-12 else 50 - int(5 * math.log10(least))
 

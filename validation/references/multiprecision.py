@@ -72,7 +72,7 @@ def path_attitudes(path):
 
 
 def rotation_angles(one, other):
-    """Return the angles of the rotations between attitudes [rad], accurate even for small angles."""
+    """Return the angles of the rotations between attitudes [rad], also accurate if small."""
     found = []
     for p, q in zip(one, other, strict=True):
         turn = np.array(product(conjugate(p), q))

@@ -97,8 +97,9 @@ class Problem:
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
     def energy_errors(self, q, m):
-        """Return |E - E0| / max(T + mass * gravity * |com|) of each state. The first state is the
-        start.
+        """Return |E - E0| / max(T + mass * gravity * |com|) of each state.
+
+        The first state is the start.
 
         For a damped top only a growth of the energy is an error, because its energy decreases.
         """

@@ -245,8 +245,7 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order(self, inertia, body):
-        """Order the axes as 1, 2 and 3: axis 2 has the middle moment, and M3 > 0 never changes
-        sign.
+        """Order the axes so that axis 2 has the middle moment, and M3 is always positive.
 
         The attribute `relabel` rotates these axes to those of the body.
         """

@@ -33,10 +33,9 @@ FINER = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
 # Sizes of perturbations in roundings, large enough that each precision resolves their effect.
 NUDGES = {FINER: 8, float: 2**20}
 ROUNDING = 2.0**-53
-# number of times at which roundings are introduced for the conditioning, because later errors grow
-# too
+# Number of times at which the conditioning is evaluated, because errors made at any time grow.
 LOOKS = 16
-FEW = 4  # number of these times for a closed form
+FEW = 4  # number of these times if there is a closed form
 LONG = 600.0  # angle beyond which 128-bit arithmetic takes more than about a second [rad]
 
 
