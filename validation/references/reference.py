@@ -35,7 +35,7 @@ NUDGES = {FINER: 8, float: 2**20}
 ROUNDING = 2.0**-53
 # Number of times at which the conditioning is evaluated, because errors made at any time grow.
 LOOKS = 16
-FEW = 4  # number of these times if there is a closed form
+FEW = 4  # number of these times if each reference state is expensive
 LONG = 600.0  # angle beyond which 128-bit arithmetic takes more than about a second [rad]
 
 

@@ -99,9 +99,7 @@ def draw_mark(axes, point, text, offset, ha="left"):
 
 
 def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Draw figure 5.12: the steps of both methods at multiples of eps1 and eps2, and the common
-    end.
-    """
+    """Draw figure 5.12: steps at the multiples of eps1 and of eps2, and their common end."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (
