@@ -106,7 +106,7 @@ def needles(lone, turned):
 def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
     """The small moment magnifies roundings of the momentum.
 
-    It does so also in the run with shorter steps that estimates the error.
+    The run with shorter steps, which estimates the error, magnifies them alike.
     """
     ratios = []
     with mp.workdps(60):

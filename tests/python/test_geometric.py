@@ -223,7 +223,7 @@ def test_published_figures_are_met(capsys):
 
 
 def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
-    """Its energy above the minimum may be slightly negative because of rounding."""
+    """The energy of the top above the minimum may be slightly negative because of rounding."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)

@@ -49,7 +49,7 @@ def test_bobenko_suris4_takes_what_its_series_can():
     """Steps h are refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
     The energy E and the torque are in units of I1, and E excludes the spin. E is the energy of the
-    map, which differs by a few per cent at such steps.
+    map, which differs from the true energy by a few per cent at such steps.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -92,7 +92,7 @@ def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
 
 
 def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
-    """Its drift is exact; only the small torque causes errors."""
+    """The drift of the method is exact, so only the small torque causes errors."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2

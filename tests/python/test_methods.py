@@ -76,7 +76,7 @@ ORBITAL = "bobenko_suris4", "lagrange"
 def test_energy_neither_drifts_nor_grows(name, body):
     """The energy error of a symplectic method is bounded by a multiple of h^order and has no trend.
 
-    Over a run four times as long, its mean changes by less than a fraction of its amplitude.
+    Over a run four times as long, the mean error changes by less than a fraction of its amplitude.
     """
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()
@@ -109,7 +109,7 @@ def is_compensated(name, body):
 def test_roundings_do_not_add_up(name, body):
     """Sums are compensated: 1e6 kicks with random errors of 1e-16 would change the energy by 1e-13.
 
-    At this step the error of the method is smaller than this, so only rounding remains.
+    At this step the error of the method itself is smaller, so only rounding is observed.
     """
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()

@@ -132,7 +132,10 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_one_component_alone_is_looked_for(name):
-    """The size of the spin needs the apex, even before the first check for events."""
+    """The size of the spin depends on the apex.
+
+    The apex must be computed before the first check for events.
+    """
     turning = kr.events.extremum(name)
     met = kr.solve(TOPS[0], 40, events=[turning]).events
     assert len(met) > 3 and np.abs(kr.section(TOPS[0], turning, 3).t - met.t[:3]).max() < 1e-9

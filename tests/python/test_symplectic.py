@@ -33,7 +33,7 @@ def step_from(scene, name, step, turned, pushed):
 
 
 def form(m):
-    """Compute <dm, turn'> - <dm', turn> + <m, turn x turn'> for all variations, in space."""
+    """Return the matrix of <dm, turn'> - <dm', turn> + <m, turn x turn'>, all in space."""
     eye, cross = np.eye(3), np.array([[0, m[2], -m[1]], [-m[2], 0, m[0]], [m[1], -m[0], 0]])
     return np.block([[cross, -eye], [eye, np.zeros((3, 3))]])
 

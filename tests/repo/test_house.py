@@ -165,7 +165,7 @@ def test_files_can_be_read_at_one_sitting(file):
 
 
 def functions(file):
-    """Yield the name and the number of lines of each function, without its docstring."""
+    """Yield the name and the number of lines of each function, not counting its docstring."""
     text = file.read_text()
     if file.suffix == ".py":
         for node in ast.walk(ast.parse(text)):
@@ -176,7 +176,7 @@ def functions(file):
 
 
 def of_docstring(node):
-    """Return the number of lines of the docstring of `node`, which is not limited."""
+    """Return the number of lines of the docstring of `node`. Docstrings may have any length."""
     first = node.body[0]
     return first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
 

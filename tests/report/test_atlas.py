@@ -122,7 +122,10 @@ def test_a_tolerance_allows_what_was_asked_for():
 
 
 def test_an_error_within_the_requested_tolerance_is_as_asked():
-    """The second run matters only above the tolerance, and the only better verdict is "right"."""
+    """The second run matters only if the error exceeds the tolerance.
+
+    Only the verdict "right" is better than "as asked".
+    """
     for error, tol, expected in (
         (1e-10, 1e-9, "as asked"),
         (1e-9, 1e-9, "as asked"),

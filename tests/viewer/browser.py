@@ -88,7 +88,7 @@ def advance(page, t):
 
 
 def wait_until_time(page, t):
-    """Wait until a jump has reached `t`."""
+    """Wait until a jump in time has reached `t`."""
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 

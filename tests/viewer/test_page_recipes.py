@@ -1,4 +1,4 @@
-"""Tests of the recipes: an entry of presets.json is a preset, and a quantity appears as a chart."""
+"""Tests of the recipes: a new entry of presets.json is a preset, and a new quantity is a chart."""
 
 import sys
 

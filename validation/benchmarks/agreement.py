@@ -2,12 +2,12 @@
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-Each top is computed by solve, in an ensemble, as a stream, as a run that is saved and resumed, with
-events, as a section, with tangents, and by kr.lyapunov, all at the default precision. The reference
-is the Taylor series with 20 digits. An attitude may deviate by `FLOOR` plus `SLACK` times its
-conditioning. The conditioning is the angle by which one rounding of each datum changes the
-attitude. The program prints a line for each family and each disagreement. It exits with status 1 if
-there is any disagreement.
+Each top is computed by solve, in an ensemble, as a stream, and as a run that is saved and resumed.
+It is also computed with events, as a section, with tangents, and by kr.lyapunov. All these runs
+have the default precision. The reference is the Taylor series with 20 digits. An attitude may
+deviate by `FLOOR` plus `SLACK` times its conditioning. The conditioning is the angle by which one
+rounding of each datum changes the attitude. The program prints a line for each family and each
+disagreement. It exits with status 1 if there is any disagreement.
 """
 
 import argparse

@@ -2,8 +2,8 @@
 
     python -m validation.benchmarks.call_overhead [--beside OTHER_PYTHON] [--rounds 15]
 
-The overhead is the time of a call minus the time of the core's own work, which is to make a top,
-record its states and free the top in C. call_overhead.c measures the core's work. Every case is
+The overhead is the time of a call minus the time of the core's own work: making a top, recording
+its states and freeing it. The core's own work is measured in C by call_overhead.c. Every case is
 timed in a separate process, alternately for this kreisel and for that of the other interpreter. The
 result is the median over the rounds of the fastest of 25 repeats, in microseconds.
 """

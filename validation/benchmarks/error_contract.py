@@ -48,8 +48,8 @@ def random_body(rng, kind):
 def ordinary(rng):
     """Draw a top of a random kind.
 
-    One in five starts within 0.01 of upright or hanging, one in ten is ten times as fast, and one
-    in ten is a hundred times slower.
+    One top in five starts within 0.01 of the upright or hanging position. One in ten is ten times
+    as fast as the others, and one in ten is a hundred times slower.
     """
     body = random_body(rng, KINDS[rng.integers(len(KINDS))])
     q = rng.normal(size=4)
@@ -106,7 +106,7 @@ def middle_axis(rng):
 
 
 def near_a_rod(rng):
-    """Draw a body with one tiny moment, or two almost equal, and a slow start."""
+    """Draw a slow top with one tiny moment, or with two almost equal moments."""
     least, apart = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
     body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), unphysical=True)
     speed = 10 ** rng.uniform(-8, 0)

@@ -115,7 +115,7 @@ def accuracy(extent):
 
 
 class HeyokaCall:
-    """A run of heyoka on a top at a tolerance, which counts its steps."""
+    """A run of heyoka on a top at a given tolerance, which counts its steps."""
 
     def __init__(self, problem, end, tol=EPS):
         system, self.start = equations.build_system(problem)

@@ -4,8 +4,8 @@
 
 All calls run alternately in one process, and times are medians. Errors are those of the attitude at
 the end. The reference is the series with 30 digits, which is first checked against heyoka in 128
-bits. `must` and `stretch` are the required and the desired figure. heyoka integrates seven
-equations, not in compact mode. Both programs use the loosest tolerance at which, and below which,
+bits. `must` and `stretch` are the required and the desired figure. For heyoka, seven equations are
+integrated, not in compact mode. Both programs use the loosest tolerance at which, and below which,
 the error meets the target.
 """
 
@@ -95,7 +95,7 @@ def make_real128_run(name, t, tol):
 
 
 def median_times(calls, rounds=41):
-    """Return the median seconds of the calls, those of later calls by their ratio to the first.
+    """Return the median time of the first call, and times of the other calls from ratios to it.
 
     The calls are interleaved, and each ratio is the median over the rounds.
     """

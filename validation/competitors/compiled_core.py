@@ -21,8 +21,8 @@ def make_recording_call(
 ):
     """Return a call that is prepared for timing.
 
-    The call returns the status, the states at the times (n, 8), their low words (n, 8) or None, and
-    the costs of the run.
+    The call returns the status, the states (n, 8), their low words (n, 8) or None, and the costs of
+    the run.
     """
     words = block, method, step, tol, digits, most, leave_heading, times
     return partial(_core.record, *words)

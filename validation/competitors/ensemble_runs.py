@@ -1,10 +1,9 @@
 """Integration of many tops of one body, by ensembles of kreisel and by peers used well.
 
-For tops, a setting and a number of threads, a mover compiles what it needs and makes a call. The
-call can be repeated, and returns the attitudes at the end, (n, 4). heyoka integrates seven
-equations with the constants of the body, not in compact mode. The SIMD lanes of an integrator hold
-a batch of eight tops. There is one integrator per thread, or heyoka's own ensemble function is
-used.
+For given tops, a setting and a number of threads, each program prepares a call. The call can be
+repeated, and returns the attitudes at the end, (n, 4). With heyoka, seven equations with the
+constants of the body are integrated, not in compact mode. The SIMD lanes of an integrator hold a
+batch of eight tops. There is one integrator per thread, or heyoka's own ensemble function is used.
 """
 
 from collections.abc import Callable
@@ -159,7 +158,7 @@ PEERS = (
 
 
 def select_movers(tops, each=1):
-    """Return the movers that suit these tops, kreisel first.
+    """Return the programs that can integrate these tops, kreisel first.
 
     With `each` > 1, they keep only every `each`-th setting, counted from the tightest.
     """

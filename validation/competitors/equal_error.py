@@ -1,7 +1,7 @@
 """The cost per top of ensembles, compared at equal error.
 
-In each round, all movers run in turn. The time of each mover is interpolated between its settings
-at a given median error, linearly in the logarithms.
+In each round, all programs (`Mover`) run in turn. The time of each program at a given median error
+is interpolated between its settings, linearly in the logarithms.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ NEAR = 1.2  # safety factor on the larger of the two smallest errors, which scat
 
 @dataclass(frozen=True)
 class Run:
-    """The results of one mover at one setting."""
+    """The results of one program at one setting."""
 
     mover: str
     setting: str
@@ -34,10 +34,10 @@ class Run:
 
 
 def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
-    """Return the runs of all movers at all settings, with errors and times.
+    """Return the runs of all programs at all settings, with their errors and times.
 
-    All calls are timed in turn, from loose to tight settings, so that calls to be compared run at
-    almost the same time. Errors are measured on the tops with known truths.
+    All calls are timed in turn, from loose to tight settings, so that compared calls run at almost
+    the same time. Errors are measured on the tops with known truths.
     """
     asked = [
         (place / len(who.settings), who, setting, who.tops(tops))
@@ -68,7 +68,7 @@ def sample_errors(q, truths):
 
 
 def time_per_top(call, who, tops, threads):
-    """Return the seconds per top, divided by the number of threads for a serial mover."""
+    """Return the seconds per top, which are divided by the number of threads for a serial program."""
     with timing.pause_gc():
         return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
 
@@ -81,7 +81,7 @@ def group_by_mover(found):
 
 
 def tightest_common_error(own, other):
-    """Return the smallest error that both movers reach and keep at tighter settings."""
+    """Return the smallest error that both programs reach and keep at tighter settings."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
 
@@ -103,7 +103,7 @@ def seconds_at(target, own):
 def time_ratio(other, own, target):
     """Return the median over the rounds of `other` over `own` time, and both times [s].
 
-    All results are nan if one of the two movers does not reach the error.
+    All results are nan if one of the two programs does not reach the error.
     """
     theirs, ours = seconds_at(target, other), seconds_at(target, own)
     rounds = [b / a for a, b in zip(ours, theirs, strict=True)]

@@ -50,8 +50,8 @@ def commit_name():
 def fingerprint(*more):
     """Return a description of everything on which findings depend.
 
-    It covers the compiled core, the Python code, the references, the machine, the versions, and
-    `more`.
+    The description contains the compiled core, the Python code, the references, the machine, the
+    versions, and `more`.
     """
     here = Path(__file__).parents[1]
     files = [

@@ -1,9 +1,9 @@
 """Runs of one top at one setting, by all methods of kreisel and by two peers.
 
-A contender makes runs. A run has `solve()`, which is timed and returns the attitude at the end;
-`attitude()`, which refers that attitude to the principal axes; `record(times)` for attitudes and
-momenta; `steps` and `evaluations` of the right-hand side or the torque (None where they do not
-exist); and `setup`, the seconds of its preparation (None where there is none).
+A contender makes runs. The method `solve()` of a run is timed, and returns the attitude at the end.
+`attitude()` converts this attitude to the principal axes. `record(times)` returns attitudes and
+momenta. `steps` and `evaluations`, those of the right-hand side or the torque, are None if they do
+not exist. `setup` is the duration of the preparation [s], or None if there is none.
 """
 
 import math

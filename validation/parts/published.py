@@ -33,7 +33,7 @@ TOLERANCES = (1e-9, 1e-13)
 
 @dataclass(frozen=True)
 class PublishedProblem:
-    """A problem of the literature: scene, end, step sizes and published numbers."""
+    """A problem from the literature: its scene, end time, step sizes and published numbers."""
 
     name: str
     scene: kr.Scene

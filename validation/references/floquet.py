@@ -1,9 +1,9 @@
 """Tangents of closed forms at any time: the derivatives of the state by the start.
 
-In the body frame the motion is periodic: after the time tau, P and M return to their values,
-rotated about the axis by S if the body is symmetric. By Floquet's theorem the tangents have the
-same period. With theta and N as in taylor/tangents.h, and with the matrix Phi(t) of their
-derivatives,
+In the body frame the motion is periodic. After the time tau, P and M return to their initial
+values; for a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
+the tangents are periodic in the same sense. With theta and N as in taylor/tangents.h, and with the
+matrix Phi(t) of their derivatives,
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
 One period is computed with 30 digits. The powers are computed in decimals of 50 digits, so that
 none of the 30 is lost.

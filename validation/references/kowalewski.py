@@ -10,9 +10,9 @@ e3> / sqrt(2). The critical values are
 if K attains them. K is never below 0, and if h < g^2 it is never below the second value. The curves
 in the plane of g and h along which their order changes divide it into ten regions.
 
-Sources: M. P. Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
-A. V. Bolsinov, P. H. Richter, A. T. Fomenko, Sb. Math. 191 (2000) 151. The ten sections are those
-of H. R. Dullin, M. Juhnke, P. H. Richter, Int. J. Bifurcation and Chaos 4 (1994) 1535.
+Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
+Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten sections are those of
+Dullin, Juhnke and Richter, International Journal of Bifurcation and Chaos 4 (1994) 1535.
 """
 
 import kreisel as kr

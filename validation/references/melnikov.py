@@ -9,8 +9,8 @@ separatrix with its lowest point at the spin angle 0. Near the upright position 
 the rate s, and the body turns under the apex at the rate w. By Chirikov's criterion, swings are
 chaotic up to |c - <m, e3>| = 2 w e A / s.
 
-Sources: V. K. Melnikov, Trans. Moscow Math. Soc. 12 (1963) 1; P. J. Holmes, J. E. Marsden, Indiana
-Univ. Math. J. 32 (1983) 273; B. V. Chirikov, Phys. Rep. 52 (1979) 263.
+Sources: Melnikov, Transactions of the Moscow Mathematical Society 12 (1963) 1; Holmes and Marsden,
+Indiana University Mathematics Journal 32 (1983) 273; Chirikov, Physics Reports 52 (1979) 263.
 """
 
 from functools import cache

@@ -4,11 +4,11 @@ The angular velocity w in the body frame and the damping D are taken along the p
 
     J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
-The method (Radau IIA, order 17; Hairer and Wanner, Solving Ordinary Differential Equations II,
-section IV.5) damps the fast modes at any step, so the steps follow the slow motion. Newton's method
-solves for the stages. Its matrices are in double precision, and its residuals are in extended
-precision. The step size is chosen by the last Legendre coefficient of the stages, which measures
-the neglected terms.
+The method is Radau IIA of order 17 (Hairer and Wanner, Solving Ordinary Differential Equations II,
+section IV.5). It damps the fast modes at any step size, so the steps follow the slow motion.
+Newton's method solves for the stages. Its matrices are in double precision, and its residuals are
+in extended precision. The step size is chosen by the last Legendre coefficient of the stages, which
+measures the neglected terms.
 """
 
 from functools import cache
@@ -31,8 +31,8 @@ TOL, FINER_TOL = 1e-15, 1e-16
 def radau_table():
     """Return the nodes, the matrix of the method, and a row that yields the last coefficient.
 
-    The product of the row and the stages is the coefficient of the Legendre polynomial of degree
-    `STAGES` - 1, in the expansion of the polynomial through the stages.
+    The polynomial through the stages is expanded in Legendre polynomials. The product of the row
+    and the stages is the coefficient of degree `STAGES` - 1.
     """
     with mp.workdps(60):
         high, low = legendre_coefficients(STAGES), [*legendre_coefficients(STAGES - 1), 0]

@@ -1,8 +1,8 @@
 """Kernels, orders, tolerances and numbers of terms of the Taylor method.
 
 Conclusion: the tolerance selects one of the orders 12, 16, 18, 22 and 28. For 20 digits, 8 of 28
-terms are in double-double, at tolerance 2^-70. For 30 digits, 20 of 36 terms are, at tolerance
-2^-100.
+terms are in double-double, at tolerance 2^-70. For 30 digits, 20 of 36 terms are in double-double,
+at tolerance 2^-100.
 
     python -m validation.studies.taylor_kernel_study [isas headless limits orders depth]
 

@@ -30,7 +30,7 @@ def time_grid(step, end):
 
 @dataclass(frozen=True)
 class FourTops:
-    """The four tops (6.1.1) and the true motion, at multiples of eps2.
+    """The motion of the four tops (6.1.1) and the true motion, at multiples of eps2.
 
     Bobenko-Suris is red with eps1 and blue with eps2. Extrap is yellow with eps1 and green with
     eps2.

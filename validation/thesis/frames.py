@@ -59,7 +59,7 @@ def cuboid_faces(half, centre):
 
 
 def draw_cuboid(axes, corners, top):
-    """Draw the faces of a cuboid, and the hidden ones of a translucent cuboid."""
+    """Draw the visible faces of a cuboid, and the hidden faces too if the cuboid is translucent."""
     base = np.array(to_rgb(top.colour))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -116,7 +116,7 @@ def top_at_time(course, t, colour, width, opacity):
 
 
 def draw_four_tops(courses, t, half, pivot):
-    """Draw figures 6.1 to 6.4 and similar ones.
+    """Draw figures 6.1 to 6.4 and similar figures.
 
     `courses` contains red, blue, yellow and green by name. The two tops with eps2 are translucent.
     """

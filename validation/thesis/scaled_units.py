@@ -61,7 +61,7 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
 
 
 def _lagrange(body: kr.Body) -> tuple[float, float]:
-    """Return the double moment and the one about the symmetry axis."""
+    """Return the moment that two axes share, and the moment about the symmetry axis."""
     if body.kind != "lagrange":
         raise ValueError(
             f"the scaled units are for Lagrange tops, not for a body of kind {body.kind!r}"

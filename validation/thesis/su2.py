@@ -66,7 +66,7 @@ def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Return the attitude at the end according to theorem 4.2.
 
     `c_of` is 'a', or 'p' as in the text. `side` is the side on which w_k multiplies the quaternion,
-    or 'inverse' if g is the rotation from rest to body frame. `text` selects 2/c in the second
+    or 'inverse' for a rotation g from rest frame to body frame. `text` selects 2/c in the second
     form.
     """
     alpha = scaled.body.moments[2]
