@@ -68,7 +68,7 @@ def sample_errors(q, truths):
 
 
 def time_per_top(call, who, tops, threads):
-    """Return the seconds per top, which are divided by the number of threads for a serial program."""
+    """Return the seconds per top, divided by the number of threads for a serial program."""
     with timing.pause_gc():
         return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
 
