@@ -56,7 +56,7 @@ class Series:
             self.q = unit(multiply(unit(decimals(scene.attitude)), self.axes))
             self.m = turn(conjugate(self.q), decimals(scene.momentum))
 
-    def _rates(self, m, w, p, n):
+    def _momentum_rates(self, m, w, p, n):
         """Return the n-th Taylor coefficients of the time derivative of the body momentum."""
         torque = []
         for i in range(3):
@@ -78,7 +78,7 @@ class Series:
             return sum((a[k] * b[n - k] for k in range(n + 1)), Decimal(0))
 
         for n in range(ORDER):
-            torque = self._rates(m, w, p, n)
+            torque = self._momentum_rates(m, w, p, n)
             new_p = [
                 product(p[(i + 1) % 3], w[(i + 2) % 3], n)
                 - product(p[(i + 2) % 3], w[(i + 1) % 3], n)
@@ -99,7 +99,7 @@ class Series:
                 q[i].append(half * new_q[i] / (n + 1))
         return q, m
 
-    def _span(self, q, m):
+    def _choose_step(self, q, m):
         """Return a step for which the last two terms of each series are below the last digit."""
         span = math.inf
         for rows in (q, m):
@@ -118,7 +118,7 @@ class Series:
             while self.t != goal:
                 q, m = self._expand()
                 left = goal - self.t
-                span = min(self._span(q, m), abs(left)).copy_sign(left)
+                span = min(self._choose_step(q, m), abs(left)).copy_sign(left)
                 self.t = goal if span == left else self.t + span
                 powers = [span**n for n in range(ORDER + 1)]
 

@@ -184,7 +184,7 @@ class Lagrange:
             mp.arg(mp.mpc(x, y) or mp.mpc(dx, dy)),
         ]
 
-    def _turn(self, x, weight, a, b, at_bottom):
+    def _integrate_angle(self, x, weight, a, b, at_bottom):
         """Integrate weight / (a + b sn^2) from the start to `x`.
 
         For a weight of zero, return half a turn for each passage of the pole, except at the start.
@@ -206,8 +206,8 @@ class Lagrange:
             sn, cn, dn, _ = self.curve.functions(x)
             plus, minus = 1 + self.u1 + self.d * sn**2, 1 - self.u1 - self.d * sn**2
             spin = (self.i1 / self.i3 - 1) * self.w3 / 2 * mp.mpf(t)
-            first = self._turn(x, self.wz + self.w3, 1 + self.u1, self.d, True)
-            second = self._turn(x, self.wz - self.w3, 1 - self.u1, -self.d, False)
+            first = self._integrate_angle(x, self.wz + self.w3, 1 + self.u1, self.d, True)
+            second = self._integrate_angle(x, self.wz - self.w3, 1 - self.u1, -self.d, False)
             alpha = mp.sqrt(plus / 2) * mp.expj(self.phases[0] + first + spin)
             beta = mp.sqrt(minus / 2) * mp.expj(self.phases[1] + second - spin)
             m = self._momentum(alpha, beta, 2 * self.d * sn * cn * dn * self.rate)
@@ -232,7 +232,7 @@ class Euler:
             self.q, self.m = normalize(q), [mp.mpf(x) for x in m]
             self.size = mp.sqrt(dot(self.m, self.m))
             body = rotate(conjugate(self.q), self.m)
-            self._order([mp.mpf(x) for x in inertia], body)
+            self._order_axes([mp.mpf(x) for x in inertia], body)
             w, x, y, z = [
                 self.m[2] + self.size,
                 self.m[1],
@@ -244,7 +244,7 @@ class Euler:
             )
             self._integrals(rotate(conjugate(self.relabel), body))
 
-    def _order(self, inertia, body):
+    def _order_axes(self, inertia, body):
         """Order the axes so that axis 2 has the middle moment, and M3 is always positive.
 
         The attribute `relabel` rotates these axes to those of the body.

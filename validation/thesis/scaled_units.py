@@ -24,11 +24,11 @@ class Units:
 
     def into(self, scene: kr.Scene) -> kr.Scene:
         """Return the scene, converted to these units."""
-        return _scaled(scene, 1.0 / self.length, 1.0 / self.mass)
+        return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
         """Return a scene given in these units, converted to the original units."""
-        return _scaled(scene, self.length, self.mass)
+        return _scale_scene(scene, self.length, self.mass)
 
 
 def scaled_units(body: kr.Body) -> Units:
@@ -38,7 +38,7 @@ def scaled_units(body: kr.Body) -> Units:
     + 4 C_T^2), the factor of momenta is 1 / I1, and the mass is not 1 but 3 C_T^2 / (C_N^2 + 4
     C_T^2), which the text omits in p. Raises ValueError if the body is not a Lagrange top.
     """
-    i1, _ = _lagrange(body)
+    i1, _ = _lagrange_moments(body)
     length = hypot(*body.com)
     return Units(length, i1 / length**2)
 
@@ -53,14 +53,14 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
     The energy is I1 times the sum of the first two terms and the constant (1 / alpha - 1) <m, a>^2
     / 2. `path` may be in any units.
     """
-    i1, i3 = _lagrange(path.scene.body)
+    i1, i3 = _lagrange_moments(path.scene.body)
     kept: np.ndarray = (
         path.modified_energy(step) / i1 - (i1 / i3 - 1.0) * (path.axial_momentum / i1) ** 2 / 2.0
     )
     return kept
 
 
-def _lagrange(body: kr.Body) -> tuple[float, float]:
+def _lagrange_moments(body: kr.Body) -> tuple[float, float]:
     """Return the moment that two axes share, and the moment about the symmetry axis."""
     if body.kind != "lagrange":
         raise ValueError(
@@ -71,7 +71,7 @@ def _lagrange(body: kr.Body) -> tuple[float, float]:
     return moments[odd - 1], moments[odd]
 
 
-def _scaled(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
+def _scale_scene(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
     body, inertia = scene.body, mass * length**2
     new = kr.Body(
         mass * body.mass,
