@@ -22,7 +22,7 @@ NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), unphysical=True)
 
 
 def effective_potential(body, gravity, vertical, P):
-    """Return the energy of a body that rotates about the vertical `P` (n, 3) only.
+    """Return the energy of a body that rotates only about the vertical, given as `P` (n, 3).
 
     `P` is given in the frame of description.
     """

@@ -377,7 +377,7 @@ def test_an_event_cannot_be_changed():
 
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
 def test_thin_bodies_pass_as_many_energies_as_thick_ones(least):
-    """The noise of an event function is that of its own terms.
+    """The noise of an event function is due to its own terms only.
 
     The fast rotation about the thin axis does not add to the noise.
     """

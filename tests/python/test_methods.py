@@ -76,7 +76,7 @@ ORBITAL = "bobenko_suris4", "lagrange"
 def test_energy_neither_drifts_nor_grows(name, body):
     """The energy error of a symplectic method is bounded by a multiple of h^order and has no trend.
 
-    Over a run four times as long, the mean error changes by less than a fraction of its amplitude.
+    Over a run four times as long, the mean error changes by only a small fraction of its amplitude.
     """
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()

@@ -20,7 +20,10 @@ def change(one, other):
 
 
 def neighbours(scene, word, value, axis):
-    """Return the derivative by a component of `word`, extrapolated from runs with 30 digits."""
+    """Return the derivative with respect to a component of `word`, from runs with 30 digits.
+
+    The differences are improved by Richardson extrapolation.
+    """
     step = 2.0 ** (np.ceil(np.log2(max(1.0, abs(value)))) - 26.0)
 
     def at(k):

@@ -1,6 +1,6 @@
 """Tests that all readers can distinguish the colours and markers of charts.
 
-Light and dark backgrounds are tested.
+The charts are tested on a light and on a dark background.
 """
 
 from itertools import combinations

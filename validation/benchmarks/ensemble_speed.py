@@ -137,7 +137,7 @@ def measure_gains(one, two, rounds):
 
 
 def large(options):
-    """Print the time and memory of very many tops."""
+    """Print the time and the memory that a very large ensemble takes."""
     n = options.large
     side, build = options.side, draw_tops("Lagrange", n).ensemble
     for what, call, must in (

@@ -76,7 +76,7 @@ def ensemble():
 
 
 def attitude_derivative(path, inertia):
-    """Return the (4, 3) derivative of the attitude by the body angular velocity at the start."""
+    """Return the derivative of the attitude with respect to the initial body velocity, (4, 3)."""
     turns = np.stack([kr.quaternion.turn(path.q[0], axis) for axis in np.eye(3)], axis=1)
     theta = path.tangents[-1][:3, 3:6] @ (turns * inertia)
     return np.stack(

@@ -41,8 +41,8 @@ class ModuleUsage:
     def rank_tests(self, file, lines):
         """Return the tests that run one of the lines, each with its cost.
 
-        The cost grows with the duration of the test and with its number of lines, because a test of
-        few lines checks these lines more closely.
+        The cost grows with the duration of the test and with the number of lines that it runs. A
+        test that runs few lines checks them more closely.
         """
         of = self.lines.get(file, {})
         asked = [test for test in self.tests if not lines.isdisjoint(of.get(test, ()))]

@@ -1,4 +1,4 @@
-"""Mutants: each is one small change of one file."""
+"""The class `Mutant`: one small change of one file."""
 
 import random
 from dataclasses import dataclass

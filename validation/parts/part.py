@@ -41,7 +41,7 @@ class Part:
 def write_csv(columns, rows):
     """Return rows, each a dictionary, as CSV text.
 
-    Missing values stay empty, and keys that are not columns are left out.
+    Missing values are empty, and keys that are not columns are ignored.
     """
     text = io.StringIO(newline="")
     writer = csv.DictWriter(text, columns, extrasaction="ignore")

@@ -1,7 +1,8 @@
-"""The findings of a report in a file. Each is saved at once, so that a run can be continued.
+"""The findings of a report in a file. Each finding is saved immediately, so that a run can be
+continued.
 
-The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions.
-Under other conditions the file is started anew.
+The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions. If
+the conditions have changed, a new file is started.
 """
 
 import json

@@ -62,7 +62,7 @@ def rounding_effect(true):
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Return the angles that rounding explains [rad], for random and for aligned roundings.
+    """Return the attitude errors [rad] that random and that aligned roundings can explain.
 
     Random roundings occur once per step. Aligned roundings occur once per evaluation, all in one
     direction. A closed form does not accumulate roundings, so at a late time it is as accurate as
@@ -75,7 +75,7 @@ def rounding_angles(problem, true, cell, by_steps):
 
 
 def tolerance_angle(true, rounding, tol, steps):
-    """Return the angle that a tolerance explains [rad].
+    """Return the attitude error that a tolerance can explain [rad].
 
     Each step may have an error of the size of the tolerance, which grows like roundings of the
     data.
@@ -95,8 +95,8 @@ def find_sign(error, shown, per_turn, explained):
     """Return the sign by which a user can notice an attitude error, or None if there is none.
 
     `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
-    methods. `explained` are the angles that rounding and a tolerance explain. An error that both
-    runs share has no sign, however large the step.
+    methods. `explained` are the attitude errors that random and aligned roundings and a tolerance
+    can explain. An error that both runs share has no sign, however large the step.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART

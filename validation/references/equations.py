@@ -108,7 +108,7 @@ def build_equations(numbers, fp):
 
 
 def build_system(problem, fp=float, form="velocity"):
-    """Return the equations and the start for heyoka.taylor_adaptive, for this top alone."""
+    """Return the equations and the initial values of one top, for heyoka.taylor_adaptive."""
     return build_equations(round_to(compute_coefficients(problem, form), fp), fp), round_to(
         start_state(problem, form), fp
     )

@@ -1,4 +1,4 @@
-"""Tangents of closed forms at any time: the derivatives of the state by the start.
+"""Tangents of closed forms at any time: the derivatives of the state with respect to the start.
 
 In the body frame the motion is periodic. After the time tau, P and M return to their initial
 values; for a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
@@ -133,9 +133,9 @@ class _Point(NamedTuple):
         )
 
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return numbers that recur with the period.
+        """Return quantities that are periodic along the motion.
 
-        For a symmetric body, the numbers are invariant under rotations about its axis.
+        For a symmetric body, they are invariant under rotations about its axis.
         """
         if axis is None:
             return self.momentum

@@ -131,7 +131,7 @@ def energy_error(problem, state):
 def perturb_data(problem, nudge):
     """Yield copies of the top, in each of which one datum is changed by `nudge` roundings.
 
-    A symmetric top stays symmetric.
+    A symmetric top remains symmetric.
     """
     with mp.workdps(DIGITS):
         more = 1 + mp.mpf(nudge * ROUNDING)
