@@ -1,5 +1,4 @@
-"""The findings of a report in a file. Each finding is saved immediately, so that a run can be
-continued.
+"""The findings of a report in a file, each saved immediately so that a run can be continued.
 
 The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions. If
 the conditions have changed, a new file is started.
