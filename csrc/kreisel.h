@@ -4,14 +4,14 @@
  *
  * Frames   Space has the axes e1, e2, e3, with gravity along -e3. The body has the frame of
  *          description, in which the user describes it, and the principal axes of inertia at the
- *          fixed point (N, B, T). An attitude q turns vectors of the frame of description into
- *          space: v_space = q v q*. The angular momentum m is seen from space. The apex is the
- *          direction of the centre of mass from the fixed point, or T if both points coincide.
- * Units    Any consistent set of units; each number names its dimension in [M L T].
+ *          fixed point (N, B, T). An attitude q rotates vectors from the frame of description
+ *          into space: v_space = q v q*. The angular momentum m is a vector in space. The apex is
+ *          the direction from the fixed point to the centre of mass, or T if both coincide.
+ * Units    Any consistent set of units; the dimension of a number is given in [M L T].
  * Memory   Only kr_top_create and kr_worker_create allocate (the optional GSL methods let GSL
  *          allocate).
  * Errors   A function that can fail returns a kr_status and writes its result through its last
- *          argument. On failure the result stays untouched.
+ *          argument. On failure the result is unchanged.
  * Threads  There is no global state. Different tops can be used by different threads at once; one
  *          top must be used by one thread at a time.
  * SPDX-License-Identifier: MIT */
@@ -33,8 +33,7 @@
 extern "C" {
 #endif
 
-/* Statuses: X(name, category, text). INPUT: the arguments were refused and nothing ran. FAILURE: a
- * run failed. */
+/* Statuses: X(name, category, text). INPUT: invalid arguments. FAILURE: a run failed. */
 /* clang-format off */
 #define KR_STATUS_LIST(X)                                                                         \
     X(OK,              NONE,      "success")                                                      \
@@ -70,7 +69,7 @@ typedef enum kr_status {
 /* clang-format on */
 /* Returns the text of a status. */
 KR_API const char *kr_status_text(kr_status status);
-/* Returns the version of the library, as KR_VERSION. */
+/* Returns the version of the library, KR_VERSION. */
 KR_API const char *kr_version(void);
 
 typedef struct kr_vec3 {
@@ -83,10 +82,10 @@ typedef struct kr_quat { /* w + x i + y j + z k */
 typedef struct kr_body {
     double mass;     /* [M] */
     kr_vec3 inertia; /* principal moments at the fixed point [M L^2] */
-    kr_vec3 com;     /* centre of mass seen from the fixed point, along the principal axes [L] */
+    kr_vec3 com;     /* centre of mass relative to the fixed point, along the principal axes [L] */
     kr_quat axes;    /* principal axes -> frame of description: v_described = axes v axes* */
-    /* Relative tolerance of the triangle inequality: the largest moment may exceed the sum of the
-     * other two by this part, for rounded values from the literature. The moments are used as
+    /* Relative tolerance of the triangle inequality, for rounded values from the literature: the
+     * largest moment may exceed the sum of the other two by this fraction. The moments are used as
      * given. At least 0 and less than 1; values below 1e-12 count as 1e-12. */
     double rounded;
 } kr_body;
@@ -101,44 +100,44 @@ typedef struct kr_scene {
     kr_body body;
     double gravity; /* acceleration along -e3, of either sign [L T^-2] */
     kr_state start;
-    /* Linear damping, as by air: along each principal axis the torque is -damping times the angular
-     * velocity. Not negative; 0 for none [M L^2 T^-1]. Strong damping takes no more steps than the
-     * slow motion that remains, except back in time and with tangents. */
+    /* Linear damping, as by air: the torque along each principal axis is -damping * angular
+     * velocity. Not negative; 0 means no damping [M L^2 T^-1]. Strong damping costs no more steps
+     * than the slow motion that remains, except backward in time and with tangents. */
     kr_vec3 damping;
 } kr_scene;
 
-/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. A diagonal
- * inertia is its own principal frame. Otherwise the principal axes nearest the frame of description
- * are taken, right-handed, with T along the symmetry axis of a Lagrange top. */
+/* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
+ * inertia is diagonal, the given axes are used as principal axes. Otherwise they are the
+ * right-handed principal axes nearest the frame of description, with T on the axis of a Lagrange
+ * top. */
 
-/* Makes a cuboid from its density [M L^-3], half its edges, and the fixed point seen from its
- * centre [L]. */
+/* Makes a cuboid from its density [M L^-3], half edges, and the fixed point relative to its centre
+ * [L]. */
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
-/* Makes a symmetric body with the axis T from the moments across and along the axis at the fixed
- * point [M L^2] and the height of the centre of mass on the axis [L]. */
+/* Makes a symmetric body with the axis T: i1 and i3 are the moments across and along the axis at
+ * the fixed point [M L^2], `height` is the position of the centre of mass on the axis [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
-/* Smallest ratio of the least to the largest moment of a tensor that is not diagonal. Below it
- * rounding errors leave too few digits of the least moment. */
+/* Smallest allowed ratio of the smallest to the largest moment of a tensor that is not diagonal.
+ * Below this ratio rounding errors leave too few correct digits of the smallest moment. */
 #define KR_TENSOR_MIN_RATIO 2e-10
-/* Makes a body from its tensor of inertia at the fixed point, row by row [M L^2]. KR_ERR_BODY also
- * for a tensor beyond KR_TENSOR_MIN_RATIO. */
+/* Makes a body from its tensor of inertia at the fixed point, row by row [M L^2]. Also returns
+ * KR_ERR_BODY for a tensor below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
-/* Makes a body from its tensor of inertia about the centre of mass; `pivot` is the fixed point. */
+/* Makes a body from its tensor of inertia about the centre of mass and the fixed point `pivot`. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
 /* Makes a body from a tensor at the fixed point with rounded moments; see kr_body.rounded. */
 KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                              double rounded, kr_body *body);
-/* Returns KR_OK if the principal moments satisfy the triangle inequality and all numbers are
- * finite. */
+/* Returns KR_OK if all numbers are finite and the moments satisfy the triangle inequality. */
 KR_API kr_status kr_body_check(const kr_body *body);
-/* Returns 1 if some distribution of mass has this inertia about the fixed point, else 0. The
- * tolerance is 1e-6 relative plus kr_body.rounded. The library moves other bodies too: many tops of
- * the literature have made-up mass and lever. */
+/* Returns 1 if a distribution of mass with this inertia, mass and centre of mass exists, else 0.
+ * The relative tolerance is 1e-6 + kr_body.rounded. The library also accepts unphysical bodies,
+ * because many tops in the literature have a made-up mass and lever. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
-/* Kinds of tops: X(kind, its name). */
+/* Kinds of tops: X(kind, name). */
 /* clang-format off */
 #define KR_KIND_LIST(X)                                                                           \
     X(GENERAL,             "general")              /* none of these */                            \
@@ -155,29 +154,29 @@ typedef enum kr_kind {
 /* clang-format on */
 /* Returns the name of a kind. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance with which the library itself determines the kind: 32 units in the last place,
- * the effect of rounding errors in a description. */
+/* Relative tolerance with which the library determines the kind: 32 units in the last place, which
+ * covers the rounding errors in the numbers of a body. */
 #define KR_KIND_RTOL 7.2e-15
-#define KR_INPUT_RTOL 1e-12 /* slack for unit quaternions, symmetric tensors, physical moments */
-/* Returns the kind of a body, where numbers count as equal within `rtol`. */
+#define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
+/* Returns the kind of a body. Numbers within the relative tolerance `rtol` count as equal. */
 KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
 /* Returns the scene of chapter 6 of the thesis (Bodack 2008), a cuboid. */
 KR_API kr_scene kr_scene_default(void);
-/* Returns KR_OK if the library can move the scene, else the reason why not. */
+/* Returns KR_OK if the scene is valid, else the reason why it is not. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
-/* Quantities of a state, a constant table. Vectors are seen from space, those named body_... from
- * the frame of description. Euler's angles are z-x-z: rotations by precession_angle about e3, by
- * nutation about the line of nodes e3 x apex, and by spin_angle about the apex carry the axes of
- * space to the axes of a frame of the body whose third axis is the apex. This frame is the frame of
- * description after the shortest rotation to the apex. If the apex is more than 120 degrees from
- * the third axis of the description, half a turn about its first axis comes first. If the apex is
- * at a pole, the two angles about the common axis are equal up to sign. */
+/* Quantities of a state, a constant table. Vectors have components in space, or in the frame of
+ * description if their name begins with body_. Euler's angles are z-x-z. Three rotations carry the
+ * axes of space to a frame fixed in the body: by precession_angle about e3, by nutation about the
+ * line of nodes e3 x apex, and by spin_angle about the apex. The frame fixed in the body is the
+ * frame of description, rotated the shortest way so that its third axis becomes the apex. If this
+ * rotation exceeds 120 degrees, a half turn about the first axis precedes it. If the apex is at a
+ * pole, the two angles about the common axis are equal up to sign. */
 enum {
-    KR_QUANTITY_TURNS = 1,     /* changes when the top is turned about the vertical */
+    KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
     KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, of every top or of one kind */
-    KR_QUANTITY_IN_EVENTS = 4  /* its components can be used in events */
+    KR_QUANTITY_IN_EVENTS = 4  /* its components can appear in events */
 };
 typedef struct kr_quantity kr_quantity;
 /* Returns the number of quantities. */
@@ -186,11 +185,11 @@ KR_API size_t kr_quantity_count(void);
 KR_API const kr_quantity *kr_quantity_at(size_t i);
 /* Returns the quantity with this name, or NULL. */
 KR_API const kr_quantity *kr_quantity_find(const char *name);
-/* Returns the name of a quantity, as "nutation". */
+/* Returns the name of a quantity, such as "nutation". */
 KR_API const char *kr_quantity_name(const kr_quantity *quantity);
 /* Returns a description of a quantity. */
 KR_API const char *kr_quantity_text(const kr_quantity *quantity);
-/* Returns the dimension of a quantity, as "M L^2 T^-1". */
+/* Returns the dimension of a quantity, such as "M L^2 T^-1". */
 KR_API const char *kr_quantity_dimension(const kr_quantity *quantity);
 /* Returns the number of doubles of a quantity: 1, 3, 4 or 9. */
 KR_API size_t kr_quantity_doubles(const kr_quantity *quantity);
@@ -200,11 +199,11 @@ KR_API unsigned kr_quantity_flags(const kr_quantity *quantity);
 /* Writes the values of a quantity at n states, n * kr_quantity_doubles numbers. */
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
-/* Returns the suffix that names component i of a quantity, as "" or "_x"; NULL beyond the last. */
+/* Returns the suffix of the name of component i, such as "" or "_x"; NULL for i too large. */
 KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
-enum { KR_COMPONENT_ONE = 0 }; /* the component "1", the constant */
-/* Returns the index of a component of a quantity with KR_QUANTITY_IN_EVENTS, as "apex_z", "q_w" or
- * "spin"; -1 if there is none. */
+enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
+/* Returns the index of a component from its name, such as "apex_z", "q_w" or "spin"; -1 if no
+ * quantity with KR_QUANTITY_IN_EVENTS has this component. */
 KR_API int kr_component_find(const char *name);
 
 /* Returns the angular velocity [T^-1]. */
@@ -227,17 +226,17 @@ KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
 /* Returns the axial momentum <m, apex> [M L^2 T^-1]. */
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
-/* Returns Kowalewski's integral K (thesis 5.1) [T^-4], from M/I1 and mass gravity |com| / I1, axis
- * 1 along -com. NaN for bodies of another kind. */
+/* Returns Kowalewski's integral K (thesis 5.1) [T^-4] of momentum / I1 and the lever mass * gravity
+ * * |com| / I1, with axis 1 along -com. NaN for other kinds of bodies. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
-/* Returns Goryachev and Chaplygin's integral G (thesis 5.2) [T^-3], as K. NaN for bodies of another
- * kind; constant only if <m, e3> = 0. */
+/* Returns Goryachev and Chaplygin's integral G (thesis 5.2) [T^-3], in the variables of K. NaN for
+ * other kinds of bodies. G is constant only if <m, e3> = 0. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
-/* Returns the modified energy that bobenko_suris conserves at this step:
- * E + step <p x a, m> mass / 2 I1 [M L^2 T^-2]. NaN unless the body is a Lagrange top. */
+/* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2], which bobenko_suris
+ * conserves with this step. NaN unless the body is a Lagrange top. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
-/* Returns the modified energy that bobenko_suris4 conserves at this step, E up to a constant and
- * O(step^4) [M L^2 T^-2]. NaN for other bodies, and if the step is too large for the method. */
+/* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2]: E up to a
+ * constant and O(step^4). NaN for other bodies, and if the step is too large for the method. */
 KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
@@ -253,7 +252,7 @@ KR_API double kr_attitude_error(kr_quat a, kr_quat b);
     X(ABSOLUTE,         32, "absolute",       "its tolerance is absolute in the user's time")     \
     X(DENSE,            64, "dense",          "evaluates the state anywhere in its last step")    \
     X(LAGRANGE_ONLY,   128, "lagrange_only",  "for symmetric bodies, com on the axis")            \
-    X(INTEGRABLE,      256, "integrable",     "for Lagrange and Kowalewski tops and free bodies") \
+    X(INTEGRABLE,      256, "integrable",     "for the integrable tops and free bodies")          \
     X(SYMMETRIC_ONLY,  512, "symmetric_only", "for bodies with two equal moments")                \
     X(EULER_ONLY,     1024, "euler_only",     "for bodies supported at their centre of mass")     \
     X(DIGITS,         2048, "digits",         "can compute more digits than a double has")        \
@@ -294,44 +293,45 @@ KR_API const char *kr_method_reference(const kr_method *method);
 KR_API int kr_method_order(const kr_method *method);
 /* Returns the flags of a method, a sum of the flags above. */
 KR_API unsigned kr_method_flags(const kr_method *method);
-/* Returns 1 if a method can move a body under any gravity, else 0. */
+/* Returns 1 if a method applies to a body under any gravity, else 0. */
 KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
-/* Returns 1 if a method can move a scene, whose gravity may be zero, else 0. */
+/* Returns 1 if a method applies to a scene, else 0. Some methods apply to more bodies if the
+ * gravity is zero. */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
-/* Returns the horizon of a scene [T]: the time, before and after 0, from which on a double does not
- * resolve the attitude. By then the top has turned by 2^53 rad, at the rate of its momentum or of a
- * pendulum, whichever is faster. No top is moved there (KR_ERR_RESOLUTION). INFINITY for a top at
- * rest without torque; 0 for an invalid scene. */
+/* Returns the horizon of a scene [T]: the |t| beyond which a double cannot resolve the attitude. By
+ * this time the top has turned by 2^53 rad, at the rate of its momentum or of a pendulum, whichever
+ * is faster. Later times are refused (KR_ERR_RESOLUTION). INFINITY without motion and torque; 0 if
+ * the scene is invalid. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
-/* A moving top. A fixed-step method has one step and the grid start.t + k step. A side step from
- * the grid point before it reads a time off the grid. An adaptive method takes the same steps
- * whichever times are requested. A state therefore depends neither on the other requests nor on how
- * the way to it was divided into calls. */
+/* A moving top. A fixed-step method steps along the grid start.t + k * step. A state between two
+ * grid points is computed by a side step from the first of them. An adaptive method takes the same
+ * steps whatever times are requested. A state therefore does not depend on the other requested
+ * times, or on their division into calls. */
 typedef struct kr_config {
-    /* The step; for an adaptive method the first step, 0 to let it choose. A negative step leads
-     * back in time. Beyond 2^50 steps from 0 grid points cannot be distinguished (KR_ERR_STEP)
-     * [T]. */
+    /* The step [T]. For an adaptive method, the first step, or 0 to let the method choose. A
+     * negative step goes backward in time. Grid points beyond 2^50 steps from t = 0 are refused
+     * (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
-    /* Below 1. Adaptive: local error of a step; implicit: residual; 0: the method's default. */
+    /* Tolerance, below 1, of the local error (adaptive) or residual (implicit); 0: the default. */
     double tol;
-    /* Largest number of steps; 0: no limit. The side steps of an adaptive method to a time inside
-     * one of its steps are limited to the same number and to 1024. */
+    /* Largest number of steps; 0: no limit. Side steps of an adaptive method, to a time inside one
+     * of its steps, are limited to this number and to 1024. */
     int64_t max_steps;
-    /* Called at least every 256 steps and 1024 states, and in every step by an adaptive method
-     * without dense output. A nonzero result stops the top. May be NULL. */
+    /* Callback, called at least every 256 steps and 1024 states, and in every step by an adaptive
+     * method without dense output. A nonzero result stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 (rounded up); 0: use tol.
-     * With 30, a tol of at most 2^-100 shortens the steps; comparing two such results
-     * shows how many digits are right. */
+    /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (others are rounded
+     * up); 0: use tol. With 30 digits, a tol of at most 2^-100 shortens the steps. Two results with
+     * different steps show how many digits are correct. */
     int digits;
     /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: nonzero computes states up to a
      * rotation about the vertical, at lower cost. */
     int skip_heading;
-    /* For methods with KR_METHOD_TANGENTS, with the heading: the sum of KR_TANGENT_... to derive
-     * by. */
+    /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: a sum of KR_TANGENT_... flags,
+     * which select the derivatives to compute. */
     uint64_t tangents;
 } kr_config;
 typedef struct kr_stats {
@@ -346,20 +346,19 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
 KR_API void kr_top_free(kr_top *top);
 /* Advances to the end of the method's next step. On failure the top keeps its last good state. */
 KR_API kr_status kr_top_step(kr_top *top);
-/* Advances to time t [T]. On failure the top keeps its last good state, which may be on the way. */
+/* Advances to time t [T]. On failure the top keeps its last good state, at or before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
 /* Advances to each of t[0], t[1], ... in the direction of the step and writes the states. `done`
- * (may be NULL) gets the number of good states; the elements of `out` behind them stay untouched.
+ * (may be NULL) receives the number of good states; the elements of `out` after them are unchanged.
  * On failure the top keeps its last good state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
-/* As kr_top_record; `low` gets the digits that the doubles of `out` cannot store: out + low has the
- * requested digits, and low.t is 0. */
+/* Does the same as kr_top_record, and writes to `low` the digits that the doubles of `out` cannot
+ * store: out + low has the requested digits, and low.t is 0. */
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
-/* Restarts the top at a state, as if kr_top_create had been called with that start; counts begin at
- * zero, and watched events stay. On failure, for any reason for which kr_top_create fails, the top
- * stays untouched to the last bit. */
+/* Restarts the top at a state, as if kr_top_create had been called with this start. Counts begin at
+ * zero; watched events are kept. Fails as kr_top_create does, and then leaves the top unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
@@ -369,15 +368,14 @@ KR_API kr_state kr_top_low(const kr_top *top);
 KR_API kr_stats kr_top_stats(const kr_top *top);
 /* Returns the time reached [T]. `poll` may call this function. */
 KR_API double kr_top_time(const kr_top *top);
-/* Returns the name of the instruction set in use, "" if there is no choice, and writes the order in
- * use. */
+/* Returns the name of the instruction set in use, "" if there is no choice; writes the order. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
-/* Tangents: derivatives of the state. The bits of the state do not depend on them. X(parameter,
- * bit, number of columns, name). The rows, and the columns of the start, are the components of the
- * rotation vector of the attitude, seen from the frame of description [rad], followed by those of
- * the momentum in space. Moments and com are along the principal axes; the initial momentum stays
- * fixed when a parameter changes. */
+/* Tangents: derivatives of the state. Computing them does not change the bits of the state.
+ * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
+ * the frame of description [rad], followed by the momentum in space; so are the 6 columns of the
+ * start. Moments and com are along the principal axes. The derivative by a parameter is taken at
+ * fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -393,52 +391,52 @@ enum {
     KR_TANGENT_GROWTH = 32 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
-/* Returns the number of columns of these tangents. */
+/* Returns the number of columns of the tangents selected by these flags. */
 KR_API size_t kr_tangent_columns(uint64_t tangents);
-/* Writes the tangents at kr_top_state, 6 rows by kr_tangent_columns, and to `low`, which may be
- * NULL, the digits that doubles cannot store. KR_ERR_ARGUMENT for a top without tangents, and
- * KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
+/* Writes the tangents at the current state, 6 rows of kr_tangent_columns numbers. Writes the digits
+ * that doubles cannot store to `low`, which may be NULL. Returns KR_ERR_ARGUMENT for a top without
+ * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
-/* Returns an estimate of the truncation error of the tangents: the largest last term so far over
- * the size of its tangent. The steps are chosen for the path alone. */
+/* Returns an estimate of the relative truncation error of the tangents: the largest ratio so far of
+ * a last term to the size of its tangent. The steps are chosen for the path alone. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same body, gravity, damping, method,
  * config (max_steps and poll may differ) and watched events. The top then continues with the same
- * bits and events; up to rounding if taylor uses another kernel (all kernels with fused
- * multiply-add have the same bits). */
+ * bits and events. With another kernel of taylor the states agree up to rounding (all kernels with
+ * fused multiply-add have the same bits). */
 
 /* Returns the size of a checkpoint of this top in bytes. */
 KR_API size_t kr_top_save_size(const kr_top *top);
-/* Writes a checkpoint of `size` bytes, at least kr_top_save_size. */
+/* Writes a checkpoint to `memory`, whose `size` must be kr_top_save_size. */
 KR_API kr_status kr_top_save(const kr_top *top, size_t size, void *memory);
-/* Restores a checkpoint. KR_ERR_CHECKPOINT, with the top untouched, if it is damaged or belongs to
- * another version, kind of machine, scene or method. */
+/* Restores a checkpoint. Returns KR_ERR_CHECKPOINT and leaves the top unchanged if the checkpoint
+ * is damaged or belongs to another version, kind of machine, scene or method. */
 KR_API kr_status kr_top_load(kr_top *top, size_t size, const void *memory);
 
-/* Events of the method taylor: where a function g of the state crosses zero. g is a sum of terms
- * factor * of * times, with components by their index from kr_component_find. */
+/* Events, for the method taylor: times at which a function g of the state crosses zero. g is a sum
+ * of terms factor * first * second, with the indices of two components (kr_component_find). */
 typedef struct kr_term {
     double factor;
     int first, second;
 } kr_term;
-/* Returns the value of the function with n terms at a state. */
+/* Returns the sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
 /* State of the search for an event, private to the library. */
 typedef struct kr_event_search {
-    int64_t searched;  /* index of the last searched step; -1: none */
-    double mark, next; /* the search continues at `mark`; the event found, as a clock */
-    int side, sign;    /* sign of g at the mark, 0: unsure; sign of the change, 0: no event */
+    int64_t searched;  /* index of the last step that was searched; -1: none */
+    double mark, next; /* point of the step (0 .. 1) from which to search on; event found */
+    int side, sign;    /* sign of g at `mark`, 0: uncertain; direction of the event, 0: none */
 } kr_event_search;
-/* An event is a change of sign. Values below 2^-50 of the size of the terms, at the start 2^-40,
- * count as zero. */
+/* An event is a change of sign of g. Values below 2^-50 of the terms' size (2^-40 at the start) are
+ * zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* g, `count` terms */
-    const kr_term *condition; /* a function that must be positive; where_count 0: no condition */
+    const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
     size_t count, condition_count;
-    int extremum;        /* nonzero: extrema of g, zeros of dg/dt, instead of zeros of g */
-    int direction;       /* 1: g rises with time, or is smallest; -1: the opposite; 0: both */
+    int extremum;        /* nonzero: extrema of g (zeros of dg/dt) instead of zeros of g */
+    int direction;       /* 1: g rises, or has a minimum; -1: falls, or has a maximum; 0: both */
     kr_event_search own; /* private */
 } kr_event;
 typedef struct kr_event_hit {
@@ -446,24 +444,23 @@ typedef struct kr_event_hit {
     int direction;   /* 1 or -1 */
 } kr_event_hit;
 /* Sets the events that kr_top_seek stops at. `events` must live as long as the top or until the
- * next call. The path keeps its bits. KR_ERR_METHOD for methods other than taylor, and without the
- * heading for functions that change when the top is turned about the vertical. */
+ * next call. Events do not change the path. Returns KR_ERR_METHOD for methods other than taylor,
+ * and KR_ERR_ARGUMENT if skip_heading is set and a component depends on the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
-/* Advances to the next event, or to t if that comes first. KR_ERR_STEP if an event lies in a step
- * so short that doubles cannot resolve times in it. */
+/* Advances to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event lies in a
+ * step too short for doubles to resolve the times in it. */
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
-/* Many tops. A worker moves any number of tops by one method, one after the other or one in each
- * lane of a vector, and owns the memory for it. Each thread needs its own worker. The method NULL
- * uses the closed form for tops that have one, and taylor for all others. The bits of a top depend
- * on that top and its times alone, not on other tops, their order, the number of calls, or
- * failures. They are those of kr_exact_state or of a kr_top, except for undamped tops that taylor
- * moves with up to 16 digits: those run in lanes and have bits of their own, the same on all
+/* Many tops. A worker integrates any number of tops by one method, one after the other or one in
+ * each lane of a vector, and owns the memory needed. Each thread needs its own worker. If the
+ * method is NULL, tops with a closed form use it, and all others use taylor. The results of a top
+ * depend only on this top and its times, not on other tops, their order, the number of calls, or
+ * failures. They have the bits of kr_exact_state or of a kr_top, with one exception: undamped tops
+ * that taylor integrates with up to 16 digits run in lanes. Lanes have the same bits on all
  * instruction sets with fused multiply-add. */
 typedef struct kr_worker kr_worker;
-/* Reductions of a number over the times of a top: X(kind, name). The variance is the population
- * variance; where_... is the first time at which the extremum occurs. A NaN makes the result NaN.
- * */
+/* Reductions of a component over the times of a top: X(kind, name). The variance is that of a
+ * population; where_... is the first time of the extremum. A NaN makes all results but LAST NaN. */
 /* clang-format off */
 #define KR_REDUCE_LIST(X)                                                                         \
     X(MIN,       "min")                                                                           \
@@ -488,13 +485,13 @@ typedef struct kr_reduction {
     kr_reduce kind;
 } kr_reduction;
 /* Growth of one tangent of an undamped top, by taylor with up to 16 digits. The tangent is measured
- * in the top's own units and begins with size 1. The flow and the rotation about the vertical,
- * which never grow, are projected out. The numbers refer to the way from the start: the logarithm
- * of the size (divided by the time, the Lyapunov exponent); the mean of MEGNO; the largest
- * logarithm (the orthogonal indicator); the relative errors of the derivatives of energy and
- * <m, e3> along the tangent, which are constant in exact arithmetic; and the largest last term of
- * the tangent's series, relative to its size. A step of the path that is too long for this series
- * ends earlier. KR_ERR_TANGENT where no step is short enough. */
+ * in the top's own units and has size 1 at the start. Two solutions that never grow, the flow and
+ * the rotation about the vertical, are projected out. All values are measured from the start of the
+ * path: the logarithm of the size (divided by the time: the Lyapunov exponent); the mean of MEGNO;
+ * the largest logarithm (the orthogonal indicator); the relative errors of the derivatives of
+ * energy and <m, e3> along the tangent, which are constant in exact arithmetic; and the largest
+ * last term of the tangent's series, relative to its size. Steps too long for this series are
+ * shortened. The status is KR_ERR_TANGENT if no step is short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -505,38 +502,40 @@ enum {
     KR_GROWTH_COUNT
 };
 typedef struct kr_outcome {
-    kr_status status; /* as kr_top_create or kr_top_record return it */
+    kr_status status; /* that of kr_top_create or kr_top_record */
     size_t done;      /* number of good states */
-    kr_state last;    /* the last good state, which may lie beyond the requested ones */
+    kr_state last;    /* the last good state; it may follow the last requested one */
     kr_stats stats;
 } kr_outcome;
-/* The tops and times of a call of a worker, and its results. A top moves to the side of its start
- * on which its last time lies, whatever the sign of the step. */
+/* The tops and times of one call of a worker, and its results. The last time of a top decides
+ * whether the top moves forward or backward in time, whatever the sign of the step. */
 typedef struct kr_tops {
     size_t n;
     const kr_scene *scenes;
     size_t times;    /* number of times of each top */
     const double *t; /* [times], or [n][times] with own_times */
     int own_times;
-    kr_state *states;     /* [n][times]; NaN behind `done`; may be NULL */
+    kr_state *states;     /* [n][times]; NaN after the first `done`; may be NULL */
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
-    /* With KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN behind `done`; may be NULL. And the
-     * tangent at the start, 6 numbers as a column of kr_top_tangents; NULL: a generic one. */
+    /* With KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
+     * `direction` is the tangent at the start, like a column of kr_top_tangents; NULL: a generic
+     * one. */
     double *growth;
     const double *direction;
 } kr_tops;
-/* Allocates a worker; the reductions are copied. Free it with kr_worker_free. */
+/* Allocates a worker, which copies the reductions. Free it with kr_worker_free. */
 KR_API kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                                   const kr_reduction reduction[], kr_worker **worker);
-/* Moves tops to their times. Returns KR_OK even if single tops fail: see their outcomes.
- * KR_ERR_INTERRUPTED if config.poll stops the worker; unfinished tops have this status. */
+/* Computes the states of the tops at their times. Returns KR_OK even if individual tops fail: see
+ * their outcomes. Returns KR_ERR_INTERRUPTED, also the status of unfinished tops, if config.poll
+ * stops the worker. */
 KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
-/* Computes sections: the first `times` states after the start in which each top meets an event (see
- * kr_top_watch). Here t is the largest time that each event may take, counted from the start or the
- * event before: one number, or [n] with own_times; negative numbers lead back in time. A top whose
- * event takes longer has the status KR_ERR_EVENT. Otherwise as kr_worker_run; KR_ERR_METHOD for
- * workers of methods other than taylor. */
+/* Computes sections: the first `times` states after the start at which each top meets an event (see
+ * kr_top_watch). Here t is the longest time to wait for an event, from the start or the previous
+ * event: one number, or [n] with own_times; negative for backward in time. If an event takes
+ * longer, the top has the status KR_ERR_EVENT. Returns what kr_worker_run returns, and
+ * KR_ERR_METHOD for workers of methods other than taylor. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* Returns the instruction set of the lanes, "" if there are none, and writes the order in use. */
 KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
@@ -544,7 +543,7 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 KR_API void kr_worker_free(kr_worker *worker);
 
 /* The closed form of a Lagrange top and of any free body: the state at any time, with an accuracy
- * that does not depend on the time. The members behind `spin` are private. */
+ * that does not depend on the time. The members after `spin` are private. */
 enum { KR_THETA_TERMS = 5 };
 typedef struct kr_theta {
     double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
@@ -554,11 +553,11 @@ typedef struct kr_phase {
 } kr_phase;
 typedef struct kr_exact {
     double
-        period; /* of the nutation, from lowest to lowest point; INFINITY if it is constant [T] */
+        period; /* of the nutation, between lowest points; INFINITY for a constant nutation [T] */
     /* Mean rates of Euler's angles [T^-1]: of the axis about the vertical, and of the body about
-     * the axis. For a free body: of the axis that circulates (the odd axis of a symmetric body), on
-     * the side of the momentum, about the momentum. A passage of the axis through a pole, half a
-     * turn in either direction, counts as none. */
+     * the axis. For a free body, the momentum takes the place of the vertical, and the axis is the
+     * one that circulates about it (the odd axis of a symmetric body), on the side of the momentum.
+     * The half turn of an axis that passes through a pole is not counted. */
     double precession, spin;
     double begin;
     int curve, framed;
@@ -569,12 +568,12 @@ typedef struct kr_exact {
     kr_vec3 constant;
     kr_quat frame[4];
 } kr_exact;
-/* Computes the closed form of a scene. KR_ERR_METHOD for other tops, and for a heavy top whose axis
- * is not upright but tilted and moving by less than 1e-70. */
+/* Computes the closed form of a scene. Returns KR_ERR_METHOD for other tops, and for a heavy top
+ * whose axis is not exactly upright, but tilted and moving by less than 1e-70. */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 /* Returns the state at time t; NaN if t is not finite. Beyond kr_scene_horizon the integrals are
- * right, but the attitude is arbitrary; all of the state is NaN if its rates are near the largest
- * doubles. A tilt or motion below 1e-75 counts as none. */
+ * correct, but the attitude is arbitrary; the whole state is NaN if its rates are near the largest
+ * doubles. A tilt or motion below 1e-75 counts as zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states, with the bits of kr_exact_state, but faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
@@ -621,21 +620,59 @@ KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 
-/* Turning points of the apex of a Lagrange top, or of a free body symmetric about the apex. The
- * course is "resting", "circle" (both free), "sleeping", "hanging", "steady", "separatrix",
- * "pendulum", "rosette" (through the vertical), "loops", "cusps" or "waves". */
+/* Why a Goryachev-Chaplygin top has no closed form: X(name, what it says). */
+/* clang-format off */
+#define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
+    X(PLANNED,     "there is a plan")                                                             \
+    X(VERTICAL,    "the angular momentum has a vertical component")                               \
+    X(ZERO,        "the integral G is near zero: the motion is elliptic, planar or at rest")      \
+    X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
+    X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
+    X(INTEGRALS,   "a series of one angle of its torus does not converge")                        \
+    X(START,       "the start does not lie on the arcs of its curve that are known")              \
+    X(HEADING,     "the series of its heading has too many terms: it is near a separatrix")       \
+    X(CERTIFICATE, "its series miss the motion by more than is allowed")
+typedef enum kr_chaplygin_refusal {
+#define KR_X_(name, text) KR_CHAPLYGIN_##name,
+    KR_CHAPLYGIN_REFUSAL_LIST(KR_X_)
+#undef KR_X_
+    KR_CHAPLYGIN_REFUSAL_COUNT
+} kr_chaplygin_refusal;
+/* clang-format on */
+/* Returns the text of a refusal, or NULL if there is none of this number. */
+KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
+/* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency of its attitude's
+ * matrix is a sum of whole multiples of `first` and `second` [T^-1]; the mean precession is zero.
+ * `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1; `mismatch` includes
+ * <m, e3> over |m|, which may be a rounding. */
+typedef struct kr_goryachev_chaplygin {
+    double first, second, certificate, mismatch;
+    int refusal; /* a kr_chaplygin_refusal */
+} kr_goryachev_chaplygin;
+#define KR_CHAPLYGIN_BOUND 1e-11
+/* The next four are as those of Kowalewski tops. */
+KR_API size_t kr_goryachev_chaplygin_size(void);
+KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
+                                             const kr_goryachev_chaplygin **out);
+KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
+KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
+                                          const double t[], kr_state out[]);
+
+/* Turning points of the apex of a Lagrange top, or of a free body symmetric about the apex.
+ * motion_type is "resting", "circle" (both for free bodies), "sleeping", "hanging", "steady",
+ * "separatrix", "pendulum", "rosette" (through the vertical), "loops", "cusps" or "waves". */
 typedef struct kr_turning {
     double least, greatest;     /* nutation [rad] */
-    double t_least, t_greatest; /* first times of these, or INFINITY [T] */
+    double t_least, t_greatest; /* first times of both, or INFINITY [T] */
     double
-        critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3: an upright top sleeps above [T^-1] */
+        critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3; a faster upright top sleeps [T^-1] */
     const char *motion_type;
     double sum, difference, inertia, axial_energy, lever; /* private */
 } kr_turning;
-/* Computes the turning points of a scene. KR_ERR_METHOD for other tops. */
+/* Computes the turning points of a scene. Returns KR_ERR_METHOD for other tops. */
 KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
-/* Returns the effective potential at a nutation: the energy less I1/2 (d nutation/dt)^2
- * [M L^2 T^-2]. */
+/* Returns the effective potential at a nutation: the energy minus I1/2 (d nutation/dt)^2 [M L^2
+ * T^-2]. */
 KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
 /* The closed form of the map bobenko_suris for Lagrange tops. The period, precession and spin of
@@ -645,13 +682,12 @@ typedef struct kr_exact_map {
     double step;
     kr_theta pole;
 } kr_exact_map;
-/* Computes the closed form of the map. KR_ERR_STEP_SIZE for starts nearer than k'^2 = 1e-26 to a
- * separatrix of the map at this step, or if a tiny step leaves double-double too few digits;
- * KR_ERR_ARGUMENT for steps outside 2^-100 .. 2^40 of the time in which the top turns by a radian.
- * */
+/* Computes the closed form of the map. Returns KR_ERR_STEP_SIZE for starts nearer than k'^2 = 1e-26
+ * to a separatrix of the map with this step, or if the step is too small for double-double. Returns
+ * KR_ERR_ARGUMENT for steps outside 2^-100 .. 2^40 of the time of a turn by one radian. */
 KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);
-/* Returns the state after k steps, k of either sign, at start.t + k step. Beyond about 2^50 turns
- * the attitude is arbitrary. */
+/* Returns the state after k steps, at start.t + k * step; k may be negative. Beyond about 2^50
+ * turns the attitude is arbitrary. */
 KR_API kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k);
 
 #ifdef __cplusplus

@@ -35,35 +35,61 @@ static py::object exact_states(const doubles &plan, const py::object &t, double 
         });
     return std::move(out);
 }
-// The plan of a Kowalewski top, in memory that Python cannot write.
-struct kowalewski_memory {
-    std::vector<double> doubles;
-    const kr_kowalewski *top = nullptr;
+// The plan of a top with a torus, in memory that Python cannot write. Its kind is the pointer that
+// is set.
+struct torus_memory {
+    std::unique_ptr<double[]> doubles;
+    const kr_kowalewski *kowalewski = nullptr;
+    const kr_goryachev_chaplygin *chaplygin = nullptr;
+
+    void allocate(size_t bytes) { doubles.reset(new double[bytes / sizeof(double) + 1]); }
 };
-// Returns the plan, and the numbers at its head.
-static py::tuple kowalewski_plan(const kr_scene &scene, double bound)
+static py::tuple plan_kowalewski(const kr_scene &scene, double bound)
 {
-    auto memory = std::make_unique<kowalewski_memory>();
-    memory->doubles.resize((kr_kowalewski_size() + sizeof(double) - 1) / sizeof(double));
+    auto memory = std::make_unique<torus_memory>();
+    memory->allocate(kr_kowalewski_size());
     const kr_status status =
-        kr_kowalewski_plan(&scene, bound, memory->doubles.data(), &memory->top);
+        kr_kowalewski_plan(&scene, bound, memory->doubles.get(), &memory->kowalewski);
     kr_kowalewski head;
-    std::memcpy(&head, memory->doubles.data(), sizeof head);
+    std::memcpy(&head, memory->doubles.get(), sizeof head);
     return py::make_tuple(name_of(status), kr_kowalewski_refusal_text(head.refusal),
                           py::make_tuple(head.first, head.second, 2.0 * head.heading),
                           head.certificate, head.mismatch, std::move(memory));
 }
-// As exact_states, for Kowalewski tops.
-static py::object kowalewski_states(const kowalewski_memory &plan, const py::object &t, double most)
+static py::tuple plan_chaplygin(const kr_scene &scene, double bound)
 {
-    if (!plan.top) throw py::value_error("there is no plan");
+    auto memory = std::make_unique<torus_memory>();
+    memory->allocate(kr_goryachev_chaplygin_size());
+    const kr_status status =
+        kr_goryachev_chaplygin_plan(&scene, bound, memory->doubles.get(), &memory->chaplygin);
+    kr_goryachev_chaplygin head;
+    std::memcpy(&head, memory->doubles.get(), sizeof head);
+    return py::make_tuple(name_of(status), kr_goryachev_chaplygin_refusal_text(head.refusal),
+                          py::make_tuple(head.first, head.second, 0.0), head.certificate,
+                          head.mismatch, std::move(memory));
+}
+// The plan of a Goryachev-Chaplygin or, for all other bodies, of a Kowalewski top, and its head.
+static py::tuple torus_plan(const kr_scene &scene, double bound)
+{
+    return kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KIND_GORYACHEV_CHAPLYGIN
+               ? plan_chaplygin(scene, bound)
+               : plan_kowalewski(scene, bound);
+}
+// As exact_states.
+static py::object torus_states(const torus_memory &plan, const py::object &t, double most)
+{
+    if (!plan.kowalewski && !plan.chaplygin) throw py::value_error("there is no plan");
     given_times times;
     if (!times.take(t) || !times.are_below(most)) return py::none();
     const py::ssize_t n = py::ssize_t(times.size());
     doubles out({n, py::ssize_t(8)});
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
     in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
-        kr_kowalewski_states(plan.top, size_t(end - i), times.data() + i, states + i);
+        const size_t count = size_t(end - i);
+        if (plan.kowalewski)
+            kr_kowalewski_states(plan.kowalewski, count, times.data() + i, states + i);
+        else
+            kr_goryachev_chaplygin_states(plan.chaplygin, count, times.data() + i, states + i);
     });
     return std::move(out);
 }
@@ -194,9 +220,9 @@ void bind_exact(py::module_ &m)
 {
     m.def("exact_plan", exact_plan, "scene"_a);
     m.def("exact_states", exact_states, "plan"_a, "t"_a, "most"_a);
-    py::class_<kowalewski_memory>(m, "KowalewskiPlan");
-    m.def("kowalewski_plan", kowalewski_plan, "scene"_a, "bound"_a);
-    m.def("kowalewski_states", kowalewski_states, "plan"_a, "t"_a, "most"_a);
+    py::class_<torus_memory>(m, "TorusPlan");
+    m.def("torus_plan", torus_plan, "scene"_a, "bound"_a);
+    m.def("torus_states", torus_states, "plan"_a, "t"_a, "most"_a);
     py::list names;
     for (const char *course : courses) names.append(course);
     m.attr("courses") = names;

@@ -308,8 +308,9 @@ static py::tuple unsuited(const tops &all, const std::string &name)
             kr_scene scene;
             all.fill(i, i + 1, &scene);
             if (is_like(scene)) continue;
+            const kr_kind kind = kr_body_kind(&scene.body, KR_KIND_RTOL);
             const bool left = chosen && scene.gravity != 0.0 &&
-                              kr_body_kind(&scene.body, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI;
+                              (kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN);
             if (kr_method_suits(method, &scene) && !left) {
                 suited = scene;
                 found = true;

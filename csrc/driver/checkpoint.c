@@ -1,17 +1,17 @@
-/* Checkpoints: save a top as bytes and load it again. A checkpoint holds the inspected motions with
- * their work, clocks, counts and own units, but no pointers: the loaded top keeps its own. A
- * fixed-step motion continues on its grid, an adaptive one with the step and order that it had
- * chosen, a dense one inside its last step. The bytes are a header, the fields of KR_SAVED_TOP
- * (top.h), the work, the tangents, and the state of each event search. No event is therefore found
- * twice or lost. */
+/* Checkpoints: a top saved as bytes, to be loaded again. A checkpoint holds the motions with their
+ * work, times, counts and own units, but no pointers: the loaded top keeps its own pointers. A
+ * fixed-step motion continues on its grid, an adaptive motion with the step and order chosen last,
+ * and a dense motion inside its last step. The bytes are a header, the fields of KR_SAVED_TOP
+ * (top.h), the work, the tangents, and the state of each event search. Because of the latter, no
+ * event is found twice or lost. */
 #include "top.h"
 
 typedef struct checkpoint_header {
     char what[16], version[16], method[32];
-    /* A number whose bytes show the byte order; the bytes of the top; the bytes of the work of one
-     * motion; the number of motions saved. */
+    /* A number that reveals the byte order; the size of the saved part of the top; the size of the
+     * work of one motion; the number of saved motions. Sizes are in bytes. */
     uint64_t layout[4];
-    uint64_t sum; /* checksum of all bytes behind the header */
+    uint64_t sum; /* checksum of all bytes after the header */
 } checkpoint_header;
 typedef char header_is_as_it_was[sizeof(checkpoint_header) == 104 ? 1 : -1];
 #if UINTPTR_MAX == UINT64_MAX
@@ -28,7 +28,7 @@ KR_SAVED_MOTION(X)
 #  undef X
 #endif
 
-/* Number of bytes of a kr_top that are saved. */
+/* Size of the saved part of a kr_top in bytes. */
 enum { SAVED_BYTES = offsetof(kr_top, low) + sizeof(kr_state) };
 
 /* A saved event: the state of its search, and a checksum of its terms. */
@@ -46,7 +46,7 @@ static size_t tangents_size(const kr_top *top)
     return kr_tangents_size(top->method, &top->config) * sizeof(double);
 }
 
-/* Copies `name`, cut to `size` - 1 characters. */
+/* Copies at most `size` - 1 characters of `name`. */
 static void put_name(char *to, size_t size, const char *name)
 {
     for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
@@ -61,8 +61,8 @@ static checkpoint_header make_header(const kr_top *top)
     put_name(made.method, sizeof made.method, top->method->name);
     return made;
 }
-/* Returns a checksum of `bytes`. Each word enters by an invertible map, so every change of a single
- * word changes the sum. */
+/* Returns a checksum of `bytes`. Each word is added by an invertible map, so that a change of a
+ * single word always changes the sum. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -85,7 +85,7 @@ static uint64_t checksum_event(const kr_event *event)
     return checksum((const unsigned char *)parts, sizeof parts);
 }
 
-/* Returns the bytes of a checkpoint of `top` before its events. */
+/* Returns the size of a checkpoint of `top` without its events. */
 static size_t size_without_events(const kr_top *top)
 {
     return sizeof(checkpoint_header) + SAVED_BYTES + (size_t)motion_count(top) * work_size(top) +
@@ -95,7 +95,7 @@ size_t kr_top_save_size(const kr_top *top)
 {
     return top ? size_without_events(top) + top->event_count * sizeof(event_record) : 0;
 }
-/* Writes a record of each event of `top`. */
+/* Writes a record for each event of `top`. */
 static void save_events(const kr_top *top, unsigned char *to)
 {
     for (size_t i = 0; i < top->event_count; i++, to += sizeof(event_record)) {
@@ -103,7 +103,7 @@ static void save_events(const kr_top *top, unsigned char *to)
         memcpy(to, &saved, sizeof saved);
     }
 }
-/* Copies the pointers of `from` into `motion`; NULL sets them to NULL. */
+/* Copies the pointers of `from` into `motion`. Sets them to NULL if `from` is NULL. */
 static void set_pointers(kr_motion *motion, const kr_motion *from)
 {
     motion->scene = from ? from->scene : NULL;
@@ -147,7 +147,7 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
 /* Returns 1 if `motion` and `work` of a checkpoint can belong to `top`. Checks the configuration
- * and every number that counts, indexes or bounds a loop, because a checksum can be forged. */
+ * and all counts, indices and loop bounds, because a checksum can be forged. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -168,19 +168,19 @@ static int is_valid_image(const kr_top *top, const kr_top *image, const unsigned
     if (image->saved_steps < 0 || image->steps < image->saved_steps || image->steps > most)
         return 0;
     if (image->steps > image->saved_steps + KR_CHECK)
-        return 0; /* recovery repeats at most KR_CHECK steps */
+        return 0; /* a recovery repeats at most KR_CHECK steps */
     if (!is_valid_motion(top, &image->main, work)) return 0;
     return motion_count(top) < 2 || is_valid_motion(top, &image->saved, work + work_size(top));
 }
-/* Returns 1 if `own` can be the state of a search after `steps` steps. */
+/* Returns 1 if `own` is a possible state of an event search after `steps` steps. */
 static int is_valid_search(const kr_event_search *own, int64_t steps)
 {
     return own->searched >= -1 && own->searched <= steps && own->mark >= 0.0 && own->mark <= 2.0 &&
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Returns 1 if the saved events are those that `top` watches. If `take` is nonzero, sets their
- * searches. */
+/* Returns 1 if the saved events are those that `top` watches. If `take` is nonzero, copies the
+ * saved states of their searches to `top`. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
@@ -192,8 +192,8 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
     }
     return 1;
 }
-/* Rebuilds the work of a method whose memory is not saved. Returns 0 if the method refuses the
- * start, and leaves the work unchanged. */
+/* Recomputes the work of a method whose memory is not saved. Returns 0 and leaves the work
+ * unchanged if the method rejects the start. */
 static int rebuild_work(kr_top *top, const kr_scene *scene)
 {
     kr_motion motion = top->main;
@@ -220,7 +220,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (top->method->extra_doubles && !rebuild_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
-    image.inspect_at = image.steps; /* max_steps may have changed */
+    image.inspect_at = image.steps; /* because max_steps may have changed */
     set_pointers(&image.main, &top->main);
     set_pointers(&image.saved, &top->saved);
     set_pointers(&image.side, &top->side);

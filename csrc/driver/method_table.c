@@ -1,6 +1,7 @@
 /* The table of methods, built from methods.def, and the bodies that each method accepts. */
 #include "method.h"
 #include "exact/dispatch.h"
+#include "exact/goryachev_chaplygin.h"
 #include "model/body.h"
 
 #define X(id) extern const kr_method kr_method_##id;
@@ -40,8 +41,9 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
         return kind == KR_KIND_LAGRANGE || (kind == KR_KIND_EULER && symmetric);
     if (flags & KR_METHOD_INTEGRABLE)
         return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER ||
-               (kind == KR_KIND_KOWALEWSKI &&
-                kr_kowalewski_size() > 0); /* 0 in builds without it */
+               /* The size is 0 in builds without the closed form. */
+               (kind == KR_KIND_KOWALEWSKI && kr_kowalewski_size() > 0) ||
+               (kind == KR_KIND_GORYACHEV_CHAPLYGIN && kr_goryachev_chaplygin_size() > 0);
     if (flags & KR_METHOD_SYMMETRIC_ONLY) return symmetric;
     return !(flags & KR_METHOD_EULER_ONLY) || kind == KR_KIND_EULER;
 }
@@ -49,8 +51,12 @@ int kr_method_suits(const kr_method *method, const kr_scene *scene)
 {
     if (!method || kr_scene_check(scene) != KR_OK) return 0;
     if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_METHOD_DAMPED)) return 0;
-    if (method->flags & KR_METHOD_INTEGRABLE)
-        return (scene->gravity == 0.0 || kr_method_applies(method, &scene->body)) &&
-               (kr_exact_is_kowalewski(scene) || kr_exact_resolves(scene));
+    if (method->flags & KR_METHOD_INTEGRABLE) {
+        if (scene->gravity != 0.0 && !kr_method_applies(method, &scene->body)) return 0;
+        const kr_kind torus = kr_exact_torus(scene);
+        return torus == KR_KIND_GENERAL
+                   ? kr_exact_resolves(scene)
+                   : torus == KR_KIND_KOWALEWSKI || kr_chaplygin_is_level(scene);
+    }
     return kr_method_applies(method, &scene->body);
 }

@@ -1,12 +1,12 @@
-/* The steps of the main motion, and its last good state. Every KR_CHECK steps a fixed-step motion
- * is inspected and saved. A state that is not finite stays so, hence one inspection in many steps
- * misses nothing. A motion that failed is repeated from the saved one to find its last good state.
- * An adaptive motion is inspected in every step; a dense method inspects its own steps. */
+/* The steps of the main motion, and its last good state. A fixed-step motion is inspected and saved
+ * every KR_CHECK steps. This finds every failure, because a state that is not finite never becomes
+ * finite again. After a failure, the steps since the last save are repeated to find the last good
+ * state. An adaptive motion is inspected in every step; a dense method inspects its own steps. */
 #include "top.h"
 
 enum {
     SIDE_STEPS_MAX =
-        1024 /* limit of the steps of a side motion within one step of the main motion */
+        1024 /* largest number of steps of a side motion within one step of the main motion */
 };
 
 /* Returns 1 if `state`, in own units, is also good in the user's units. */
@@ -17,7 +17,7 @@ static int is_good_state(const kr_top *top, const kr_state *state)
 /* Returns 1 if the state of the main motion is good. */
 static int is_main_good(const kr_top *top)
 {
-    kr_state state = {0}; /* not a good state until it is read */
+    kr_state state = {0}; /* not good if the method writes nothing */
     top->method->read(&top->main, &state);
     return is_good_state(top, &state);
 }
@@ -44,7 +44,8 @@ void kr_steps_save(kr_top *top)
     top->saved_steps = top->steps;
     set_inspection(top);
 }
-/* Restores the main motion from the saved one. The counts of work done since then are kept. */
+/* Restores the main motion from the saved motion. The counts of evaluations and iterations are
+ * kept. */
 static void restore_saved(kr_top *top)
 {
     const kr_stats spent = top->main.stats;
@@ -83,7 +84,7 @@ static kr_status check_limits(kr_top *top)
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks that the main motion is finite, saves it, and checks the limits. */
+/* Checks that the main motion is finite, saves this motion, and checks the limits. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);
@@ -131,15 +132,15 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Checks the limits of a side motion. A side motion that exceeds them shows that the main motion's
- * step violated its tolerance. */
+/* Checks the limits of a side motion. If they are exceeded, the step of the main motion did not
+ * meet its tolerance. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return steps >= SIDE_STEPS_MAX || (limit > 0 && steps >= limit) ? KR_ERR_LIMIT : KR_OK;
 }
-/* Moves the side motion from `from` by `span`. */
+/* Integrates the side motion from the state `from` over the time `span`. */
 static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
 {
     const kr_method *method = top->method;
@@ -149,7 +150,7 @@ static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
     side->clock = 0.0;
     side->stats = (kr_stats){0};
     kr_status status = method->reset(side, from);
-    if (status == KR_ERR_STEP_SIZE) return KR_ERR_CONVERGENCE; /* the input is not to blame here */
+    if (status == KR_ERR_STEP_SIZE) return KR_ERR_CONVERGENCE; /* not an invalid input */
     if (status == KR_OK) status = method->step(side, span);
     for (int64_t n = 1;
          status == KR_OK && method->flags & KR_METHOD_ADAPTIVE && side->clock != span; n++) {
@@ -165,13 +166,13 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     kr_state state;
     kr_status status = top->steps >= top->inspect_at ? inspect_main(top) : KR_OK;
     if (status != KR_OK) return status;
-    /* An attitude of length 0 would leave vectors unturned and lead to a state that looks valid. */
+    /* An attitude of length 0 would not rotate vectors at all, and the result would look valid. */
     if (!is_good_state(top, from)) return kr_steps_recover(top);
     status = run_side_motion(top, from, span);
     total->evaluations += spent->evaluations;
     total->rejected += spent->rejected;
     total->iterations += spent->iterations;
-    top->inspect_at--; /* so that many times between two grid points are inspected too */
+    top->inspect_at--; /* requests between two grid points count towards the next inspection */
     if (status == KR_OK) {
         top->method->read(&top->side, &state);
         if (!is_good_state(top, &state)) status = KR_ERR_NOT_FINITE;

@@ -1,5 +1,5 @@
 /* Tangents in the user's frame and units: the initial deviations (seeds) of the requested columns,
- * and the conversion of the results. The method propagates the deviations from the start. */
+ * and the conversion of the results. The method propagates the deviations. */
 #include <math.h>
 #include <string.h>
 #include "model/scene.h"
@@ -31,7 +31,7 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The seeds of the columns; `next` points to the first one not yet written. */
+/* The seeds of the columns; `next` points to the next seed to be written. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
@@ -62,8 +62,8 @@ static void seed_moments(seed_list *to)
         *to->next++ = seed;
     }
 }
-/* Writes the seed of a parameter that scales the lever mass gravity com: `weight` is the product of
- * the other two factors. */
+/* Writes the seed of a parameter in the lever = mass * gravity * com. The derivative of the lever
+ * by this parameter is weight * com. */
 static void seed_lever(seed_list *to, dd weight, kr_vec3 com)
 {
     const kr_vec3 a = q_turn_back(to->working, com), none = {0.0, 0.0, 0.0};
@@ -102,7 +102,7 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the unit of each column, a power of two in the user's units. */
+/* Writes the own unit of each column, a power of two, in the user's units. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;
@@ -113,7 +113,7 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     if (by & KR_TANGENT_MOMENTS)
         for (int i = 0, first = by & KR_TANGENT_START ? 6 : 0; i < 3; i++) unit[first + i] = moment;
 }
-/* Writes factor `value` as a double, and the rest to `low`. */
+/* Writes the product factor * value as a double, and the remainder to `low`. */
 static void put_axis(double *out, double *low, dd value, double factor)
 {
     const dd v = dd_scale(factor, value);

@@ -1,8 +1,8 @@
-/* A moving top in the user's frame, units and clock: creation, requested times, and the conversion
- * of states. steps.c handles limits, finiteness, interruption and the last good state; methods only
- * step. A fixed-step motion stands on the grid start.t + k step, an adaptive one at the ends of its
- * own steps. A second motion, started at the point before a time, evaluates the states between two
- * points. Requested times therefore never change the path. */
+/* A moving top in the user's frame and units: creation, requested times, and the conversion of
+ * states. steps.c handles limits, checks for NaN and infinity, interruption and the last good
+ * state. A fixed-step motion moves along the grid start.t + k * step, an adaptive motion along the
+ * ends of its own steps. The state at a time between two such points is computed by a second
+ * motion, started at the first of them. Requested times therefore never change the path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -11,15 +11,15 @@
 
 enum {
     CACHE_LINE = 8,         /* doubles in 64 bytes */
-    STATES_PER_CHECK = 1024 /* states between two calls of poll */
+    STATES_PER_CHECK = 1024 /* number of states between two calls of poll */
 };
 
 /* Returns 1 if the motion uses more than 16 digits. */
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 /* Returns 1 if the method chooses its steps. */
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns the horizon limited to 2^50 steps: beyond them two points of a grid may round to the same
- * double. */
+/* Returns `horizon`, for fixed steps limited to 2^50 steps, because later grid points may round to
+ * the same double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -34,7 +34,7 @@ static kr_status horizon_error(const kr_top *top, double t)
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
-/* Sets axes, own units and horizon of `top` from its scene and config. */
+/* Sets the axes, own units and horizon of `top` from its scene and config. */
 static kr_status choose_units(kr_top *top)
 {
     const kr_working working = kr_top_working_axes(top);
@@ -50,7 +50,7 @@ static kr_status choose_units(kr_top *top)
     top->axes = q_mul(top->scene.body.axes, working.axes);
     top->is_turned = v_largest(q_vec(top->axes)) > 0.0;
     top->main.inertia = v_scale(1.0 / own.moment, working.inertia);
-    const double longer = top->time_unit / own.time; /* 1 except for KR_METHOD_ABSOLUTE */
+    const double longer = top->time_unit / own.time; /* is 1 except for KR_METHOD_ABSOLUTE */
     top->main.lever = v_scale(longer, v_scale(longer, own.lever));
     top->main.damping = v_scale(1.0 / top->momentum_unit, working.damping);
     top->main.step = top->config.step / top->time_unit;
@@ -59,8 +59,8 @@ static kr_status choose_units(kr_top *top)
     if (has_extended_digits(top)) kr_extended_set_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
 }
-/* Converts `state` at time t to the user's frame and units in place, which saves a costly copy.
- * Returns 0, and leaves the low words unchanged, if the state is not good. */
+/* Converts `state` at time t to the user's frame and units, in place to avoid a costly copy. If the
+ * state is not good, returns 0 and leaves the low words unchanged. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -81,13 +81,13 @@ static double grid_time(const kr_top *top, int64_t k)
 {
     return top->scene.start.t + (double)k * top->config.step;
 }
-/* Returns 1 if t is grid point k up to the rounding of both. */
+/* Returns 1 if t is the time of grid point k up to rounding errors. */
 static int is_at_grid_point(const kr_top *top, int64_t k, double t)
 {
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Returns the last grid point not after t, and not before the current one. */
+/* Returns the index of the last grid point that is not after t, but at least the current one. */
 static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
@@ -102,38 +102,38 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-/* Returns the time since the start in own units. */
-static double clock_of(const kr_top *top, double t)
+/* Returns the time t since the start in own units. */
+static double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* Returns the part of clock_of(top, t) that a double cannot store. */
-static double clock_low(const kr_top *top, double t)
+/* Returns the part of time_since_start(top, t) that a double cannot store. */
+static double time_since_start_low(const kr_top *top, double t)
 {
     return two_sum(t, -top->scene.start.t).lo / top->time_unit;
 }
 /* Evaluates the last step of a dense method at time t. */
 static void evaluate_dense(kr_top *top, double t, kr_state *state)
 {
-    top->main.low.t = clock_low(top, t);
-    top->method->at(&top->main, clock_of(top, t), state);
+    top->main.low.t = time_since_start_low(top, t);
+    top->method->at(&top->main, time_since_start(top, t), state);
 }
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
 {
-    top->main.low.t = clock_low(top, top->requested);
-    top->method->tangents->evaluate(&top->main, clock_of(top, top->requested), top->tangents,
-                                    kr_tangent_columns(top->config.tangents), out);
+    top->main.low.t = time_since_start_low(top, top->requested);
+    top->method->tangents->evaluate(&top->main, time_since_start(top, top->requested),
+                                    top->tangents, kr_tangent_columns(top->config.tangents), out);
 }
 /* Computes the state at t of an adaptive method, in own units. */
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;
-    const double goal = clock_of(top, t);
+    const double goal = time_since_start(top, t);
     while (top->forward * (goal - top->main.clock) > 0.0) {
         const kr_status status = dense ? kr_steps_dense(top, goal) : kr_steps_adaptive(top);
         if (status != KR_OK) return status;
     }
-    /* If a step is shorter than the resolution of time, t may lie before the last step. */
+    /* If steps are shorter than the resolution of time, t may lie before the last step. */
     if (!(top->forward * (goal - top->before_clock) >= 0.0)) return KR_ERR_STEP;
     if (dense)
         evaluate_dense(top, t, state);
@@ -151,7 +151,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     const int adaptive = is_adaptive(top);
     kr_status status;
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
-    /* The next grid point is the most frequent request and needs no further checks. */
+    /* The next grid point is requested most often, and needs no further checks. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
@@ -174,11 +174,11 @@ double kr_top_time(const kr_top *top)
     return is_adaptive(top) ? top->scene.start.t + top->main.clock * top->time_unit
                             : grid_time(top, top->steps);
 }
-/* Returns the last time that is not behind the main motion. */
+/* Returns the last time, as a double, that the main motion has reached. */
 static double time_reached(const kr_top *top)
 {
     const double at = kr_top_time(top);
-    if (!is_adaptive(top) || !(top->forward * (clock_of(top, at) - top->main.clock) > 0.0))
+    if (!is_adaptive(top) || !(top->forward * (time_since_start(top, at) - top->main.clock) > 0.0))
         return at;
     return nextafter(at, top->scene.start.t);
 }
@@ -188,7 +188,7 @@ kr_status kr_top_sync(kr_top *top, double t)
     kr_state state;
     if (!(top->forward * (at - top->requested) > 0.0 && top->forward * (t - at) >= 0.0))
         return KR_OK;
-    if (is_adaptive(top) && !(top->forward * (clock_of(top, at) - top->before_clock) > 0.0))
+    if (is_adaptive(top) && !(top->forward * (time_since_start(top, at) - top->before_clock) > 0.0))
         return KR_OK;
     top->main.low = (kr_state){0};
     if (top->method->at)
@@ -201,8 +201,8 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns 16, 20 or 30, whichever covers the requested digits; 0 if the tolerance decides; -1 for
- * invalid values. */
+/* Returns 16, 20 or 30, the smallest of these that is not below the requested digits. Returns 0 if
+ * the tolerance determines the digits, and -1 for invalid values. */
 static int parse_digits(const kr_method *method, const kr_config *config)
 {
     if (config->digits == 0) return 0;
@@ -210,9 +210,9 @@ static int parse_digits(const kr_method *method, const kr_config *config)
     if (config->tol > (config->digits > 20 ? 0x1p-100 : 0.0)) return -1;
     return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
 }
-/* Returns the doubles that the work of all motions takes. */
+/* Returns the number of doubles in the work of all motions. */
 static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
-/* Returns KR_OK if `method` can move `scene` with `config`, else the reason why not. */
+/* Returns KR_OK if `method` applies to `scene` with `config`, else the reason why not. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
 {
@@ -226,7 +226,8 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
-/* Starts a top from a checked scene, method and config. Its memory is already assigned. */
+/* Starts a top from a checked scene, method and config. The memory of the top is already
+ * assigned. */
 static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *method,
                            const kr_config *config)
 {
@@ -249,8 +250,8 @@ static double *align64(double *memory)
 {
     return memory + (CACHE_LINE - (uintptr_t)memory / sizeof(double) % CACHE_LINE) % CACHE_LINE;
 }
-/* Assigns the work of each motion and the tangents. The main work and the tangents begin on
- * multiples of 64 bytes. */
+/* Assigns memory to the work of each motion and to the tangents. The main work and the tangents
+ * begin at multiples of 64 bytes. */
 static void assign_memory(kr_top *top, int has_tangents)
 {
     const size_t work = top->method->work;
@@ -300,8 +301,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Replaces `top` by `begun`, which was started in spare memory: that of the side motion, or its own
- * for a dense method. `top` keeps its memory. */
+/* Replaces `top` by `begun`, which was started in the memory of the side motion, or for a dense
+ * method in that of the main motion. `top` keeps its own memory. */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -371,8 +372,8 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
-/* Makes a step of an adaptive method, or moves to the end of the last step if the requested time
- * lies inside it. */
+/* Makes a step of an adaptive method. If the last requested time lies inside the last step,
+ * advances to the end of that step instead. */
 static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, requested = top->requested;
@@ -389,7 +390,8 @@ kr_status kr_top_step(kr_top *top)
     if (!top) return KR_ERR_ARGUMENT;
     if (is_adaptive(top)) return step_adaptive(top);
     return kr_top_advance(
-        top, grid_time(top, top->steps + 1)); /* a different double, before the horizon */
+        top,
+        grid_time(top, top->steps + 1)); /* below the horizon, grid points are distinct doubles */
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

@@ -1,13 +1,13 @@
-/* The top as the driver sees it. Shared by top.c (the user's frame and units), steps.c (steps of
- * the methods), extended.c (more than 16 digits), working_axes.c, tangent_seeds.c, checkpoint.c and
- * events/. */
+/* The top, as the driver represents it. Shared by top.c (the user's frame and units), steps.c
+ * (steps of the methods), extended.c (more than 16 digits), working_axes.c, tangent_seeds.c,
+ * checkpoint.c and events/. */
 #ifndef KR_TOP_H
 #define KR_TOP_H
 #include "method.h"
 #include "model/body.h"
 #include "math/su2_dd.h"
 
-enum { KR_CHECK = 256 /* steps between two inspections of a fixed-step motion */ };
+enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
     /* First field of a checkpoint. */
@@ -15,33 +15,33 @@ struct kr_top {
     const kr_method *method;
     kr_config config;
     kr_quat axes;         /* working axes -> frame of description */
-    int is_turned;        /* whether `axes` is not the identity */
-    double time_unit;     /* own unit of time [T] */
-    double momentum_unit; /* own unit of momentum [M L^2 T^-1] */
-    double forward;       /* 1, or -1 back in time */
+    int is_turned;        /* nonzero unless `axes` is the identity */
+    double time_unit;     /* unit of time of the motions [T] */
+    double momentum_unit; /* unit of momentum of the motions [M L^2 T^-1] */
+    double forward;       /* 1, or -1 backward in time */
     kr_motion main;       /* the main motion */
-    kr_motion side;      /* a motion from a point of the main motion to a time between two points */
-    kr_motion saved;     /* the main motion at its last inspection; unused by dense methods */
-    int64_t steps;       /* steps done, the main motion's grid point */
-    int64_t saved_steps; /* steps done when `saved` was written */
-    int64_t inspect_at;  /* number of steps at which the main motion is inspected next */
-    kr_state before;     /* adaptive: state before the last step, own units */
-    double before_clock; /* adaptive: clock before the last step */
-    double requested;    /* the last requested time */
-    kr_state now;        /* the state at that time, in the user's units */
-    kr_state low;        /* the part of `now` that doubles cannot store */
+    kr_motion side;       /* a motion from a point of the main motion to a requested time */
+    kr_motion saved;      /* the main motion at its last inspection; not used by dense methods */
+    int64_t steps;        /* steps made: the grid point of the main motion */
+    int64_t saved_steps;  /* steps made when `saved` was written */
+    int64_t inspect_at;   /* value of `steps` at which the main motion is inspected next */
+    kr_state before;      /* adaptive methods: state before the last step, in own units */
+    double before_clock;  /* adaptive methods: time since the start, before the last step */
+    double requested;     /* the last requested time */
+    kr_state now;         /* the state at the last requested time, in the user's units */
+    kr_state low;         /* the part of `now` that doubles cannot store */
     /* First field that a checkpoint does not contain. */
-    double horizon;     /* limit of requested times */
-    kr_event *events;   /* watched events, in the user's memory */
+    double horizon;     /* requested times must be below this limit */
+    kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
-    double *tangents;   /* memory of the tangents; NULL: none */
+    double *tangents;   /* memory of the tangents; NULL: no tangents */
     kr_vec3 apex;       /* unit vector to the centre of mass in working axes, for events */
     double memory[];    /* work of the motions and tangents */
 };
 
 /* The format of a checkpoint: the bytes of the fields above on machines with 64-bit pointers, with
- * zeros for pointers. The work of the main motion, and of the saved one if it is used, follows.
- * Moving a field changes the format and these offsets. */
+ * zeros for pointers. These are followed by the work of the main motion, and of the saved motion if
+ * the method uses one. Moving a field changes the format and these offsets. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
     X(scene, 0)            X(method, 192)         X(config, 200)         X(axes, 256)             \
@@ -60,13 +60,13 @@ struct kr_top {
     X(low, 176)            X(scene, 240)
 /* clang-format on */
 
-/* Returns the working axes of `top`, and inertia, com and damping along them. */
+/* Returns the working axes of `top`, and the inertia, com and damping along these axes. */
 kr_working kr_top_working_axes(const kr_top *top);
-/* Returns the start `start` in working axes and own units. */
+/* Returns the state `start` in working axes and own units. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
 /* Returns the rotation from working axes to the frame of description, in double-double. */
 quat_dd kr_extended_axes(const kr_top *top);
-/* Sets the lever of the main motion in double-double; `moment` is the unit of moments. */
+/* Sets the lever of the main motion in double-double; `moment` is the own unit of moments. */
 void kr_extended_set_lever(kr_top *top, double moment);
 /* Converts `start` to own units, with the momentum seen from the body. Writes the low words to
  * `low` of the main motion. */
@@ -75,19 +75,20 @@ kr_state kr_extended_from_user(kr_top *top, const kr_state *start);
  * of the top. */
 void kr_extended_to_user(kr_top *top, kr_state *state);
 
-/* Returns 1 if a state is finite and its attitude has unit length, which an overflow destroys. */
+/* Returns 1 if a state is finite and its attitude has unit length. After an overflow the length
+ * differs. */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the limit of requested times of `top` with `scene`. */
+/* Returns the horizon of `top` for `scene`: the limit of requested times. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates a top for `method` and the tangents of `config`, with `more` doubles behind the
- * method's work. The top has no scene yet. */
+/* Allocates a top for `method` and the tangents of `config`, with `more` doubles after the method's
+ * work. The top has no scene yet. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t more, kr_top **top);
 /* Returns 1 if `method` can compute the tangents that `config` requests. */
 int kr_tangents_are_available(const kr_method *method, const kr_config *config);
-/* Returns the doubles that the tangents of `config` take; 0 for none. */
+/* Returns the number of doubles for the tangents of `config`; 0 without tangents. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
 /* Starts the requested tangents at the start of the main motion. */
 void kr_tangents_begin(kr_top *top);
@@ -95,31 +96,31 @@ void kr_tangents_begin(kr_top *top);
 kr_status kr_tangents_advance(kr_top *top);
 /* Writes the tangents at the last requested time, in working axes and own units. */
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
-/* Turns a top without events into the one that kr_top_create makes of `scene` and `config`. Leaves
- * the top unchanged on failure. */
+/* Restarts a top with another `scene` and `config`, as if kr_top_create had made it with them.
+ * Leaves the top unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_config *config);
-/* Returns the step of a config for the given direction of time. 0 lets a method choose its step,
- * but only forward; backward, the first step is then -0.1. */
+/* Returns the step of a config with the sign for the direction of time. A step of 0, which lets a
+ * method choose, becomes -0.1 backward in time. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Sets the state of the top, after a failure before time t, to that of the main motion. Does
- * nothing if the main motion is not ahead of the last requested time, or not finite in the user's
- * units. */
+/* Sets the state of the top, after a failure before time t, to the state of the main motion. Leaves
+ * the top unchanged if the main motion has not passed the last requested time, or is not finite in
+ * the user's units. */
 kr_status kr_top_sync(kr_top *top, double t);
-/* Restores the saved motion after a failure and repeats its good steps. Returns the reason of the
+/* Restores the saved motion after a failure and repeats the good steps. Returns the reason for the
  * failure. */
 kr_status kr_steps_recover(kr_top *top);
-/* Moves the main motion to grid point `goal` and writes the state there. */
+/* Advances the main motion to grid point `goal` and writes the state at this point. */
 kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
 /* Makes one step of an adaptive method. */
 kr_status kr_steps_adaptive(kr_top *top);
-/* Makes one step of a dense method, which may pass `until`. */
+/* Makes one step of a dense method. The step may end after the time `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
-/* Writes the state `span` after `from`, computed by the side motion. All numbers are in own units.
- * */
+/* Writes to `end` the state at the time `span` after `from`, computed by the side motion, in own
+ * units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
 /* Calls the user's poll. Returns nonzero if the user wants to stop. */
 int kr_steps_poll(kr_top *top);

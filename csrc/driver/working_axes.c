@@ -1,10 +1,9 @@
-/* Conversion of a start to working axes, for up to 16 digits; extended.c converts those with more.
- * */
+/* Conversion of a start to working axes, for up to 16 digits; extended.c serves more digits. */
 #include "model/body.h"
 #include "top.h"
 
-/* Methods without a special axis use the principal axes. The attitude and the lever are then not
- * rounded, and a small tilt keeps its digits whatever the order of the axes. */
+/* Methods that need no special order of the axes use the principal axes. The attitude and the lever
+ * are then not rounded, and a small tilt keeps its digits. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -12,9 +11,10 @@ kr_working kr_top_working_axes(const kr_top *top)
                ? kr_body_principal(&scene->body, scene->damping)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Returns `q` in working axes that are a permutation of the principal axes. The attitude of an
- * upright top then has large components, and its tilt is a small difference of them. The product is
- * therefore computed in double-double; its low words go to top->main.low. */
+/* Returns the attitude `q` in working axes that are a permutation of the principal axes. The
+ * attitude of an upright top then has large components, and the tilt is a small difference between
+ * them. The product is therefore computed in double-double; its low words are written to
+ * top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {
     const quat_dd principal = qdd_mul(qdd_of(q), qdd_of(top->scene.body.axes)),

@@ -1,15 +1,15 @@
-/* Tops with a closed form, in batches. States equal those of kr_exact_state, except that the given
- * start is returned at t = start. Tops with invalid times are left to the driver, which reports the
- * error. */
+/* Tops with a closed form, in batches. The states equal those of kr_exact_state, except that the
+ * given start is returned at the time of the start. Tops with invalid times are passed to the
+ * driver, which reports the error. */
 #include "exact/dispatch.h"
 #include "worker.h"
 
 enum {
     STATES_PER_CALL = 64,
-    STATES_PER_POLL = 1 << 16 /* states between two calls of poll */
+    STATES_PER_POLL = 1 << 16 /* number of states between two calls of poll */
 };
 
-/* Returns a lower bound of kr_scene_horizon that costs less. */
+/* Returns a lower bound of kr_scene_horizon that is cheaper to compute. */
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
@@ -17,9 +17,8 @@ static double lower_bound_of_horizon(const kr_scene *s)
                  swing = sqrt(s->body.mass * fabs(s->gravity) / largest * v_length(s->body.com));
     return 0x1p52 / fmax(turning, swing);
 }
-/* Returns 1 if the times of a top move away from its start in one direction, stay within the
- * horizon, and need no more steps than `config` allows; the closed form counts a step for each
- * time. */
+/* Returns 1 if the times of a top are monotonic from its start, lie within the horizon, and need no
+ * more steps than `config` allows. Each time counts as a step of the closed form. */
 static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
 {
     const kr_scene *scene = &tops->scenes[i];
@@ -35,20 +34,21 @@ static int is_ordered(const kr_config *config, const kr_tops *tops, size_t i)
     }
     return plain;
 }
-/* Stores states of a top up to the first invalid one. Returns the number of stored states. */
+/* Stores the states of a top before the first invalid state. Returns the number of stored
+ * states. */
 static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *accumulators, size_t n,
                            kr_state states[])
 {
     const kr_state *start = &worker->tops->scenes[slot->top].start;
     size_t k = 0;
     for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++) {
-        slot->steps += states[k].t != slot->last.t; /* counted as by the method */
+        slot->steps += states[k].t != slot->last.t; /* as the method counts steps */
         kr_worker_store_state(worker, slot, accumulators,
                               states[k].t == start->t ? start : &states[k]);
     }
     return k;
 }
-/* Writes the outcome of a top. */
+/* Writes the outcome of a top and the number of its steps. */
 static void finish_top(kr_worker *worker, const kr_slot *slot, const kr_accumulator *accumulators,
                        kr_status status)
 {
@@ -62,7 +62,7 @@ static int poll(kr_worker *worker)
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
     return worker->interrupted;
 }
-/* Evaluates a top, a few states at a time. */
+/* Computes and stores the states of a top, STATES_PER_CALL at a time. */
 static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
 {
     const kr_tops *tops = worker->tops;
@@ -82,7 +82,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
     }
     finish_top(worker, &slot, accumulators, slot.states < tops->times ? KR_ERR_INTERRUPTED : KR_OK);
 }
-/* Stores a top whose states were computed in place. */
+/* Stores the states of a top that were computed in place. */
 static void store_top(kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;

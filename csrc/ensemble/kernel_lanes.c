@@ -1,9 +1,9 @@
-/* The kernel of the lanes (lane_state.h), in doubles. Each instruction set compiles this file:
- * -DKR_ISA=avx2 -mavx2 -mfma, and so on (CMakeLists.txt). */
+/* The kernel of the lanes (lane_state.h), in doubles. This file is compiled once for each
+ * instruction set, with -DKR_ISA=avx2 -mavx2 -mfma etc. (CMakeLists.txt). */
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Ends the step of every lane at a time. */
+/* Ends the step of every lane at the time `end`, and returns the points of the paths. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = sum_lanes(l, end, headless);
@@ -26,7 +26,7 @@ INLINE unsigned step_lanes(kr_lanes *l, int headless)
     wide end = wide_fma(forward, lane_step_size(l, headless), t);
     lane_point r = end_lane_steps(l, end, headless);
     if (l->tangents) {
-        const wide reached = follow_step(l, l->tangents);
+        const wide reached = propagate_over_step(l, l->tangents);
         if (!mask_all(wide_equal(reached, end))) r = end_lane_steps(l, reached, headless);
         end = reached;
     }
@@ -58,7 +58,7 @@ unsigned KR_NAME(kr_lanes_advance)(kr_lanes *l, int steps)
     return l->skip_heading ? advance_without_heading(l, steps) : advance_with_heading(l, steps);
 }
 
-void KR_NAME(kr_lanes_look)(kr_lanes *l)
+void KR_NAME(kr_lanes_sample)(kr_lanes *l)
 {
     const int headless = l->skip_heading;
     const lane_point r = sum_lanes(l, wide_load(l->at), headless);

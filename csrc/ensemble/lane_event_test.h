@@ -1,10 +1,11 @@
-/* Test for a possible sign change of the event function in a step of the lanes. The function is a
- * polynomial there, enclosed by its coefficients in Bernstein's basis. If all of them have its last
- * sign, no change occurred. The test may report a change where there is none, never the reverse;
- * section.c searches those lanes. Each instruction set compiles this source, as lane_series.h. */
+/* Test for a possible sign change of the event function in a step of the lanes. In a step the
+ * function is a polynomial, enclosed by its coefficients in Bernstein's basis. If all coefficients
+ * have the last sign of the function, no change occurred. The test may report a change where there
+ * is none, but never misses one; section.c searches the reported lanes. This source is compiled
+ * once for each instruction set. */
 #include "lane_series.h"
 
-/* Returns g at P and W without its constant. */
+/* Returns g at P and W without the constant. */
 INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
 {
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
@@ -21,9 +22,9 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
                          wide_fma(k.z * w.x, w.y, wide_fma(up.z, p.x, down.z * p.y))};
     return event_value(l, dp, dw);
 }
-/* Sets the coefficients of g, or of dg/ds, over a step of length h. As in
- * events/event_polynomial.c, the last coefficient makes them end where the next step begins.
- * Returns their degree. */
+/* Sets the coefficients of g, or of dg/ds, over a step of length h, and returns the degree. As in
+ * events/event_polynomial.c, the last coefficient is corrected so that the value at the end is that
+ * at the start of the next step. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
     const int first = l->extremum, degree = l->order - first;
@@ -43,7 +44,7 @@ INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
     wide_store(l->g[degree], wide_load(l->g[degree]) + (there - reached));
     return degree;
 }
-/* Returns the lanes in which g, or dg/ds, has kept its sign in the step. */
+/* Returns the lanes in which g, or dg/ds, has certainly kept its sign in the step. */
 INLINE mask keeps_sign(kr_lanes *l, wide h, const lane_point *end)
 {
     const int degree = expand_event(l, h, end);

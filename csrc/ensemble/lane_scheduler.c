@@ -1,5 +1,5 @@
-/* Schedules tops in lanes. Each top has its own clock and steps. A lane whose top has reached its
- * last time takes the next top. A top that a lane cannot finish is moved by a scalar run from its
+/* Schedules tops in lanes. Each top has its own time and steps. A lane whose top has reached its
+ * last time takes the next top. A top that fails in a lane is repeated by a scalar run from the
  * start, which reports the error. */
 #include <float.h>
 #include "math/exponent.h"
@@ -12,12 +12,12 @@ const kr_lanes_isa *kr_lanes_isa_at(int i)
     static const kr_lanes_isa isas[] = {
 #if defined KR_X86
         {"avx512", &kr_lanes_count_avx512, kr_has_avx512, kr_lanes_advance_avx512,
-         kr_lanes_look_avx512, kr_lanes_begin_avx512},
-        {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_look_avx2,
+         kr_lanes_sample_avx512, kr_lanes_begin_avx512},
+        {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_sample_avx2,
          kr_lanes_begin_avx2},
 #endif
-        {KR_BASE_NAME, &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base, kr_lanes_look_base,
-         kr_lanes_begin_base},
+        {KR_BASE_NAME, &kr_lanes_count_base, kr_has_base, kr_lanes_advance_base,
+         kr_lanes_sample_base, kr_lanes_begin_base},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
@@ -34,14 +34,14 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
     to[0][lane] = q.w;
     set_components(to + 1, lane, q.x, q.y, q.z);
 }
-/* Resets the integrals of a tangent at its start. */
+/* Sets the integrals of a tangent to their values at the start. */
 static void reset_growth(kr_growth *growth, int lane)
 {
     growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
     growth->max[lane] = growth->last[lane] = growth->truncation[lane] = 0.0;
     growth->scale[lane] = 1.0;
 }
-/* Parks the tangent of a lane without a top. */
+/* Sets the tangent of a lane without a top to finite numbers. */
 static void park_tangent(kr_lane_tangents *g, int lane)
 {
     kr_lane_number *const none[] = {g->ahead, g->behind, g->per, g->moments, g->c, g->end.d[1]};
@@ -49,7 +49,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Parks a lane without a top at rest, where no step ends. */
+/* Parks a lane without a top: a top at rest, whose first step never ends. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w, l->k,      l->up,      l->down,
@@ -65,8 +65,8 @@ static void park_lane(kr_lanes *l, int lane)
     l->noise[lane] = -1.0; /* no event */
     if (l->tangents) park_tangent(l->tangents, lane);
 }
-/* Chooses the fastest order for the tolerance, and lowers the tolerance to the target of its steps.
- * validation/studies/lane_orders.py measured both. */
+/* Chooses the fastest order for the tolerance, and lowers the tolerance so that the error of this
+ * order meets it. Both were measured by validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -86,7 +86,7 @@ static void choose_order(kr_lanes *l, double tol)
 void kr_scheduler_configure(kr_worker *worker)
 {
     int i = 0;
-    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* entered only if the widest set is missing */
     worker->isa = kr_lanes_isa_at(i);
     worker->lanes->skip_heading = worker->config.skip_heading;
     choose_order(worker->lanes, worker->config.tol);
@@ -105,8 +105,8 @@ void kr_scheduler_reset(kr_worker *worker)
     for (int i = 0; i < KR_LANES_MAX; i++) park_lane(worker->lanes, i);
 }
 
-/* Returns the cyclic rotation of the axes that makes the third moment the largest; writes the
- * number of axes shifted. */
+/* Returns the rotation that permutes the axes cyclically so that the third moment is the largest.
+ * Writes the number of places by which the axes are shifted. */
 static kr_quat rotate_axes(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
@@ -122,7 +122,7 @@ static void set_vector3(kr_lane_number *to, int lane, kr_vec3 v)
 {
     set_components(to, lane, v.x, v.y, v.z);
 }
-/* Sets the constants of a lane from a motion and the rate of its series. */
+/* Sets the constants of a lane from a motion and the unit of frequency `rate` of the series. */
 static void set_lane_constants(kr_lanes *l, int lane, const kr_motion *motion, double rate,
                                int shift)
 {
@@ -141,9 +141,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the direction of a tangent at the start, in working axes and own units. The user's
- * direction is scaled by a power of two, because its square may overflow. The default is generic:
- * along no special axis. */
+/* Writes the initial tangent in working axes and own units. The user's tangent is scaled by a power
+ * of two, because its square may overflow. The default tangent is generic: along no special
+ * axis. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {
@@ -159,11 +159,11 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
     *turn = v_times_power_of_2(*turn, -exponent_of(size));
     *push = v_times_power_of_2(*push, -exponent_of(size));
 }
-/* Largest reciprocal of a moment in units of the largest moment. The components of a tangent differ
- * by this factor and are squared. */
+/* Largest allowed reciprocal of a moment, in units of the largest moment. The components of a
+ * tangent differ by this factor, and their squares must not overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Starts the tangent of the top that worker->fallback holds. Returns 0 if the direction vanishes
- * without the known solutions, or if its square overflows. */
+/* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent vanishes when the
+ * known solutions are removed, or if its square overflows. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;
@@ -190,8 +190,7 @@ static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
     const double size = v_length(turn) + v_length(push), per = 1.0 / A.x + 1.0 / A.y + 1.0 / A.z;
     return g->first_size[lane] > 1e-10 * size && size < INFINITY && per < MAX_INVERSE_MOMENT;
 }
-/* Loads the top that worker->fallback holds into a lane. Returns 0 if its tangent has no direction.
- * */
+/* Loads the top in worker->fallback into a lane. Returns 0 if the initial tangent is not usable. */
 static int load_lane(kr_worker *worker, int lane)
 {
     const kr_top *top = worker->fallback;
@@ -221,7 +220,7 @@ static int load_lane(kr_worker *worker, int lane)
     return !l->tangents || begin_tangent(worker, lane, p.rate, shift);
 }
 
-/* Frees a lane. */
+/* Marks a lane as free and parks it. */
 static void release_lane(kr_worker *worker, int lane)
 {
     worker->busy &= ~(1u << lane);
@@ -241,8 +240,8 @@ void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
                          status, stats);
     release_lane(worker, lane);
 }
-/* Sets the goal of a lane to its next requested time; times at the start need no computation.
- * Returns 0, and frees the lane, if the top is done or must fall back. */
+/* Sets the goal of a lane to the next requested time; stores the start for all times equal to the
+ * start. Returns 0 and frees the lane if the top is done or needs a scalar run. */
 static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -268,8 +267,8 @@ static int set_next_goal(kr_worker *worker, int lane)
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
 }
-/* Returns 1 if a lane's last step is valid. The sign guards against steps of length 0; none is
- * known before the horizon. */
+/* Returns 1 if the last step of a lane is valid. Steps of length 0 are not valid; none is known
+ * before the horizon. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
@@ -277,7 +276,7 @@ static int is_good_step(const kr_lanes *l, int lane)
     return isfinite(sum) && l->forward[lane] * (l->end[lane] - l->t[lane]) > 0.0 &&
            l->steps[lane] <= l->max_steps[lane];
 }
-/* Returns the state of a lane that was sampled at time t. */
+/* Returns the last sampled state of a lane, with the time t. */
 static kr_state read_sample(const kr_lanes *l, int lane, double t)
 {
     const kr_state s = {
@@ -295,16 +294,16 @@ kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t)
     worker->isa->sample(l);
     return read_sample(l, lane, t);
 }
-/* Returns 1 if the lane's tangent, if any, reached the sampled time. */
+/* Returns 1 if the tangent of a lane has reached the sampled time, or there is no tangent. */
 static int has_growth(const kr_lanes *l, int lane)
 {
     double sum = 0.0;
     for (int i = 0; l->tangents && i < KR_GROWTH_COUNT; i++) sum += l->tangents->out[i][lane];
     return isfinite(sum);
 }
-/* Stores the sampled state of a lane and sets the next goal. Returns 1 if that goal lies in the
+/* Stores the sampled state of a lane and sets the next goal. Returns 1 if the next goal lies in the
  * same step. */
-static int take_sample(kr_worker *worker, int lane)
+static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;
     kr_slot *slot = &worker->slots[lane];
@@ -317,7 +316,7 @@ static int take_sample(kr_worker *worker, int lane)
     kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
     return set_next_goal(worker, lane) && kr_scheduler_has_passed_goal(l, lane);
 }
-/* Samples `lanes` at all requested times in their last steps. */
+/* Samples the lanes in the bit set `lanes` at all requested times in their last steps. */
 static void sample_lanes(kr_worker *worker, unsigned lanes)
 {
     kr_lanes *l = worker->lanes;
@@ -326,10 +325,11 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
             l->at[lane] = lanes >> lane & 1 ? l->goal[lane] : l->t[lane];
         worker->isa->sample(l);
         for (int lane = 0; lane < KR_LANES_MAX; lane++)
-            if (lanes >> lane & 1 && !take_sample(worker, lane)) lanes &= ~(1u << lane);
+            if (lanes >> lane & 1 && !store_sample(worker, lane)) lanes &= ~(1u << lane);
     }
 }
-/* Advances all lanes until one of them has passed its goal. */
+/* Advances all lanes until one of them needs attention, at most STEPS_PER_POLL steps, and processes
+ * these lanes. */
 static void advance_lanes(kr_worker *worker)
 {
     const kr_config *config = &worker->config;
@@ -347,7 +347,7 @@ static void advance_lanes(kr_worker *worker)
     sample_lanes(worker, passed);
     if (config->poll && config->poll(config->context)) worker->interrupted = 1;
 }
-/* Returns the first lane without a top, or the number of lanes. */
+/* Returns the first lane without a top, or the number of lanes if there is none. */
 static int find_free_lane(const kr_worker *worker)
 {
     int lane = 0;

@@ -1,7 +1,7 @@
-/* The recurrence of lane_state.h: coefficients, step size, sums. Each instruction set compiles this
- * source. Every sum runs from the middle outwards, so that the newest coefficients, on which
- * everything waits, come last. The bits of a lane are the same for every vector width with fused
- * multiply-add. */
+/* The recurrence of lane_state.h: coefficients, step size, sums. This source is compiled once for
+ * each instruction set. Each sum of products starts with the middle indices, so that the newest
+ * coefficients, which are available last, are used last. The bits of a lane are the same for every
+ * vector width with fused multiply-add. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -68,7 +68,7 @@ typedef struct {
     lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
     lane_vec plus, minus; /* P x W */
     wide wp_x, wp_y;      /* Wx Px, Wy Py */
-    wide quotient;        /* (P, d) f' without the newest term */
+    wide quotient;        /* of (P, d) and f', without the newest term */
 } lane_sums;
 
 INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
@@ -83,7 +83,7 @@ INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
     a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
-/* Adds the terms j, m of the heading. */
+/* Adds the products of coefficients j of P and m of W for the heading. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
@@ -117,7 +117,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, int headless)
     return a;
 }
 
-/* Sets the coefficient n of f', and with it n + 1 of f. */
+/* Computes the coefficient n of f' and the coefficient n + 1 of f. */
 INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, wide share)
 {
     const lane_vec w = lane_vec_load(l->w[n]);
@@ -131,14 +131,14 @@ INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, wide share)
     wide_store(l->rate[n], rate);
     wide_store(l->turn[n + 1], share * rate);
 }
-/* Sets the coefficients n + 1. */
+/* Computes the coefficients n + 1 of P, W and, unless `headless`, f. */
 INLINE void next_lane_coefficient(kr_lanes *l, int n, int headless)
 {
     const lane_sums a = sum_products(l, n, headless);
     const wide share = wide_splat(1.0 / (n + 1));
     const lane_vec p = lane_vec_load(l->p[n]), k = lane_vec_load(l->k), up = lane_vec_load(l->up),
                    down = lane_vec_load(l->down);
-    /* Factors that need the newest products come last. */
+    /* The newest products are used last. */
     const lane_vec w = {
         wide_fma(share * k.x, a.ww.x, share * wide_fma(up.x, p.y, down.x * p.z)),
         wide_fma(share * k.y, a.ww.y, share * wide_fma(up.y, p.z, down.y * p.x)),
@@ -165,7 +165,7 @@ INLINE void expand_lanes(kr_lanes *l, int headless)
     for (int n = 0; n < l->order; n++) next_lane_coefficient(l, n, headless);
 }
 
-/* approx_log2 and approx_exp2 of taylor/series.h, lane by lane. */
+/* The functions approx_log2 and approx_exp2 of taylor/series.h for all lanes. */
 INLINE wide approx_log2_lanes(wide x)
 {
     const wide bits = wide_of_bits((wide_bits(x) >> 20) | 0x4330000000000000u) - 0x1p52;
@@ -179,8 +179,8 @@ INLINE wide approx_exp2_lanes(wide x)
            wide_fma(f, wide_fma(f, wide_splat(0.2384), wide_splat(0.7035)), wide_splat(1.0004));
 }
 /* Returns log2 of the radius of convergence, estimated from the n-th term. The terms of the heading
- * get more weight: if its pole is the nearest, all omitted terms have one sign, while those of P
- * and W fall faster than the last one suggests. */
+ * get more weight: if the pole of f' is the nearest singularity, all omitted terms of f have the
+ * same sign. Those of P and W decrease faster than the n-th term suggests. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
@@ -191,8 +191,8 @@ INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
     }
     return approx_log2_lanes(square) * (-0.5 / n);
 }
-/* Returns the step at whose end the last term is as large as the tolerance, as taylor/series.h
- * does. */
+/* Returns the step size for which the last term is as large as the tolerance, as in
+ * taylor/series.h. */
 INLINE wide lane_step_size(kr_lanes *l, int headless)
 {
     const int order = l->order;
@@ -203,12 +203,12 @@ INLINE wide lane_step_size(kr_lanes *l, int headless)
     return wide_min(step, longest);
 }
 
-/* P, W and f at a time. */
+/* The values of P, W and f at one time. */
 typedef struct {
     lane_vec p, w;
     wide turn;
 } lane_point;
-/* Sums the terms up to an order. */
+/* Sums the series of P, W and f up to an order, at the time `at`. */
 INLINE lane_point sum_lane_terms(kr_lanes *l, int order, wide at, int headless)
 {
     const wide h = at - wide_load(l->t);
@@ -232,8 +232,8 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
     return sum_lane_terms(l, l->order, at, headless);
 }
 
-/* Writes sine and cosine of x. The quarter turn next to x is an integer in the low bits of u; the
- * polynomials, which are those of math/trig.h, then see at most an eighth of a turn. */
+/* Writes the sine and cosine of x. The low bits of u hold the nearest number of quarter turns; the
+ * polynomials, those of math/trig.h, are then evaluated at no more than an eighth of a turn. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -263,21 +263,22 @@ INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
     *sine = wide_of_bits((wide_bits(s) ^ swap) ^ ((quarter & 2) << 62));
     *cosine = wide_of_bits((wide_bits(c) ^ swap) ^ (((quarter + 1) & 2) << 62));
 }
-/* Returns the turn from P to d the shortest way, of any length. */
+/* Returns the shortest rotation from P to d, as a quaternion that is not normalized. */
 INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
 {
     const lane_quat s = {1.0 + lane_vec_dot(p, d), wide_fma(p.y, d.z, -(p.z * d.y)),
                          wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
     return s;
 }
-/* Returns the attitude at a point of the piece: exp(e3 f/2) q s(P). Without the heading it
- * is the shortest turn from P to the vertical. */
+/* Returns the attitude at a point of the step: exp(e3 f/2) q s(P). Without the heading, returns the
+ * shortest rotation from P to the vertical. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {
     if (headless) {
         const wide zero = wide_splat(0.0),
                    sign = wide_choose(wide_less(at->p.z, zero), wide_splat(-1.0), wide_splat(1.0));
-        /* Below the horizon it goes by way of the other pole, half a turn about the first axis. */
+        /* If P.z < 0, the shortest rotation to the other pole is followed by a half turn about the
+         * first axis. */
         const lane_vec d = {zero, zero, sign};
         const lane_quat s = lane_quat_unit(shortest_turn(at->p, d)), over = {-s.x, s.w, -s.z, s.y};
         const mask up = wide_less(zero, sign);

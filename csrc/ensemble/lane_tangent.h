@@ -1,16 +1,16 @@
-/* Growth of one tangent for each lane; the path does not depend on it. Each instruction set
- * compiles this source. The equations are those of taylor/tangents.h without damping and
- * parameters. Two solutions are known and removed at the end of each step: the flow (W | P x c) and
- * the rotation about the vertical (P | P x AW). The rest is the growth. Conserved, as far as the
- * tolerance allows, are
+/* Growth of one tangent for each lane. The path does not depend on the tangents, except that steps
+ * may be shorter. This source is compiled once for each instruction set. The equations are those of
+ * taylor/tangents.h without damping and parameters. Two solutions are known and removed at the end
+ * of each step: the flow (W | P x c) and the rotation about the vertical (P | P x AW). The growth
+ * is that of the remainder. Up to the tolerance, a tangent conserves
  *     dE = <N, W> + <theta, W x AW + c x P>       d<m, e3> = <N, P>
- * MEGNO is that of Cincotta and Simo (2000), whose mean over the time T is, by parts,
+ * MEGNO is that of Cincotta and Simo (2000). Integration by parts gives its mean over the time T:
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "lane_series.h"
 
-/* Limit of a deviation's last term, relative to its size and the tolerance, in powers of two. A
- * step of the path has at most GROWTH_PARTS parts and ends with the last of them. A part is
- * shortened at most GROWTH_TRIES times. */
+/* GROWTH_SLACK: log2 of the largest allowed last term of a deviation, relative to the tolerance
+ * times the size of the deviation. A step of the path has at most GROWTH_PARTS parts, and ends
+ * after the last of these. A part is shortened at most GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
 
@@ -38,7 +38,7 @@ INLINE lane_vec lane_vec_times(lane_vec a, lane_vec b)
     const lane_vec r = {a.x * b.x, a.y * b.y, a.z * b.z};
     return r;
 }
-/* s a + b */
+/* Returns s * a + b. */
 INLINE lane_vec lane_vec_axpy(wide s, lane_vec a, lane_vec b)
 {
     const lane_vec r = {wide_fma(s, a.x, b.x), wide_fma(s, a.y, b.y), wide_fma(s, a.z, b.z)};
@@ -61,7 +61,8 @@ INLINE lane_vec lane_vec_zero(void)
 }
 
 #define LN_2 0.69314718055994531
-/* Splits a positive normal number into a power of two and a factor from sqrt(1/2) to sqrt(2). */
+/* Returns the factor between sqrt(1/2) and sqrt(2) of a positive normal number x = factor *
+ * 2^power, and writes `power`. */
 INLINE wide mantissa(wide x, wide *power)
 {
     const wide_integer one = wide_bits(wide_splat(1.0)),
@@ -70,7 +71,7 @@ INLINE wide mantissa(wide x, wide *power)
     *power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
     return wide_of_bits((bits & 0x000fffffffffffffu) + root);
 }
-/* Returns the natural logarithm to rounding. */
+/* Returns the natural logarithm to full precision. */
 INLINE wide wide_log(wide x)
 {
     wide power;
@@ -80,8 +81,8 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(power, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm to 1e-8 without a division, for the summands of a mean. The
- * polynomial interpolates ln(1 + m) / m at Chebyshev's points. */
+/* Returns the natural logarithm with an error of 1e-8, without a division, for the terms of a mean.
+ * The polynomial interpolates ln(1 + m) / m at Chebyshev's points. */
 INLINE wide approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
@@ -118,7 +119,7 @@ INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, 
     a->leaned.y = wide_fma(turn.y, p.y, a->leaned.y);
     a->leaned.z = wide_fma(turn.z, p.z, a->leaned.z);
 }
-/* Sets the coefficients n + 1. */
+/* Computes the coefficients n + 1 of the deviation. */
 INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
 {
     const wide share = wide_splat(1.0 / (n + 1));
@@ -145,14 +146,14 @@ INLINE lane_deviation sum_growth(kr_lane_tangents *g, int order, wide h)
     return d;
 }
 
-/* Returns `d` without its component along a known solution. */
+/* Returns the part of `d` orthogonal to the known solution `known`. */
 INLINE lane_deviation remove_component(lane_deviation d, lane_deviation known)
 {
     const wide size = deviation_dot(known, known), zero = wide_splat(0.0);
     const wide share = wide_choose(wide_less(zero, size), deviation_dot(d, known) / size, zero);
     return deviation_axpy(-share, known, d);
 }
-/* The known solutions, flow and rotation about the vertical, at a point of the path. */
+/* The two known solutions at a point of the path: the flow, and the rotation about the vertical. */
 typedef struct {
     lane_deviation flow, turn;
 } known_solutions;
@@ -163,8 +164,8 @@ INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point 
                                {at->p, lane_vec_cross(at->p, momentum)}};
     return r;
 }
-/* Returns `d` without the known solutions. If these two coincide up to rounding, only the first is
- * removed. */
+/* Returns the part of `d` orthogonal to both known solutions. If they are parallel up to rounding,
+ * only the component along the flow is removed. */
 INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const known_solutions known = known_solutions_at(g, at);
@@ -175,9 +176,9 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
-/* Returns the squared length of remove_known(d). Its error is a rounding of the squared length of
- * `d`, which is small enough for a mean. */
-INLINE wide pure_square(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+/* Returns the squared length of remove_known(d). The error is a rounding error of the squared
+ * length of `d`, which is small enough for the terms of a mean. */
+INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
     const known_solutions known = known_solutions_at(g, at);
@@ -198,8 +199,9 @@ INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
-/* Writes the errors of the two conserved forms of a deviation, relative to its size and theirs. */
-INLINE void weigh_forms(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
+/* Writes the errors of the two conserved linear forms of a deviation, relative to the norm of the
+ * form times the size of the deviation. */
+INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at->w),
                    pull = lane_vec_cross(lane_vec_load(g->c), at->p),
@@ -218,7 +220,8 @@ INLINE void weigh_forms(kr_lane_tangents *g, const lane_point *at, lane_deviatio
                                                wide_sqrt(size * lane_vec_dot(at->p, at->p)));
 }
 
-/* Lobatto's rule of six points: those inside, of a step from 0 to 1, and the weight of its ends. */
+/* Lobatto's rule with six points on [0, 1]: the inner points, their weights, and the weight of both
+ * ends. */
 static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
                                 0.88252766196473235},
                     weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,
@@ -226,13 +229,13 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 #define END_WEIGHT (1.0 / 30.0)
 
 /* The integrals of ln|delta| and of ln|delta| ln t, the largest and the last ln|delta|, and the
- * square of the largest last term over the size of its deviation. */
+ * square of the largest last term relative to its deviation. */
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds the contribution of a share of time with the last ln|delta|; t is that time. Lanes that have
- * arrived have no share. */
-INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
+/* Adds the contribution of one node at the time t, with the weight `share` and the value a.last.
+ * Lanes that have reached the end of the step have the weight 0. */
+INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
     a.area = a.area + weight;
@@ -240,34 +243,36 @@ INLINE growth_areas add_look(kr_lanes *l, growth_areas a, wide share, wide t)
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Accounts for the last term of a deviation, given its square. */
-INLINE void add_rest(growth_areas *a, wide last, lane_deviation d)
+/* Updates the largest relative last term by the last term of the deviation d; `last` is its
+ * square. */
+INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the integrals over a part of length h from l->t by Lobatto's rule, because the logarithm
- * bends sharply where the deviation is short. `d` is the deviation at the end, without the known
- * solutions. */
+/* Adds the integrals over a part of length h from l->t. Lobatto's rule is used because the
+ * logarithm has a sharp minimum where the deviation is short. `d` is the deviation at the end,
+ * without the known solutions. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
     const wide t = wide_load(l->t);
-    a = add_look(l, a, END_WEIGHT * h, t);
+    a = add_integral_node(l, a, END_WEIGHT * h, t);
     for (int i = 0; i < 4; i++) {
         const wide span = places[i] * h, time = t + span;
         const int order = g->terms[i];
         const lane_point here = sum_lane_terms(l, order, time, 1);
-        const wide square = pure_square(g, &here, sum_growth(g, order, span));
+        const wide square = square_without_known(g, &here, sum_growth(g, order, span));
         a.last = unscale_log(g, approx_log(square));
-        a = add_look(l, a, weights[i] * h, time);
+        a = add_integral_node(l, a, weights[i] * h, time);
     }
     a.last = unscale_log(g, wide_log(deviation_dot(d, d)));
-    return add_look(l, a, END_WEIGHT * h, t + h);
+    return add_integral_node(l, a, END_WEIGHT * h, t + h);
 }
 
-/* Returns the square of the last term of a deviation after h. */
+/* Returns the square of the last term of a deviation at the time h after the start of its
+ * series. */
 INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
 {
     wide power = wide_splat(1.0);
@@ -275,7 +280,7 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns the share of h after which the last term is small enough: 1, or an estimate below 1.
+/* Returns the fraction of h after which the last term is small enough: 1, or an estimate below 1.
  * `all` is the deviation after h. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
@@ -292,8 +297,8 @@ INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation
     const wide estimate = wide_min(wide_max(share, least), wide_splat(0.99));
     return wide_choose(is_small, one, wide_choose(is_finite, estimate, least));
 }
-/* Shortens a part of length h until its last term is small enough. Returns its length, 0 if none is
- * short enough. */
+/* Shortens a part of length h until the last term is small enough. Returns the length of the part,
+ * or 0 if none is short enough. */
 INLINE wide shorten_part(kr_lane_tangents *g, int order, wide h)
 {
     const wide one = wide_splat(1.0);
@@ -311,7 +316,7 @@ INLINE void expand_growth(kr_lanes *l, kr_lane_tangents *g, lane_deviation start
     deviation_store(g->x[0], start);
     for (int n = 0; n < l->order; n++) next_growth(l, g, n);
 }
-/* Expands the path about a time inside the step, for lanes that are not at their goal yet. */
+/* Expands the path in a series about the times `at` inside the step. */
 APART void begin_part(kr_lanes *l, kr_lane_tangents *g, const double *at)
 {
     kr_lanes *part = &g->part;
@@ -336,12 +341,13 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
                           wide_splat(0.0)};
     return r;
 }
-/* Propagates the deviation from the begin of the step to the time `to`, where the path is `at`, in
- * at most `most` parts. Writes the time that each lane has reached. Lanes that have arrived keep
- * their bits. Returns the deviation without the known solutions. */
-INLINE lane_deviation carry_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
-                                      const lane_point *at, int most, growth_areas *areas,
-                                      wide *reached)
+/* Propagates the deviation from the start of the step to the time `to`, at which the path has the
+ * point `at`, in at most `most` parts. Writes the time that each lane has reached. Further parts do
+ * not change the bits of lanes that have reached `to`. Returns the deviation without the known
+ * solutions. */
+INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
+                                          const lane_point *at, int most, growth_areas *areas,
+                                          wide *reached)
 {
     kr_lanes *path = l;
     lane_deviation d = deviation_load(g->begin.d);
@@ -360,7 +366,7 @@ INLINE lane_deviation carry_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
         const lane_point there = arrived ? *at : sum_lanes(path, wide_load(time), 1),
                          here = arrived ? *at : choose_point(whole_way, at, &there);
         const lane_deviation own = remove_known(g, &here, d);
-        add_rest(areas, last_square(g, l->order, h), d);
+        update_last_term(areas, last_square(g, l->order, h), d);
         *areas = add_part(path, g, h, own, *areas);
         if (arrived || parts == most) return own;
         begin_part(l, g, time);
@@ -374,17 +380,17 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
                             wide_load(g->begin.truncation)};
     return a;
 }
-/* Propagates the deviation over the last step, removes the known solutions, and scales it by a
- * power of two. Returns the time that each lane has reached, which is before the end of the step if
- * that took too many parts. */
-INLINE wide follow_step(kr_lanes *l, kr_lane_tangents *g)
+/* Propagates the deviation over the last step, removes the known solutions, and scales the result
+ * by a power of two. Returns the time that each lane has reached: the end of the step, or an
+ * earlier time if there were too many parts. */
+INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
     memcpy(&g->begin, &g->end, sizeof g->end);
     growth_areas areas = load_areas(g);
     wide reached;
-    const lane_deviation d = carry_deviation(l, g, wide_load(l->end), &at, GROWTH_PARTS, &areas,
-                                             &reached),
+    const lane_deviation d = propagate_deviation(l, g, wide_load(l->end), &at, GROWTH_PARTS, &areas,
+                                                 &reached),
                          nothing = {lane_vec_zero(), lane_vec_zero()};
     wide_store(g->end.area, areas.area);
     wide_store(g->end.moment, areas.moment);
@@ -398,8 +404,8 @@ INLINE wide follow_step(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->end.scale, wide_load(g->begin.scale) * power);
     return reached;
 }
-/* Writes the growth at the times `at` inside the steps; NaN where the deviation does not get there.
- * Its parts differ from those of the step. */
+/* Writes the growth at the times `at` inside the steps, or NaN if the deviation does not reach the
+ * time. The parts up to `at` differ from those of the whole step. */
 INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
@@ -407,18 +413,19 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     const lane_point here = sum_lanes(l, at, 1);
     growth_areas areas = load_areas(g);
     wide reached;
-    const lane_deviation d = carry_deviation(l, g, at, &here, 2 * GROWTH_PARTS, &areas, &reached);
+    const lane_deviation d =
+        propagate_deviation(l, g, at, &here, 2 * GROWTH_PARTS, &areas, &reached);
     const mask is_there = wide_equal(reached, at);
     wide_store(g->out[KR_GROWTH_LOG], wide_choose(is_there, areas.last, wide_splat(NAN)));
     wide_store(g->out[KR_GROWTH_TRUNCATION], wide_sqrt(areas.rest));
     wide_store(g->out[KR_GROWTH_MEGNO],
                2.0 * wide_fma(areas.area, 1.0 - wide_log(t), areas.moment) / t);
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
-    weigh_forms(g, &here, d);
+    write_form_errors(g, &here, d);
 }
-/* Sets the limit of a deviation's last term, and the number of terms that matter to 2^-24 at the
- * nodes inside a step. The n-th term is about tol^(n/order) at the end, and smaller at a node by
- * the n-th power of the node. */
+/* Sets the limit of a deviation's last term, and the number of terms above 2^-24 at the nodes
+ * inside a step. The n-th term is about tol^(n/order) at the end of the step, and x^n times as
+ * large at a node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));
@@ -427,7 +434,7 @@ static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
         g->terms[i] = (int)fmin(ceil(24.0 / fall), l->order);
     }
 }
-/* Starts a deviation of unit length in every lane. */
+/* Starts a deviation of unit length, without the known solutions, in every lane. */
 INLINE void begin_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     set_limits(l, g);

@@ -1,5 +1,6 @@
-/* Reductions over the times of one top, in their order, so that the bits depend on that top alone.
- * Mean and variance follow Welford (Technometrics 4, 1962) and do not cancel. */
+/* Reductions over the times of one top, in the order of the times, so that the bits do not depend
+ * on other tops. Mean and variance are updated as in Welford (Technometrics 4, 1962), without
+ * cancellation. */
 #include "reduce.h"
 #include <math.h>
 
@@ -12,7 +13,7 @@ const char *kr_reduce_name(kr_reduce kind)
     };
     return (unsigned)kind < KR_REDUCE_COUNT ? names[kind] : NULL;
 }
-/* Replaces the extreme value if `is_more_so`, or if x is NaN. */
+/* Replaces the extreme value by x if `is_more_so`, or if x is NaN. */
 static void add_extreme(kr_accumulator *accumulators, double x, double t, int is_more_so)
 {
     if (isnan(x)) accumulators->value = accumulators->more = x;
@@ -21,7 +22,7 @@ static void add_extreme(kr_accumulator *accumulators, double x, double t, int is
         accumulators->more = t;
     }
 }
-/* Adds the k-th value x to an accumulator. */
+/* Adds x, the k-th value, at the time t, to an accumulator. */
 static void add_value(kr_reduce kind, kr_accumulator *accumulators, double x, double t, size_t k)
 {
     const double far = x - accumulators->value;
@@ -47,7 +48,7 @@ static void add_value(kr_reduce kind, kr_accumulator *accumulators, double x, do
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k)
 {
-    double values[9]; /* the largest kr_quantity_doubles */
+    double values[9]; /* kr_quantity_doubles is at most 9 */
     for (size_t i = 0; i < n; i++) {
         const kr_reduction *r = &reduction[i];
         if (i == 0 || r->quantity != r[-1].quantity)

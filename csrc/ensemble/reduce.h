@@ -3,15 +3,15 @@
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* A result so far, and a second number: the sum of squares of a variance, or the time of an
- * extremum. */
+/* A result so far, and a second number: the sum of squared deviations for a variance, or the time
+ * of an extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;
 /* Adds the k-th state of a top to its accumulators. */
 void kr_reduce_add(size_t n, const kr_reduction reduction[], kr_accumulator accumulators[],
                    const kr_scene *scene, const kr_state *state, size_t k);
-/* Writes the results over `states` states. */
+/* Writes the results of the reductions over `states` states. */
 void kr_reduce_end(size_t n, const kr_reduction reduction[], const kr_accumulator accumulators[],
                    size_t states, double out[]);
 #endif

@@ -1,7 +1,8 @@
-/* Sections of many tops: the states in which each top meets an event. Lanes detect events that are
+/* Sections of many tops: the states at which each top meets an event. Lanes detect events that are
  * linear in the vertical and the velocity seen from the body, such as the height of the apex. They
- * stop where the event function may have changed its sign, and that step of that lane is searched
- * here. Scalar runs search all other events (events/event_search.c). */
+ * stop where the event function may have changed its sign; the last step of such a lane is searched
+ * here. Tops with other events are integrated and searched in scalar runs
+ * (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -10,7 +11,7 @@ int kr_section_suits_lanes(const kr_worker *worker)
 {
     return kr_terms_are_linear(worker->event.count, worker->event.terms);
 }
-/* Stores a vector in a lane, with its axes shifted by `shift`. */
+/* Stores a vector in a lane, with the axes shifted cyclically by `shift`. */
 static void put_shifted_vector(kr_lane_number *to, int lane, kr_vec3 v, int shift)
 {
     const double c[3] = {v.x, v.y, v.z};
@@ -48,15 +49,15 @@ int kr_section_set_goal(kr_worker *worker, int lane)
     return 1;
 }
 
-/* Returns 1 if the event's condition holds in a state. */
-static int is_counted(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
+/* Returns 1 if the condition of the event holds at the state `s`. */
+static int is_condition_true(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
 {
     const kr_event *event = &worker->event;
     const kr_scene *scene = &worker->tops->scenes[slot->top];
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Finishes a lane whose event did not come in time. */
+/* Finishes a lane in which the event did not occur in time. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -68,7 +69,8 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the event at a place in a lane's last step. Returns 1 if the search continues. */
+/* Stores the state at an event in the last step of a lane; `place` runs from 0 to 1 over the step.
+ * Returns 1 if the search of this step continues. */
 static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;
@@ -84,7 +86,7 @@ static int accept_event(kr_worker *worker, int lane, double place)
         kr_scheduler_fall_back(worker, lane);
         return 0;
     }
-    if (!is_counted(worker, slot, &s)) return 1;
+    if (!is_condition_true(worker, slot, &s)) return 1;
     kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
     return kr_section_set_goal(worker, lane);
 }

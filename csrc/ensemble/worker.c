@@ -1,6 +1,6 @@
-/* A worker moves many tops. It allocates once, dispatches each top to the lanes, the batch of
- * closed forms or a single top, and writes the outcomes. The results of a top depend on that top
- * alone. */
+/* A worker computes the motion of many tops. It allocates memory once, dispatches each top to the
+ * lanes, to the batch of closed forms or to a scalar run, and writes the outcomes. The results of a
+ * top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include <stdlib.h>
@@ -22,7 +22,8 @@ int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Returns the row of a top's growth at its k-th time, or NULL if growth was not requested. */
+/* Returns the address of the growth of a top at its k-th time, or NULL if growth is not
+ * requested. */
 static double *growth_row(const kr_worker *worker, size_t top, size_t k)
 {
     double *growth = kr_worker_has_tangents(worker) ? worker->tops->growth : NULL;
@@ -68,7 +69,7 @@ kr_config kr_worker_config_of(const kr_worker *worker, size_t i)
     return config;
 }
 
-/* Records a started top, a few states at a time. */
+/* Computes and stores the states of a started top, 64 states at a time. */
 static kr_status record_top(kr_worker *worker, kr_top *top, kr_slot *slot,
                             kr_accumulator *accumulators)
 {
@@ -93,7 +94,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    if (top == worker->exact_top) config.skip_heading = 0; /* closed forms save nothing by it */
+    if (top == worker->exact_top) config.skip_heading = 0; /* saves nothing in closed forms */
     kr_status status = kr_top_init(top, scene, &config);
     if (status == KR_OK) {
         status = worker->is_section ? kr_section_record(worker, top, &slot, accumulators)
@@ -108,7 +109,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     if (status == KR_ERR_INTERRUPTED) worker->interrupted = 1;
 }
 
-/* Dispatches a top without a closed form. */
+/* Dispatches a top without a closed form to a lane or to a scalar run. */
 static void dispatch_top(kr_worker *worker, size_t i)
 {
     const int damped = v_largest(worker->tops->scenes[i].damping) > 0.0;
@@ -122,7 +123,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
     else
         kr_worker_run_scalar(worker, alone, i);
 }
-/* Moves n tops from `from` on: first by closed forms, then the rest. */
+/* Dispatches the n tops from `from`: first those with a closed form, then all others. */
 static void dispatch_block(kr_worker *worker, size_t from, size_t n)
 {
     kr_status status[KR_BATCH];
@@ -163,7 +164,7 @@ kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops)
     return worker && tops ? kr_worker_run_tops(worker, tops) : KR_ERR_ARGUMENT;
 }
 
-/* Returns 1 if all reductions name a quantity, a component and a kind. */
+/* Returns 1 if all reductions have a valid quantity, component and kind. */
 static int are_valid_reductions(size_t n, const kr_reduction reduction[])
 {
     size_t i = 0;
@@ -173,8 +174,8 @@ static int are_valid_reductions(size_t n, const kr_reduction reduction[])
         i++;
     return i == n;
 }
-/* Rounds a size up to a multiple of 64 bytes. A vector that crosses a cache line loads at half the
- * speed. */
+/* Rounds a size up to a multiple of 64 bytes. A vector in two cache lines takes twice the time to
+ * load. */
 static size_t round_to_lines(size_t size)
 {
     const size_t line = LINE_DOUBLES * sizeof(double);
@@ -200,7 +201,8 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;
 }
-/* Allocates the tops for scalar runs, and validates the config on a body that suits any config. */
+/* Allocates the tops for scalar runs. Validates the config by starting a top with the default
+ * scene. */
 static kr_status create_scalar_tops(kr_worker *worker)
 {
     const kr_method *method = worker->method ? worker->method : &kr_method_taylor;
@@ -208,9 +210,11 @@ static kr_status create_scalar_tops(kr_worker *worker)
     kr_status status = KR_OK;
     if (worker->method != &kr_method_exact)
         status = kr_top_alloc(method, &worker->config, 0, &worker->fallback);
-    if (status == KR_OK && worker->plans)
-        status = kr_top_alloc(&kr_method_exact, &worker->config, kr_exact_extra_doubles(),
-                              &worker->exact_top);
+    if (status == KR_OK && worker->plans) {
+        /* Without a method, tops whose plan needs more memory take the Taylor series. */
+        const size_t extra = worker->method ? kr_exact_extra_doubles() : 0;
+        status = kr_top_alloc(&kr_method_exact, &worker->config, extra, &worker->exact_top);
+    }
     if (status != KR_OK) return status;
     status = kr_top_init(worker->fallback ? worker->fallback : worker->exact_top, &scene,
                          &worker->config);

@@ -1,17 +1,19 @@
-/* A sum of products of two components, as a polynomial over a step by Cauchy products of the
- * series' own coefficients. What is seen from the body is linear in (q, P, W): attitude, vertical,
- * angular velocity. In space, with e a unit vector there and v one in the body,
+/* Event functions, sums of products of two components, as polynomials over a step. They are
+ * computed by Cauchy products from the coefficients of the step. Components in the body are linear
+ * in q, P and W: attitude, vertical and angular velocity. For components in space, with a unit
+ * vector e in space and a vector v in the body,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
- * Numbers are in the units of the step, powers of two in which every component is at most one. */
+ * All numbers are in the units of the step: powers of two in which every component is at most
+ * one. */
 #include "model/quantities.h"
 #include "event_polynomial.h"
 
-/* Zeros stand before and behind the factors of a product. */
+/* Each factor of a product is preceded and followed by zeros. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* A step up to some order, with the names of kr_step_polynomial. In the functions below, c holds
- * the coefficients to which they add. */
+/* A step, truncated to some order, with the names of kr_step_polynomial. The functions below add
+ * their results to the coefficients c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -21,8 +23,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, a power of two. The first letter of its dimension tells momenta
- * and rates from plain numbers. */
+/* Returns the unit of a component, a power of two. The first letter of its dimension distinguishes
+ * momenta, rates and pure numbers. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -39,7 +41,7 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
     return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
-/* Returns the factor of a term in the units of a step of this rate. */
+/* Returns the factor of a term in the units of a step with this rate. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -53,17 +55,17 @@ static void multiply_series(const step_view *v, const double *a, const double *b
         c[0] += a[0] * b[0], c[1] += a[0] * b[1] + a[1] * b[0];
 }
 
-/* Adds a linear form of the attitude; `weight` holds its factors. */
+/* Adds a linear form of the attitude with the coefficients `weight`. */
 static void add_of_attitude(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n]);
 }
-/* Adds a linear form of the vertical seen from the body. */
+/* Adds a linear form of the vertical seen from the body with the coefficients `weight`. */
 static void add_of_vertical(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->x[n] + 4);
 }
-/* Adds a linear form of the angular velocity in the body. */
+/* Adds a linear form of the angular velocity in the body with the coefficients `weight`. */
 static void add_of_velocity(const step_view *v, kr_quat weight, double *c)
 {
     for (int n = 0; n <= v->order; n++) c[n] += dot4(weight, v->w[n]);
@@ -87,14 +89,14 @@ static void set_coefficients(padded_series s[4], int n, kr_quat q)
     s[2][PAD + n] = q.y;
     s[3][PAD + n] = q.z;
 }
-/* Returns e q, where e is an axis of space. */
+/* Returns e q, where e is the axis of space with this index. */
 static kr_quat multiply_by_axis(int axis, kr_quat q)
 {
     const kr_quat products[3] = {
         {-q.x, q.w, -q.z, q.y}, {-q.y, q.z, q.w, -q.x}, {-q.z, -q.y, q.x, q.w}};
     return products[axis];
 }
-/* Adds the component along an axis of space (0, 1 or 2) of a vector that is fixed in the body. */
+/* Adds the component of `body`, a vector fixed in the body, along an axis of space (0, 1 or 2). */
 static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
 {
     padded_series left[4], right[4];
@@ -106,11 +108,11 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
     }
     for (int i = 0; i < 4; i++) multiply_series(v, left[i] + PAD, right[i] + PAD, c);
 }
-/* Adds factor times the angular momentum along an axis of space: the series of <e q, q M>, with M
- * in the body. Holds for damped motions too. */
+/* Adds factor * <m, e> for an axis e of space: the series of <e q, q M>, with the momentum M in the
+ * body. Valid for damped motions too. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
-    /* q M component by component: indices of q and M, and 1 for a negative sign. */
+    /* The products in each component of q M: indices of q and M, and 1 for a negative sign. */
     static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
                                        {{0, 0, 0}, {2, 2, 0}, {3, 1, 1}},
                                        {{0, 1, 0}, {3, 0, 0}, {1, 2, 1}},
@@ -138,7 +140,7 @@ static void add_turned_momentum(const step_view *v, double factor, int axis, dou
         multiply_series(v, left[i] + PAD, right[i] + PAD, c);
     }
 }
-/* Adds factor times the vertical momentum <P, M>, which needs no attitude. */
+/* Adds factor * <P, M>, the vertical momentum, which does not depend on the heading. */
 static void add_vertical_momentum(const step_view *v, double factor, double *c)
 {
     padded_series P[4], M[4];
@@ -151,8 +153,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds factor times the series of a component of q. Each quantity with KR_QUANTITY_IN_EVENTS has
- * such a function. */
+/* Adds factor * component `axis` of q. There is such a function for each quantity with
+ * KR_QUANTITY_IN_EVENTS. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -207,8 +209,8 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_of_velocity(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
 }
-/* Adds factor times the series of a component. Each quantity with KR_QUANTITY_IN_EVENTS has its
- * line here. */
+/* Adds factor * the component with this number. The table needs a line for each quantity with
+ * KR_QUANTITY_IN_EVENTS. */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
     static void (*const adds[KR_QUANTITIES])(const step_view *, double, int, double *) = {
@@ -227,9 +229,9 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns a bound of a component relative to its unit, from the energy. The unit is that of a
- * rotation about the axis of the smallest moment; thin bodies turn far more slowly about the
- * others. */
+/* Returns a bound of a component relative to its unit. The unit of rates is that of a rotation
+ * about the axis of the smallest moment; about the other axes, energy allows thin bodies much
+ * slower rotations only. */
 static double component_bound(const kr_top *top, int number)
 {
     const kr_vec3 A = top->main.inertia;
@@ -257,7 +259,7 @@ double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t
                 component_bound(top, terms[i].first) * component_bound(top, terms[i].second);
     return size;
 }
-/* Adds the terms from `t` to `end`, which share their first component. */
+/* Adds the terms from `t` up to `end`, which have the same first component. */
 static void add_term_products(const step_view *v, const kr_term *t, const kr_term *end, double *c)
 {
     padded_series of, times;
@@ -285,7 +287,7 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Writes the first coefficients at the end of the step, where the next step begins. */
+/* Writes the first coefficients of g at the end of the step, where the next step begins. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
 {
@@ -308,8 +310,8 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                         double c[])
 {
-    /* Even and odd terms are summed separately, so that two chains of operations run in parallel.
-     * */
+    /* Even and odd terms are summed separately, as two independent chains of operations that run in
+     * parallel. */
     const step_view v = {top, p->rate, p->order, p->x, p->w, p->product};
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
@@ -342,7 +344,7 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 }
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
 {
-    /* Unit vectors of the vertical, then of the velocity; the last row, of zeros, gives the
+    /* Unit vectors of the vertical, then of the velocity. The last row is zero and gives the
      * constant. */
     static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
                         w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};

@@ -1,19 +1,19 @@
-/* Functions of the state: their values, and their polynomials over a step. */
+/* Event functions as polynomials over a step, and their bounds. */
 #ifndef KR_EVENT_POLYNOMIAL_H
 #define KR_EVENT_POLYNOMIAL_H
 #include "driver/top.h"
 
 enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
-/* Returns a bound of the function in the units of this step. There is nothing to search if it is 0
- * or not finite. */
+/* Returns a bound of the function with these n terms, in the units of the step `piece`. The
+ * function can be searched only if the bound is finite and not 0. */
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
-/* Writes g, or dg/ds for an extremum, as a polynomial in s = 0 .. 1 over the step, and returns its
- * degree. Whatever the tolerance, the polynomial ends where that of the next step begins, up to
- * rounding. c has KR_TERMS_ROOM elements. */
+/* Writes g, or dg/ds for an extremum, as a polynomial in s = 0 .. 1 over the step, and returns the
+ * degree. The polynomials of successive steps agree at the common point up to rounding, whatever
+ * the tolerance. c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
-/* Values below this part of the function's bound count as zero. The second constant holds at the
+/* Values below this fraction of the function's bound count as zero. KR_TERMS_START is used at the
  * start, which may lie on the event up to rounding. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
@@ -24,7 +24,7 @@ typedef struct kr_linear {
     kr_vec3 along_vertical, along_velocity;
     double constant;
 } kr_linear;
-/* Returns the linear form of `event`, in working axes; `rate` is the step's unit of frequency.
- * Requires kr_terms_are_linear. */
+/* Returns `event` as a linear function in working axes; `rate` is the unit of frequency of the
+ * step. The terms must be linear (kr_terms_are_linear). */
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event);
 #endif

@@ -1,29 +1,30 @@
-/* Moves a top from event to event. Each step is made as without events and then searched, so that
- * events never change the path. Every event stores the next sign change found in the last step. The
- * search continues from there once the top has passed it. */
+/* Advances a top from event to event. Each step is made as without events, and only then searched,
+ * so that events never change the path. Each event stores the next sign change in the last step.
+ * When the top has passed this sign change, the search continues after it. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
-/* Returns the time since the start in own units. */
-static double step_clock(const kr_top *top, double t)
+/* Returns the time t since the start in own units. */
+static double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* Returns the user's time at a clock in the last step, rounded into the step. */
-static double step_time(const kr_top *top, double clock)
+/* Converts `clock`, a time in the last step in own units, to the user's time, and rounds the result
+ * into the step. */
+static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
                  later = nextafter(t, top->forward * INFINITY);
-    if (top->forward * (step_clock(top, t) - top->main.clock) > 0.0)
+    if (top->forward * (time_since_start(top, t) - top->main.clock) > 0.0)
         return nextafter(t, top->scene.start.t);
-    return top->forward * (step_clock(top, t) - top->before_clock) < 0.0 &&
-                   top->forward * (step_clock(top, later) - top->main.clock) <= 0.0
+    return top->forward * (time_since_start(top, t) - top->before_clock) < 0.0 &&
+                   top->forward * (time_since_start(top, later) - top->main.clock) <= 0.0
                ? later
                : t;
 }
 
-/* Returns 1 if the terms can be searched on this top. */
+/* Returns 1 if the sign changes of the terms can be searched on this top. */
 static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -66,8 +67,8 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change of an event in the last step, from its mark on. Sets its sign to 0 if
- * there is none. */
+/* Finds the next sign change of an event in the last step after its mark. Sets the sign of the
+ * event to 0 if there is none. */
 static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
 {
     double coefficients[KR_TERMS_ROOM];
@@ -89,16 +90,16 @@ static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, 
     own->side = search.side;
     own->mark = search.mark;
 }
-/* Finds the first sign change of an event in the last step, unless that step was searched already.
- * The sign at the end of the step before stays valid, except after an event found there, or after a
- * step that was not searched. */
+/* Finds the first sign change of an event in the last step, unless this step was searched already.
+ * The sign at the end of the previous step is reused, unless an event was found there or that step
+ * was not searched. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
 {
     kr_event_search *own = &event->own;
     if (own->searched == top->steps) return;
     own->mark = 0.0;
     if (own->searched != top->steps - 1 || own->sign) {
-        const double since = step_clock(top, top->requested) - piece->begin;
+        const double since = time_since_start(top, top->requested) - piece->begin;
         own->side = 0;
         own->mark = fmax(0.0, since / (piece->end - piece->begin));
     }
@@ -113,7 +114,8 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
         kr_event *event = &top->events[i];
         const kr_event_search *own = &event->own;
         search_new_step(top, piece, event);
-        while (own->sign && top->forward * (step_time(top, own->next) - top->requested) < 0.0)
+        while (own->sign &&
+               top->forward * (user_time_in_step(top, own->next) - top->requested) < 0.0)
             find_next_event(top, piece, event);
         if (own->sign && (!first || top->forward * (own->next - first->own.next) < 0.0))
             first = event;
@@ -121,12 +123,12 @@ static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piec
     return first;
 }
 /* Returns 1 if the event's condition holds at the top's state. */
-static int is_event_counted(const kr_top *top, const kr_event *event)
+static int is_condition_true(const kr_top *top, const kr_event *event)
 {
     return !event->condition_count ||
            kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
 }
-/* Moves to the next event in the last step that is not after t. Sets hit->index to -1 if there is
+/* Advances to the next event in the last step, up to the time t. Sets hit->index to -1 if there is
  * none. */
 static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
@@ -135,11 +137,11 @@ static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
     hit->index = -1;
     hit->direction = 0;
     while (hit->index < 0 && (event = find_earliest(top, &piece)) != NULL) {
-        const double there = step_time(top, event->own.next);
+        const double there = user_time_in_step(top, event->own.next);
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
         if (status != KR_OK) return status;
-        if (is_event_counted(top, event)) {
+        if (is_condition_true(top, event)) {
             hit->index = event - top->events;
             hit->direction = event->own.sign;
         }
@@ -152,7 +154,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     kr_event_hit found = {-1, 0};
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
-    /* A reset may have changed the units so that an event exceeds the range of doubles. */
+    /* After a reset with other units, the terms of an event may exceed the range of doubles. */
     if (top->event_count > 0 && top->events->own.searched < 0 &&
         !are_valid_events(top, top->event_count, top->events))
         return KR_ERR_ARGUMENT;
@@ -160,9 +162,10 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     while (top->event_count > 0) {
         kr_status status = top->steps > 0 ? seek_in_step(top, t, &found) : KR_OK;
         if (status != KR_OK) return status;
-        if (found.index >= 0 || !(top->forward * (step_clock(top, t) - top->main.clock) > 0.0))
+        if (found.index >= 0 ||
+            !(top->forward * (time_since_start(top, t) - top->main.clock) > 0.0))
             break;
-        status = kr_steps_dense(top, step_clock(top, t));
+        status = kr_steps_dense(top, time_since_start(top, t));
         if (status == KR_OK) continue;
         kr_top_sync(top, t);
         return status;

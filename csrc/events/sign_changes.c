@@ -1,28 +1,28 @@
-/* All changes of sign of a polynomial. In Bernstein's basis its coefficients enclose it, and their
- * differences enclose its slope. An interval in which all coefficients have one sign holds no root;
- * one in which all differences have one sign holds no turning point. Any other interval is halved
- * (de Casteljau; Lane and Riesenfeld 1981) until its values cannot be distinguished from zero. Only
- * signs above the rounding noise count. Two roots between which the polynomial stays below the
- * noise are a contact, not a change of sign. A zero at the border of two steps is found once, from
- * the sign before to the sign after. */
+/* All changes of sign of a polynomial. In Bernstein's basis the coefficients of a polynomial
+ * enclose its values, and their differences enclose its slope. An interval in which all
+ * coefficients have one sign contains no root; one in which all differences have one sign contains
+ * no extremum. Any other interval is halved (de Casteljau; Lane and Riesenfeld 1981) until the
+ * values cannot be distinguished from zero. Only values above the rounding noise have a sign. Two
+ * roots between which the polynomial stays below the noise are a contact, not a change of sign. A
+ * zero at the border of two steps is found once, from the sign before it to the sign after it. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
 enum { MAX_NEWTON_STEPS = 60 };
 static const double RESOLUTION = 0x1p-54; /* absolute error of a root */
 static const double NARROWEST = 0x1p-48;  /* shortest interval that is halved */
-static const double NARROW = 0x1p-5;      /* shortest interval while the last terms are omitted */
+static const double NARROW = 0x1p-5;      /* the same while the last terms are omitted */
 static const double TAIL_SHARE =
-    0x1p-10; /* largest share of all slopes that the omitted terms may have */
+    0x1p-10; /* largest fraction of the slopes of all terms that may be omitted */
 
-/* Returns the polynomial at s. */
+/* Returns the value of the polynomial at s. */
 static double evaluate(const double *c, int degree, double s)
 {
     double p = c[degree];
     for (int n = degree - 1; n >= 0; n--) p = p * s + c[n];
     return p;
 }
-/* Returns the polynomial at s and writes its slope. */
+/* Returns the value of the polynomial at s, and writes its slope. */
 static double evaluate_with_slope(const double *c, int degree, double s, double *slope)
 {
     double p = c[degree], d = 0.0;
@@ -33,8 +33,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     *slope = d;
     return p;
 }
-/* Returns a root by Newton's method, or by bisection where a step leaves the interval. The sign at
- * `low` is r->side. */
+/* Returns a root between `low` and `high` by Newton's method, or by bisection where Newton's step
+ * would leave the interval. The polynomial has the sign r->side at `low`. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -51,7 +51,8 @@ static double refine(const kr_sign_search *r, double low, double high)
     }
     return s;
 }
-/* Records the sign of the value p at s. Returns 1 if the sign has surely changed since the mark. */
+/* Records the sign of the value p at s. Returns 1 if the sign has certainly changed since the
+ * mark. */
 static int note_sign(kr_sign_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
@@ -61,8 +62,8 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the value at the end decides the interval: the polynomial has one sign, no turning
- * point, or is zero up to noise. */
+/* Returns 1 if the value at the end of the interval shows whether the sign changes in it. This is
+ * so if the polynomial has one sign, is monotonic, or is zero up to noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -80,7 +81,8 @@ static int is_decided(const kr_sign_search *r, const double *b, double width)
     }
     return rising | falling;
 }
-/* Searches [low, high]. `b` holds the coefficients in Bernstein's basis and is overwritten. */
+/* Searches [low, high] for a change of sign. `b` holds the coefficients in Bernstein's basis, and
+ * is overwritten. */
 static search_outcome search_interval(kr_sign_search *r, double *b, double low, double high)
 {
     const int n = r->used;
@@ -99,7 +101,7 @@ static search_outcome search_interval(kr_sign_search *r, double *b, double low, 
     const search_outcome first = search_interval(r, left, low, middle);
     return first == NO_ROOT ? search_interval(r, b, middle, high) : first;
 }
-/* Searches [0, 1] with the terms in use. */
+/* Searches [0, 1] for a change of sign of the first r->used + 1 terms. */
 static search_outcome search_polynomial(kr_sign_search *r)
 {
     const int n = r->used;
@@ -112,8 +114,8 @@ static search_outcome search_polynomial(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Omits the last terms as far as they hardly matter. Their sum bounds the error; an undecided
- * search is repeated with all terms. */
+/* Omits the last terms while their slopes are negligible. The sum of the omitted terms bounds the
+ * error; an undecided search is repeated with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

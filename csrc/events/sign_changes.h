@@ -1,4 +1,4 @@
-/* Changes of sign of a polynomial on [0, 1], from left to right. */
+/* Search for the changes of sign of a polynomial on [0, 1], from left to right. */
 #ifndef KR_SIGN_CHANGES_H
 #define KR_SIGN_CHANGES_H
 #include "method.h"
@@ -7,15 +7,15 @@ typedef struct kr_sign_search {
     const double *c;    /* sum c[n] s^n */
     int degree;         /* at most KR_POLYNOMIAL_ORDER_MAX */
     double noise;       /* values up to this count as zero */
-    double start_noise; /* the same limit before the first sign is known */
-    int sought;         /* sign after the changes that are sought; 0: either */
+    double start_noise; /* the same, before the first sign is known */
+    int sought;         /* sign after the sought changes; 0: either sign */
     int side;           /* last sign that was certain; 0: none so far */
-    double mark;        /* the search continues here */
-    double root;        /* last change of sign into `side`, if that was sought */
-    int used;           /* number of terms in use, less one */
-    double tail;        /* bound of the omitted terms */
-    double tail_slope;  /* bound of their slope */
+    double mark;        /* where the search continues */
+    double root;        /* last change of sign to `side`, if it was sought */
+    int used;           /* number of terms in use, minus one */
+    double tail;        /* bound of the sum of the omitted terms */
+    double tail_slope;  /* bound of the slope of the omitted terms */
 } kr_sign_search;
-/* Finds the next change of sign. Returns 0 if there is none up to 1. */
+/* Finds the next change of sign. Returns 0 if there is none in [0, 1]. */
 int kr_search_next_sign_change(kr_sign_search *search);
 #endif

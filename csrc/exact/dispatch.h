@@ -68,8 +68,9 @@ kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact *exact);
  * start. From an unstable upright start, the time of the fall depends on the logarithm of the tilt,
  * whose fourth power underflows below 1e-77. */
 int kr_exact_resolves(const kr_scene *scene);
-/* Returns 1 if a checked scene is a Kowalewski top under gravity. */
-int kr_exact_is_kowalewski(const kr_scene *scene);
-/* Returns the doubles that the method `exact` needs behind its work for a Kowalewski top. */
+/* Returns the kind of a top whose closed form is a plan in memory of its own, a Kowalewski or a
+ * Goryachev-Chaplygin top under gravity, else KR_KIND_GENERAL; the scene was checked. */
+kr_kind kr_exact_torus(const kr_scene *scene);
+/* Returns the doubles that the method `exact` needs behind its work for such a scene. */
 size_t kr_exact_extra_doubles(void);
 #endif

@@ -1,16 +1,17 @@
-/* The closed form as a method, for Lagrange tops, Kowalewski tops and any body without torque. It
- * needs no steps, and its error does not grow with time. A step ends wherever it must; a step
- * without an end takes one period of the nutation, or of the first angle of a Kowalewski top.
- * Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange top, Jacobi (1849) for the
- * free body, Kowalevski (1889) and Koetter (1893) for hers, up to the heading. It conserves all
- * integrals. */
+/* The closed form as a method, for Lagrange, Kowalewski and Goryachev-Chaplygin tops and any body
+ * on which no torque acts: it needs no steps, and its error does not grow. A step goes wherever it
+ * is asked to; a step without an end takes one period of the nutation, or of the first angle of a
+ * torus. Klein and Sommerfeld (Theorie des Kreisels) give it for the Lagrange top, Jacobi (1849)
+ * for the free body, Kowalevski (1889) and Koetter (1893) for her top and Chaplygin (1901) for his,
+ * up to the heading. It keeps every one of the integrals. */
 #include "dispatch.h"
+#include "goryachev_chaplygin.h"
 #include "kowalewski.h"
 #include "method.h"
 #include "model/scene.h"
 
-/* Value of kr_exact.curve for Kowalewski tops, behind the kinds of series. */
-enum { KOWALEWSKI = 16 };
+/* Values of `curve` in a kr_exact, behind the kinds of its series: the plan stands elsewhere. */
+enum { KOWALEWSKI = 16, CHAPLYGIN };
 
 int kr_exact_resolves(const kr_scene *scene)
 {
@@ -24,44 +25,71 @@ int kr_exact_resolves(const kr_scene *scene)
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
-/* The work is a kr_exact. For a Kowalewski top only its period is used; the sums of its plan and
- * the memory for a new plan follow. */
+/* The work is a kr_exact. For a top with a torus, only the period there is in use; behind it stand
+ * its plan, and the memory in which a plan is made. */
 static const kr_exact *exact_of(const kr_motion *motion) { return (const kr_exact *)motion->work; }
-static kr_theta_sums *sums_of(const kr_motion *motion)
+static void *plan_of(const kr_motion *motion) { return (kr_exact *)motion->work + 1; }
+kr_kind kr_exact_torus(const kr_scene *scene)
 {
-    return (kr_theta_sums *)(void *)((kr_exact *)motion->work + 1);
+    const kr_kind kind =
+        scene->gravity == 0.0 ? KR_KIND_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);
+    return kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN ? kind
+                                                                             : KR_KIND_GENERAL;
 }
-int kr_exact_is_kowalewski(const kr_scene *scene)
+/* Returns the doubles that plan and memory of a kind of torus take. */
+static size_t torus_doubles(kr_kind kind)
 {
-    return scene->gravity != 0.0 && kr_body_kind(&scene->body, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI;
+    return (kind == KR_KIND_KOWALEWSKI
+                ? sizeof(kr_theta_sums) + kr_kowalewski_size()
+                : sizeof(kr_chaplygin_plan) + kr_goryachev_chaplygin_size()) /
+           sizeof(double);
 }
 /* Returns the doubles behind the work that a scene needs. */
 static size_t extra_doubles_of(const kr_scene *scene)
 {
-    return kr_exact_is_kowalewski(scene) ? kr_exact_extra_doubles() : 0;
+    const kr_kind kind = kr_exact_torus(scene);
+    return kind == KR_KIND_GENERAL ? 0 : torus_doubles(kind);
 }
 size_t kr_exact_extra_doubles(void)
 {
-    return (sizeof(kr_theta_sums) + kr_kowalewski_size()) / sizeof(double);
+    const size_t one = torus_doubles(KR_KIND_KOWALEWSKI),
+                 other = torus_doubles(KR_KIND_GORYACHEV_CHAPLYGIN);
+    return one > other ? one : other;
 }
 
-/* Computes a new plan beside the present one, which stays in use on failure. */
-static kr_status reset_kowalewski(kr_motion *motion)
+/* Marks the work as a torus whose first angle has half this rate, in turns. */
+static void set_torus(kr_motion *motion, int curve, double half_turns)
 {
     kr_exact form = {0};
-    kr_theta_sums *sums = sums_of(motion), *made = sums + 1;
+    form.curve = curve;
+    form.period = 0.5 / half_turns;
+    memcpy(motion->work, &form, sizeof form);
+}
+/* Both make a plan beside the one in use, which stays where the new one is refused. */
+static kr_status reset_kowalewski(kr_motion *motion)
+{
+    kr_theta_sums *sums = plan_of(motion), *made = sums + 1;
     const kr_status status = kr_kowalewski_own(motion->scene, made);
     if (status != KR_OK) return status;
-    *sums = *made;
-    form.curve = KOWALEWSKI;
-    form.period = 0.5 / sums->turn[0].fast; /* of the first angle */
-    memcpy(motion->work, &form, sizeof form);
+    memcpy(sums, made, sizeof *sums);
+    set_torus(motion, KOWALEWSKI, sums->turn[0].fast);
+    return KR_OK;
+}
+static kr_status reset_chaplygin(kr_motion *motion)
+{
+    kr_chaplygin_plan *plan = plan_of(motion), *made = plan + 1;
+    const kr_status status = kr_chaplygin_own(motion->scene, made);
+    if (status != KR_OK) return status;
+    memcpy(plan, made, sizeof *plan);
+    set_torus(motion, CHAPLYGIN, plan->turn[0].fast);
     return KR_OK;
 }
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
-    (void)start; /* It was rounded in working axes; the scene was not. */
-    if (kr_exact_is_kowalewski(motion->scene)) return reset_kowalewski(motion);
+    (void)start; /* It was rounded on its way to working axes; the scene was not. */
+    const kr_kind kind = kr_exact_torus(motion->scene);
+    if (kind == KR_KIND_KOWALEWSKI) return reset_kowalewski(motion);
+    if (kind == KR_KIND_GORYACHEV_CHAPLYGIN) return reset_chaplygin(motion);
     return kr_exact_plan_own_units(motion->scene, (kr_exact *)motion->work);
 }
 static kr_status exact_step(kr_motion *motion, double until)
@@ -75,8 +103,13 @@ static kr_status exact_step(kr_motion *motion, double until)
 }
 static void exact_at(kr_motion *motion, double clock, kr_state *s)
 {
-    *s = exact_of(motion)->curve == KOWALEWSKI ? kr_kowalewski_state(&sums_of(motion)->head, clock)
-                                               : kr_exact_state(exact_of(motion), clock);
+    const int curve = exact_of(motion)->curve;
+    if (curve == KOWALEWSKI)
+        *s = kr_kowalewski_state(plan_of(motion), clock);
+    else if (curve == CHAPLYGIN)
+        *s = kr_goryachev_chaplygin_state(plan_of(motion), clock);
+    else
+        *s = kr_exact_state(exact_of(motion), clock);
 }
 static void exact_read(const kr_motion *motion, kr_state *s)
 {
@@ -88,7 +121,7 @@ const kr_method kr_method_exact = {
     .name = "exact",
     .text = "closed form by theta functions",
     .conserves = "all integrals",
-    .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889",
+    .reference = "Klein and Sommerfeld 1897; Jacobi 1849; Kowalevski 1889; Chaplygin 1901",
     .order = 0,
     .flags =
         KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC | KR_METHOD_INTEGRABLE,

@@ -9,31 +9,6 @@
 #define KR_KOWALEWSKI_AVERAGES_H
 #include "kowalewski_curve.h"
 
-/* cos(pi i/GRID), where i is a multiple of `stride`. */
-typedef struct cosine_table {
-    int stride;
-    dd c[GRID + 1];
-} cosine_table;
-
-static void begin_cosines(cosine_table *t)
-{
-    t->stride = GRID / 2;
-    t->c[0] = dd_of(1.0);
-    t->c[GRID / 2] = dd_of(0.0);
-    t->c[GRID] = dd_of(-1.0);
-}
-/* Makes the table reach to this stride. */
-static void refine_cosines(cosine_table *t, int stride)
-{
-    while (t->stride > stride) {
-        const int s = t->stride /= 2;
-        t->c[s] = dd_sqrt(dd_half(dd_plus(t->c[2 * s], 1.0)));
-        const dd scale = dd_div(dd_of(0.5), t->c[s]);
-        for (int i = 3 * s; i < GRID; i += 2 * s)
-            t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
-    }
-}
-
 /* A pole of the heading's integrand: N - w D = a sin^2 + b cos^2. */
 typedef struct heading_pole {
     dd a, b, value; /* g, or 0 where it is not split off */
@@ -160,21 +135,6 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
         return 1;
     }
     return 0;
-}
-/* Gives the sine series of the integral of a sampled function less its average. */
-static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
-{
-    const int stride = GRID / n;
-    for (int k = 1; k < n; k++) {
-        double sum = 0.5 * (v[0].hi + (k % 2 ? -v[GRID].hi : v[GRID].hi));
-        for (int i = 1, at = k; i < n; i++) {
-            sum += v[i * stride].hi * table->c[(at <= n ? at : 2 * n - at) * stride].hi;
-            at += k;
-            if (at >= 2 * n) at -= 2 * n;
-        }
-        out[k] = 2.0 * sum / n / k;
-    }
-    out[0] = 0.0;
 }
 /* Turns the series of the two integrals into those of theta1 - x and theta2 - x. */
 static void set_sines(kowalewski_arc *arc, double way, double p1, double q1, double p2, double q2,

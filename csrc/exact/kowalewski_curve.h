@@ -17,10 +17,12 @@
 #include "complex.h"
 #include "kowalewski.h"
 #include "phase.h"
+enum { GRID = 512 /* intervals between x = 0 and pi, at most */ };
+#include "cosines.h"
 
 /* Numbers of the roots: 0, 1 and 2 of phi, then k and -k. */
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
-enum { GRID = 512 /* intervals between x = 0 and pi, at most */, FOLDS = 8 };
+enum { FOLDS = 8 };
 
 typedef struct kowalewski_curve {
     dd h, l, k, c;
@@ -42,8 +44,6 @@ typedef struct kowalewski_arc {
     int points;           /* intervals that were needed */
     double sine[2][GRID]; /* theta less the series' variable, for both angles of the torus */
 } kowalewski_arc;
-
-static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
 /* Returns 2 phi's monic half: (w + h)(w^2 + c) - l^2/2. */
 static dd half_phi(const kowalewski_curve *o, dd w)
@@ -290,18 +290,23 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_scale(o, &arc[0], dd_sqrt(dd_div(dd_sub(high, below), dd_sub(low, below))));
     choose_scale(o, &arc[1], dd_sqrt(dd_mul(dd_sub(above, least), dd_sub(high, least))));
 }
-/* Gives sine and cosine of x, in the place of those of the arc's variable y, and returns dx/dy. */
+/* Gives sine and cosine of x, in the place of those of the arc's variable y, and returns dx/dy.
+ * Values are swapped rather than pointers: gcc 12.2 at -O1 reads the wrong one of two variables
+ * through a pointer that may point to either. */
 static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
     for (int i = arc->folds - 1; i >= 0; i--) {
-        dd *const one = arc->crosswise[i] ? s : c, *const other = arc->crosswise[i] ? c : s;
-        const dd m = arc->fold[i], square = dd_mul(m, dd_square(*one)), plus = dd_plus(square, 1.0),
+        const int crosswise = arc->crosswise[i];
+        const dd u = dd_choose(crosswise, *s, *c), v = dd_choose(crosswise, *c, *s);
+        const dd m = arc->fold[i], square = dd_mul(m, dd_square(u)), plus = dd_plus(square, 1.0),
                  root = dd_sqrt(dd_sub(dd_of(1.0), dd_mul(m, square)));
         slope = dd_mul(
             slope, dd_div(dd_mul(dd_plus(m, 1.0), dd_sub(dd_of(1.0), square)), dd_mul(plus, root)));
-        *one = dd_div(dd_mul(dd_plus(m, 1.0), *one), plus);
-        *other = dd_div(dd_mul(*other, root), plus);
+        const dd one = dd_div(dd_mul(dd_plus(m, 1.0), u), plus),
+                 other = dd_div(dd_mul(v, root), plus);
+        *s = dd_choose(crosswise, one, other);
+        *c = dd_choose(crosswise, other, one);
     }
     return slope;
 }
@@ -309,14 +314,15 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {
-        dd *const one = arc->crosswise[i] ? s : c, *const other = arc->crosswise[i] ? c : s;
+        const int crosswise = arc->crosswise[i];
+        const dd u = dd_choose(crosswise, *s, *c), v = dd_choose(crosswise, *c, *s);
         const dd m = arc->fold[i], plus = dd_plus(m, 1.0), minus = dd_sub(dd_of(1.0), m);
-        const dd root =
-            dd_sqrt(dd_add(dd_square(minus), dd_scale(4.0, dd_mul(m, dd_square(*other)))));
-        *one = dd_div(dd_twice(*one), dd_add(plus, root));
-        const dd square = dd_mul(m, dd_square(*one));
-        *other = dd_div(dd_mul(*other, dd_plus(square, 1.0)),
-                        dd_sqrt(dd_sub(dd_of(1.0), dd_mul(m, square))));
+        const dd root = dd_sqrt(dd_add(dd_square(minus), dd_scale(4.0, dd_mul(m, dd_square(v)))));
+        const dd one = dd_div(dd_twice(u), dd_add(plus, root)), square = dd_mul(m, dd_square(one));
+        const dd other =
+            dd_div(dd_mul(v, dd_plus(square, 1.0)), dd_sqrt(dd_sub(dd_of(1.0), dd_mul(m, square))));
+        *s = dd_choose(crosswise, one, other);
+        *c = dd_choose(crosswise, other, one);
     }
 }
 static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }

@@ -126,8 +126,8 @@ static void find_map_roots(map_link *k)
     k->s1 = dd_sub(k->s, k->below);
     k->s2 = dd_add(k->s, k->above);
 }
-/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2, from its
- * distances to the roots. */
+/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2,
+ * from its distances to the roots. */
 static void at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));

@@ -9,8 +9,8 @@
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp) and writes the sum of Q_n for each start p0^2 = 1 - alpha^2. At first a = Q = 1
- * and g = kp; a step is
+/* Returns agm(1, kp) and writes the sum of Q_n for each start p0^2 = 1 - alpha^2. At first
+ * a = Q = 1 and g = kp; a step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
  * Every step squares the distances, so the step after they fall below 1e-8 is the last, and needs

@@ -1,10 +1,10 @@
-/* GSL's Runge-Kutta pair of Prince and Dormand and its semi-implicit Bulirsch-Stoer method, as
- * references, on
+/* GSL's Runge-Kutta pair of Prince and Dormand and GSL's semi-implicit Bulirsch-Stoer method, as
+ * references. They integrate
  *     q' = q W / 2,    I W' = I W x W + P x lever,    P = q* e3 q
- * with the angular velocity W and the vertical P seen from the body. They keep nothing. This file
- * does what gsl_odeiv2_evolve does, with GSL's own step and control, so that the length of a step
- * is exactly the difference of the times at its ends, there may be no end in sight, and a failed
- * step leaves no trace. */
+ * with the angular velocity W and the vertical P seen from the body. The methods conserve nothing.
+ * This file replaces gsl_odeiv2_evolve, and uses GSL's own step and control. Unlike there, the
+ * length of a step is exactly the difference of the times at its ends, the end time may be
+ * infinite, and a failed step does not change the state. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -12,13 +12,12 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* A step turns the top by so much at most [rad], which extrapolation.h keeps by itself: whole turns
- * inside a step fool the error estimate of the semi-implicit method, which damps what it does not
- * resolve. */
+/* Largest rotation of the top in a step [rad]. Whole turns inside a step would deceive the error
+ * estimate of the semi-implicit method, which damps what it does not resolve. (extrapolation.h
+ * needs no such limit.) */
 static const double most_turn = 4.0;
-/* A step of length h with h^2 a or h a beyond these, where gravity changes W by at most a, is not
- * tried: roundings swallow the 1 in 1 - h J, and of a singular matrix GSL takes what was in its
- * memory. */
+/* Largest h^2 a and h a of a step h, where a bounds the rate of W due to gravity. Beyond them the 1
+ * in 1 - h J is lost to rounding, and GSL reads uninitialized memory if this matrix is singular. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -27,10 +26,10 @@ typedef struct {
 } tools;
 typedef struct {
     double y[GSL_SIZE], rate[GSL_SIZE];
-    double h; /* the next step, with its sign */
+    double h; /* the next step, negative backward in time */
 } ode_work;
 
-/* attitude, velocity and put read and write the variables y = (q, W). */
+/* The next three functions read and write the variables y = (q, W). */
 static kr_quat ode_attitude(const double y[]) { return q4(y[0], v_of(y + 1)); }
 static kr_vec3 ode_velocity(const double y[]) { return v_of(y + 4); }
 static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
@@ -39,8 +38,9 @@ static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
     v_put(y + 1, q_vec(q));
     v_put(y + 4, W);
 }
-/* GSL takes an error that is no number for none at all; this code makes it give up. */
-static int finite_or_bad(const double *a, int n)
+/* Returns GSL_EBADFUNC if a number is not finite, because GSL would take an error of NaN for an
+ * error of 0. */
+static int check_finite(const double *a, int n)
 {
     for (int i = 0; i < n; i++)
         if (!isfinite(a[i])) return GSL_EBADFUNC;
@@ -56,9 +56,10 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     (void)t;
     put_vector_at(rate, q_scale(0.5, q_mul(q, q4(0.0, W))), v_over(torque, I));
     motion->stats.evaluations++;
-    return finite_or_bad(rate, GSL_SIZE);
+    return check_finite(rate, GSL_SIZE);
 }
-/* Each column is the change of the rates along dq and dW, where dP = 2 vec(q* e3 dq). */
+/* Each column is the derivative of the rates in the direction (dq, dW), with dP = 2 vec(q* e3
+ * dq). */
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params)
 {
     kr_motion *motion = params;
@@ -80,11 +81,11 @@ int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[
         rate_t[j] = 0.0;
     }
     motion->stats.evaluations++;
-    return finite_or_bad(jacobian, GSL_SIZE * GSL_SIZE);
+    return check_finite(jacobian, GSL_SIZE * GSL_SIZE);
 }
 
 static double tolerance(const kr_motion *motion) { return motion->tol > 0.0 ? motion->tol : 1e-12; }
-static void done(kr_motion *motion)
+static void release_tools(kr_motion *motion)
 {
     tools *use = motion->aux;
     if (!use) return;
@@ -93,7 +94,7 @@ static void done(kr_motion *motion)
     free(use);
     motion->aux = NULL;
 }
-/* Allocates GSL's step and control unless there are some, and begins at a state. */
+/* Allocates GSL's step and control on the first call, and starts at a state. */
 static kr_status ode_begin(kr_motion *motion, const kr_state *start,
                            const gsl_odeiv2_step_type *type)
 {
@@ -101,12 +102,12 @@ static kr_status ode_begin(kr_motion *motion, const kr_state *start,
     if (!motion->aux) {
         tools *use = motion->aux = calloc(1, sizeof *use);
         if (!use) return KR_ERR_MEMORY;
-        /* GSL's own error handler aborts. There is one for all threads, hence it stays off. */
+        /* GSL's default error handler aborts the program. It is global, so it is not restored. */
         gsl_set_error_handler_off();
         use->step = gsl_odeiv2_step_alloc(type, GSL_SIZE);
         use->control = gsl_odeiv2_control_y_new(tolerance(motion), tolerance(motion));
         if (!use->step || !use->control) {
-            done(motion);
+            release_tools(motion);
             return KR_ERR_MEMORY;
         }
     }
@@ -131,9 +132,9 @@ static double longest_step(const kr_motion *motion, double rate)
                  a = fmax(fmax((y + z) / I.x, (z + x) / I.y), (x + y) / I.z);
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
-/* Tries a step of length h from p. `next` is where it leads, with the step that the control would
- * take then. Returns 0 if the control rejects it; `next` then has the step to take instead. */
-static int accepted(kr_motion *motion, double h, const ode_work *p, ode_work *next)
+/* Tries a step of length h from p. Writes the result and the length of the following step to
+ * `next`. Returns 0 if the control rejects the step; next->h is then the length to try instead. */
+static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};
     const tools *use = motion->aux;
@@ -149,7 +150,7 @@ static int accepted(kr_motion *motion, double h, const ode_work *p, ode_work *ne
 static kr_status ode_step(kr_motion *motion, double until)
 {
     ode_work *p = (ode_work *)motion->work, next = *p;
-    /* No step in doubles can meet such a tolerance. */
+    /* No step in doubles can meet a tolerance below the rounding error. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
     const double longest = longest_step(motion, v_length(ode_velocity(p->y)));
     for (int rejected = 0; rejected < MAX_TRIES; rejected++) {
@@ -158,8 +159,9 @@ static kr_status ode_step(kr_motion *motion, double until)
             motion->step < 0.0 ? motion->clock + next.h <= until : motion->clock + next.h >= until;
         const double end = lands ? until : motion->clock + next.h, h = end - motion->clock;
         if (h == 0.0 || !isfinite(h)) return KR_ERR_STEP;
-        if (accepted(motion, h, p, &next)) {
-            /* A step that was cut short to land says nothing about the next. */
+        if (try_step(motion, h, p, &next)) {
+            /* A step that was shortened to end at `until` does not determine the length of the next
+             * one. */
             if (lands && !rejected) next.h = p->h;
             *p = next;
             motion->clock = end;
@@ -187,7 +189,7 @@ const kr_method kr_method_gsl_rk8pd = {
     .reset = reset_rk8pd,
     .step = ode_step,
     .read = ode_read,
-    .release = done,
+    .release = release_tools,
 };
 const kr_method kr_method_gsl_bsimp = {
     .name = "gsl_bsimp",
@@ -200,5 +202,5 @@ const kr_method kr_method_gsl_bsimp = {
     .reset = reset_bsimp,
     .step = ode_step,
     .read = ode_read,
-    .release = done,
+    .release = release_tools,
 };

@@ -1,13 +1,13 @@
-/* The equations that the GSL methods integrate, and their Jacobian. gsl.c uses them, and a
- * test compares the two. */
+/* The equations that the GSL methods integrate, and their Jacobian. A test compares the Jacobian
+ * with the equations. */
 #ifndef KR_GSL_H
 #define KR_GSL_H
 #include "method.h"
 
 enum { GSL_SIZE = 7 };
 
-/* These have the form that GSL wants: y = (q, W), params is the kr_motion, and jacobian[GSL_SIZE *
- * i + j] = d rate[i] / d y[j]. */
+/* Functions with the signatures that GSL requires: y = (q, W), params is the kr_motion, and
+ * jacobian[GSL_SIZE * i + j] = d rate[i] / d y[j]. */
 int kr_gsl_rates(double t, const double y[], double rate[], void *params);
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params);
 #endif

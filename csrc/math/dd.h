@@ -1,14 +1,14 @@
-/* Double-double numbers: an unevaluated sum hi + lo of two doubles, about 32 digits. From libc
- * and libm only. Sums and products err by a few 2^-104 (Joldes, Muller, Popescu, ACM Trans. Math.
- * Softw. 44, 2017). They need strict evaluation: -ffp-contract=off, and never -ffast-math. A name
- * that begins with dd_ rounds to a double-double; two_sum and two_product are exact. Where
- * KR_DD_LANES is defined, each of the two is a vector of doubles (simd.h), and each lane has the
- * bits that it would have alone. */
+/* Double-double numbers: unevaluated sums hi + lo of two doubles, about 32 digits. Needs libc and
+ * libm only. The relative error of sums and products is a few 2^-104 (Joldes, Muller, Popescu, ACM
+ * Trans. Math. Softw. 44, 2017). The operations need strict evaluation: -ffp-contract=off, and
+ * never -ffast-math. Functions whose name begins with dd_ round to a double-double; two_sum and
+ * two_product are exact. If KR_DD_LANES is defined, hi and lo are vectors of doubles (simd.h), and
+ * each lane has the same bits as a scalar computation. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
 
-/* A part is one of the two doubles, a truth what a comparison of parts gives. */
+/* A dd_part is hi or lo; a dd_truth is the result of comparing two parts. */
 #if defined KR_DD_LANES
 #  include "simd.h"
 typedef wide dd_part;
@@ -48,7 +48,7 @@ static inline dd dd_make(dd_part hi, dd_part lo)
     return r;
 }
 static inline dd dd_of(dd_part a) { return dd_make(a, part_of(0.0)); }
-/* Returns a constant. */
+/* Returns the constant `a`, the same in all lanes. */
 static inline dd dd_splat(double a) { return dd_of(part_of(a)); }
 static inline dd dd_neg(dd a) { return dd_make(-a.hi, -a.lo); }
 static inline dd dd_choose(dd_truth m, dd yes, dd no)
@@ -57,27 +57,27 @@ static inline dd dd_choose(dd_truth m, dd yes, dd no)
 }
 static inline dd dd_abs(dd a) { return dd_choose(part_less(a.hi, part_of(0.0)), dd_neg(a), a); }
 
-/* Returns a + b exactly, where |a| >= |b|. */
+/* Returns a + b exactly. Requires |a| >= |b|. */
 static inline dd two_sum_ordered(dd_part a, dd_part b)
 {
     const dd_part sum = a + b;
     return dd_make(sum, b - (sum - a));
 }
-/* Returns a + b exactly, in any order of their sizes. */
+/* Returns a + b exactly, for any a and b. */
 static inline dd two_sum(dd_part a, dd_part b)
 {
     const dd_part sum = a + b, v = sum - a;
     return dd_make(sum, (a - (sum - v)) + (b - v));
 }
-/* Returns a b exactly. Processors with and without a fused product get the same bits, because the
- * rounding error of a product is itself a double. */
+/* Returns a * b exactly. Processors with and without fused multiply-add give the same bits, because
+ * the rounding error of a product is itself a double. */
 static inline dd two_product(dd_part a, dd_part b)
 {
     const dd_part product = a * b;
 #if defined __FMA__ || defined __aarch64__
     return dd_make(product, part_fma(a, b, -product));
 #else
-    /* Veltkamp splits each factor into halves of 26 bits, whose products Dekker adds up. */
+    /* Veltkamp's splitting into halves of 26 bits, and Dekker's sum of their products. */
     const double split = 134217729.0;
     const dd_part p = split * a, q = split * b;
     const dd_part ah = p - (p - a), al = a - ah, bh = q - (q - b), bl = b - bh;
@@ -90,7 +90,7 @@ static inline dd dd_add(dd a, dd b)
     s = two_sum_ordered(s.hi, s.lo + t.hi);
     return two_sum_ordered(s.hi, s.lo + t.lo);
 }
-/* Returns a + b with an error of 2^-104 |a| + 2^-104 |b|, in half of the time. */
+/* Returns a + b with an error of 2^-104 (|a| + |b|), in half the time of dd_add. */
 static inline dd dd_add_near(dd a, dd b)
 {
     const dd s = two_sum(a.hi, b.hi);
@@ -107,7 +107,7 @@ static inline dd dd_times(dd_part a, dd b)
     const dd p = two_product(a, b.hi);
     return two_sum_ordered(p.hi, p.lo + a * b.lo);
 }
-/* Returns power a exactly, where `power` is a power of two. */
+/* Returns power * a exactly, where `power` is a power of two. */
 static inline dd dd_scale(double power, dd a) { return dd_make(power * a.hi, power * a.lo); }
 static inline dd dd_twice(dd a) { return dd_scale(2.0, a); }
 static inline dd dd_half(dd a) { return dd_scale(0.5, a); }
@@ -123,8 +123,8 @@ static inline dd dd_div(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b likewise, by one division in place of two, and so sooner; 1 / b must be a double
- * that is not subnormal. */
+/* Returns a / b like dd_div, but faster, by one division instead of two. 1 / b must be a normal
+ * double. */
 static inline dd dd_over(dd a, dd b)
 {
     const dd_part inverse = 1.0 / b.hi, q = a.hi * inverse;
@@ -132,7 +132,8 @@ static inline dd dd_over(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest * inverse);
 }
-/* Returns zero for a <= 0, because an argument below zero is a zero that rounding has moved. */
+/* Returns the square root of a, and zero for a < 0, because a negative argument is a zero with a
+ * rounding error. */
 static inline dd dd_sqrt(dd a)
 {
     const dd_part x = part_sqrt(a.hi);

@@ -1,12 +1,13 @@
-/* Support for files that each instruction set compiles. KR_NAME names their exports. CMakeLists.txt
- * passes -DKR_ISA=avx2 and the like, and defines KR_X86 if these instruction sets are compiled in.
- * */
+/* Support for files that are compiled once for each instruction set. KR_NAME makes the names of
+ * their exports. CMakeLists.txt passes -DKR_ISA=avx2 etc., and defines KR_X86 if the instruction
+ * sets of x86 are compiled in. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
 /* A kernel is one loop without calls: a call would spill the vector registers. APART marks code
- * that a kernel rarely needs. With KR_SMALL the compiler decides about inlining, for small code. */
+ * that a kernel rarely needs. KR_SMALL makes the code small: the compiler then decides about
+ * inlining. */
 #if defined __GNUC__ && !defined KR_SMALL
 #  define INLINE static inline __attribute__((always_inline))
 #  define APART static __attribute__((noinline))
@@ -15,8 +16,8 @@
 #  define APART static
 #endif
 
-/* Vectors need a compiler with shuffles; KR_PLAIN works without. NEON is part of every aarch64, so
- * the base instruction set has its own name there. */
+/* Vectors need a compiler with __builtin_shufflevector; KR_PLAIN code does not. Every aarch64
+ * processor has NEON, so the base instruction set is named after it there. */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif
@@ -26,8 +27,7 @@
 #else
 #  define KR_BASE_NAME "base"
 #endif
-/* KR_FUSED: the hardware has fused multiply-add. Results have one of two sets of bits, with and
- * without. */
+/* KR_FUSED: the hardware has fused multiply-add. The bits of results depend on this alone. */
 #if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
 #  define KR_FUSED
 #endif
@@ -39,8 +39,7 @@
 #define KR_NAME(thing) KR_PASTED(thing, KR_ISA)
 
 /* Each function returns nonzero if this processor has the instruction set. The features are tested
- * one by one, because not every compiler knows the names of the levels. Tests select the others by
- * name. */
+ * one by one, because not every compiler knows the names of levels such as x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
 #if defined KR_X86
 /* Returns 1 if the processor has AVX2 and FMA. */

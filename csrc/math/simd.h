@@ -1,9 +1,9 @@
 /* Vectors of doubles with independent lanes: each lane belongs to one top, and its bits are the
- * same at every width. `wide` has as many lanes as the instruction set's vectors (x86-64-v4: 8, v3:
- * 4, SSE2 and NEON: 2, plain C99: 1), or one with KR_ONE_LANE. The operators + - * / and unary -
- * work on them, also between a wide and a double. A `mask` holds one truth value for each lane.
- * Only wide_fma fuses a product and a sum, where the hardware can. Each instruction set compiles
- * this header. */
+ * same at every width. A `wide` has as many lanes as the vectors of the instruction set (x86-64-v4:
+ * 8, v3: 4, SSE2 and NEON: 2, plain C99: 1), or one lane with KR_ONE_LANE. The operators + - * /
+ * and unary - work on wides, also between a wide and a double. A `mask` holds one truth value for
+ * each lane. Only wide_fma fuses a product and a sum, if the hardware can. This header is compiled
+ * once for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>
@@ -13,7 +13,7 @@
 #if defined KR_ONE_LANE || defined KR_PLAIN || !(defined __SSE2__ || defined KR_NEON)
 enum { LANES = 1 };
 typedef double wide;
-typedef uint64_t wide_integer; /* the bits of a wide, or as many integers */
+typedef uint64_t wide_integer; /* the bits of a wide, as integers */
 typedef int mask;
 static inline wide wide_splat(double a) { return a; }
 static inline wide wide_sqrt(wide a) { return sqrt(a); }
@@ -23,7 +23,7 @@ static inline mask wide_equal(wide a, wide b) { return a == b; }
 static inline mask mask_and(mask a, mask b) { return a & b; }
 static inline mask mask_or(mask a, mask b) { return a | b; }
 static inline mask mask_not(mask a) { return !a; }
-/* Returns the lanes in which the mask holds, as bits. */
+/* Returns the mask as an integer: bit i is set if lane i is true. */
 static inline unsigned mask_bits(mask a) { return (unsigned)a; }
 static inline wide wide_choose(mask m, wide yes, wide no) { return m ? yes : no; }
 #  if defined KR_FUSED
@@ -110,7 +110,7 @@ INLINE wide wide_load(const double *p)
     return a;
 }
 INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
-/* Converts between doubles and their bits. */
+/* wide_bits and wide_of_bits convert between doubles and their bits. */
 INLINE wide_integer wide_bits(wide a)
 {
     wide_integer r;
@@ -123,7 +123,7 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Ends the use of wide vectors, so that narrower instructions of other code run at full speed. */
+/* Ends the use of wide vectors. Otherwise narrower instructions of other code would be slow. */
 INLINE void wide_leave(void)
 {
 #if defined __AVX__ && !defined KR_ONE_LANE && !defined KR_PLAIN
@@ -133,7 +133,7 @@ INLINE void wide_leave(void)
 INLINE int mask_any(mask a) { return mask_bits(a) != 0; }
 INLINE int mask_all(mask a) { return (mask_bits(a) & ((1u << LANES) - 1)) == (1u << LANES) - 1; }
 INLINE wide wide_abs(wide a) { return wide_of_bits(wide_bits(a) & (UINT64_MAX >> 1)); }
-/* Return the second argument if either is NaN, unlike fmin and fmax. */
+/* wide_min and wide_max return b if a or b is NaN, unlike fmin and fmax. */
 INLINE wide wide_min(wide a, wide b) { return wide_choose(wide_less(a, b), a, b); }
 INLINE wide wide_max(wide a, wide b) { return wide_choose(wide_less(b, a), a, b); }
 #endif

@@ -1,7 +1,7 @@
 /* Sums of products without cancellation errors: all products are exact, and their sum is as
- * accurate as one with four times the digits of a double (Ogita, Rump, Oishi, SIAM J. Sci. Comput.
- * 26, 2005, SumK). The three components of a vector are summed together, because each chain of sums
- * waits for itself. */
+ * accurate as in arithmetic with four times the digits of a double (Ogita, Rump, Oishi, SIAM J.
+ * Sci. Comput. 26, 2005, SumK). The sums of the three components of a vector are interleaved,
+ * because each sum must wait for the result of the one before it. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"
@@ -22,7 +22,7 @@ static inline dd split_dd(const split_vec *v, int i)
 {
     return dd_add(two_sum(v->part[0][i], v->part[1][i]), two_sum(v->part[2][i], v->part[3][i]));
 }
-/* Returns the sum of n vectors, n >= 4, and overwrites them with errors. */
+/* Returns the sum of the n vectors x, which are overwritten. Requires n >= 4. */
 static inline split_vec split_sum(double x[][3], int n)
 {
     split_vec sum = {SPLIT_MAX, {{0.0}}};
@@ -36,7 +36,7 @@ static inline split_vec split_sum(double x[][3], int n)
     }
     return sum;
 }
-/* Writes the product a b v_from as 4 v->count doubles into component `to` of x. */
+/* Writes a * b * component `from` of v as a sum of 4 * v->count doubles to component `to` of x. */
 static inline void split_product(double a, double b, const split_vec *v, int from, double x[][3],
                                  int to)
 {
@@ -48,7 +48,7 @@ static inline void split_product(double a, double b, const split_vec *v, int fro
         x[4 * k + 2][to] = low.hi, x[4 * k + 3][to] = low.lo;
     }
 }
-/* Returns q* v q, for q of any length. */
+/* Returns q* v q, for a quaternion q of any length. */
 static inline split_vec split_turn_back(kr_quat q, const split_vec *v)
 {
     const double w = q.w, u[3] = {q.x, q.y, q.z};

@@ -1,6 +1,6 @@
-/* Vectors and unit quaternions (SU(2)), by value. A name that begins with v_ takes
- * vectors, one that begins with q_ takes quaternions. A unit quaternion q turns v into q v q*. In
- * the thesis' su(2) a vector is half a quaternion, and its Phi^-1 is q. */
+/* Vectors and unit quaternions (SU(2)), passed by value. Functions on vectors begin with v_,
+ * functions on quaternions with q_. A unit quaternion q rotates v to q v q*. In the notation of the
+ * thesis, an element of su(2) is half the quaternion of a vector, and Phi^-1 is q. */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -12,8 +12,7 @@ static inline kr_vec3 v3(double x, double y, double z)
     v.x = x, v.y = y, v.z = z;
     return v;
 }
-/* v_of and v_put read and write a vector that stands as three numbers among the variables of a
- * differential equation. */
+/* v_of and v_put read and write a vector among the variables y of a differential equation. */
 static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
 static inline void v_put(double *y, kr_vec3 v)
 {
@@ -24,11 +23,11 @@ static inline void v_put(double *y, kr_vec3 v)
 static inline kr_vec3 v_add(kr_vec3 a, kr_vec3 b) { return v3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline kr_vec3 v_sub(kr_vec3 a, kr_vec3 b) { return v3(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline kr_vec3 v_scale(double s, kr_vec3 a) { return v3(s * a.x, s * a.y, s * a.z); }
-/* v_times and v_over multiply and divide axis by axis, as the moments of inertia do along the
- * principal axes. */
+/* v_times and v_over multiply and divide component by component, for example by the principal
+ * moments of inertia. */
 static inline kr_vec3 v_times(kr_vec3 a, kr_vec3 b) { return v3(a.x * b.x, a.y * b.y, a.z * b.z); }
 static inline kr_vec3 v_over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
-/* Returns s a + b. */
+/* Returns s * a + b. */
 static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 {
     return v3(s * a.x + b.x, s * a.y + b.y, s * a.z + b.z);
@@ -36,7 +35,8 @@ static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
-/* Returns the unit vector along a, which is not zero. What is hardly larger has no reciprocal. */
+/* Returns the unit vector along a, which must not be zero. Tiny vectors are scaled first, because
+ * the reciprocal of their size would overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
     const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
@@ -48,7 +48,7 @@ static inline kr_vec3 v_cross(kr_vec3 a, kr_vec3 b)
 {
     return v3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-/* Solves x c[0] + y c[1] + z c[2] = b for (x, y, z), by Cramer's rule. */
+/* Returns the solution (x, y, z) of x c[0] + y c[1] + z c[2] = b, by Cramer's rule. */
 static inline kr_vec3 v_solve(const kr_vec3 c[3], kr_vec3 b)
 {
     const kr_vec3 yz = v_cross(c[1], c[2]), zx = v_cross(c[2], c[0]), xy = v_cross(c[0], c[1]);
@@ -70,16 +70,16 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* q and -q are one attitude. This returns the one that is nearer to the last, so that an attitude
- * moves continuously. */
+/* Returns q or -q, which are the same attitude: the one nearer to `last`, so that the quaternion
+ * changes continuously. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns q with unit length again where only rounding has changed it, by one step of Newton's method,
- * which needs no root. The correction is added, because a factor near 1 would be rounded itself,
- * and not evenly: over 1e6 steps the energy would drift by 1e-12. */
+/* Returns q with unit length, if only rounding errors have changed its length. One step of Newton's
+ * method suffices and needs no square root. The correction is added, because a factor near 1 would
+ * itself be rounded with a bias: over 1e6 steps the energy would drift by 1e-12. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -93,7 +93,7 @@ static inline kr_quat q_mul(kr_quat a, kr_quat b)
                  a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x));
 }
 
-/* Returns q v q*: a vector of the body as space sees it, where q is an attitude. */
+/* Returns q v q*. If q is an attitude, v is rotated from the body into space. */
 static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v)
 {
     const kr_vec3 u = q_vec(q), s = v_scale(2.0, v_cross(u, v));
@@ -119,33 +119,33 @@ static inline kr_vec3 q_vertical(kr_quat q)
               (q.w * q.w + q.z * q.z) - (q.x * q.x + q.y * q.y));
 }
 
-/* Returns the turn by the rotation vector r. */
+/* Returns the quaternion of the rotation vector r. */
 static inline kr_quat q_exp(kr_vec3 r)
 {
     double c, s;
     cos_sinc(0.25 * v_dot(r, r), &c, &s);
     return q4(c, v_scale(0.5 * s, r));
 }
-/* Returns q (c + s i): a turn about the first axis comes before q. */
+/* Returns q (c + s i): a rotation about the first axis of the body, followed by q. */
 static inline kr_quat q_mul_x(kr_quat q, double c, double s)
 {
     return q4(c * q.w - s * q.x, v3(c * q.x + s * q.w, c * q.y + s * q.z, c * q.z - s * q.y));
 }
-/* Returns q (c + s k): a turn about the third axis comes before q. */
+/* Returns q (c + s k): a rotation about the third axis of the body, followed by q. */
 static inline kr_quat q_mul_z(kr_quat q, double c, double s)
 {
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* Returns the shortest turn from the third axis to the unit vector a. Where a points the other way,
- * it goes about the first axis. */
+/* Returns the shortest rotation from the third axis to the unit vector a. If a.z < -1/2, returns
+ * instead a half turn about the first axis, followed by the shortest rotation from there. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));
     return q_unit(q4(1.0 + a.z, v3(-a.y, a.x, 0.0)));
 }
-/* Returns the quaternion of an orthonormal frame that is given by its columns. It starts from the
- * largest component, so that nothing is divided by a small number (Shepperd 1978). */
+/* Returns the quaternion of the orthonormal frame with the columns n, b, t. The largest component
+ * is computed first, so that there is no division by a small number (Shepperd 1978). */
 static inline kr_quat q_of_frame(kr_vec3 n, kr_vec3 b, kr_vec3 t)
 {
     const double w = 1.0 + n.x + b.y + t.z, x = 1.0 + n.x - b.y - t.z, y = 1.0 - n.x + b.y - t.z,

@@ -1,6 +1,6 @@
-/* Vectors and quaternions in double-double, by value, with the names of su2.h: vdd_ takes vectors,
- * qdd_ takes quaternions. They carry a state through its turns where 20 or 30 digits are
- * asked for. */
+/* Vectors and quaternions in double-double, passed by value, for states with 20 or 30 digits. The
+ * names are those of su2.h: functions on vectors begin with vdd_, functions on quaternions with
+ * qdd_. */
 #ifndef KR_SU2_DD_H
 #define KR_SU2_DD_H
 #include "dd.h"
@@ -71,7 +71,7 @@ static inline quat_dd qdd_unit(quat_dd q)
     const quat_dd u = {dd_mul(s, q.w), vdd_scale(s, q.v)};
     return u;
 }
-/* Returns q v q*, for a unit q. */
+/* Returns q v q*, for a unit quaternion q. */
 static inline vec_dd qdd_turn(quat_dd q, vec_dd v)
 {
     const quat_dd pure = {dd_of(0.0), v};

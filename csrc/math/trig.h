@@ -1,15 +1,15 @@
-/* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp.
- * libm's would not do: its last bit differs between libraries, and with it every state computed
- * from it. With these functions a scene gives the same bits from every compiler and every libm, and
- * in WebAssembly. They sum power series, without a table and without a fused product. */
+/* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp. The
+ * functions of libm differ in their last bits between libraries, and so would all states computed
+ * from them. With the functions below, a scene gives the same bits with every compiler and libm,
+ * and in WebAssembly. They sum power series, without tables and fused multiply-add. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-/* Writes cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2. This needs no root and no division, and
- * nothing special at zero. */
+/* Writes cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2, without square roots and divisions. z = 0
+ * needs no special case. */
 static inline void less_one_sinc_small(double z, double *c, double *s)
 {
     const double z2 = z * z, z4 = z2 * z2;
@@ -28,11 +28,11 @@ static inline void cos_sinc_small(double z, double *c, double *s)
     *c += 1.0;
 }
 
-/* Writes sine and cosine of any x. Beyond 2^19 the angle is reduced by the double next to 2 pi,
- * which costs less than the rounding of x itself. */
+/* Writes the sine and cosine of any x. Beyond 2^19, x is reduced modulo the double nearest to 2 pi,
+ * which causes a smaller error than the rounding of x itself. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
-    /* Adding 1.5 2^52 leaves an integer in the low bits. */
+    /* Adding 1.5 * 2^52 leaves the nearest integer in the low bits. */
     const double to_integer = 6755399441055744.0;
     double turns, r, s, c;
     uint64_t quadrant;
@@ -40,8 +40,7 @@ static inline void sin_cos(double x, double *sine, double *cosine)
     turns = x * 0.63661977236758138 + to_integer;
     memcpy(&quadrant, &turns, sizeof quadrant);
     turns -= to_integer;
-    /* pi/2 comes in parts of 33 bits (fdlibm's), so that their products with the quadrant's number
-     * are exact. */
+    /* pi/2 is split into parts of 33 bits (from fdlibm), whose products with `turns` are exact. */
     r = ((x - turns * 1.57079632673412561417e+00) - turns * 6.07710050630396597660e-11) -
         turns * 2.02226624879595063154e-21;
     cos_sinc_small(r * r, &c, &s);
@@ -64,8 +63,8 @@ static inline void cos_sinc(double z, double *c, double *s)
     }
 }
 
-/* Writes cos(x) - 1 and sin(x)/x for any z = x^2. A small turn is told by its change alone, which
- * loses no digit to the one. */
+/* Writes cos(x) - 1 and sin(x)/x for any z = x^2. The small difference cos(x) - 1 keeps digits that
+ * cos(x) would lose. */
 static inline void less_one_sinc(double z, double *c, double *s)
 {
     if (z <= 0.61) {
@@ -81,7 +80,7 @@ static inline double arc_tangent(double x)
     const double a = fabs(x), inverse = 1.0 / a;
     double t = a > 1.0 ? inverse : a, sum = 0.0, z;
     int k;
-    /* The angle is halved twice, which brings |t| below 0.2. */
+    /* The angle is halved twice, so that |t| < 0.2. */
     t = t / (1.0 + sqrt(1.0 + t * t));
     t = t / (1.0 + sqrt(1.0 + t * t));
     z = t * t;

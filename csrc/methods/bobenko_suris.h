@@ -1,11 +1,12 @@
-/* What the Bobenko-Suris maps of the Lagrange top share. With a step h, the moments I1 =
- * I_N = I_B and I3 = I_T, and the axis a = q e3 q*:
+/* Common code of the Bobenko-Suris maps of the Lagrange top. With a step h, the moments I1 = I_N =
+ * I_B and I3 = I_T, and the axis a = q e3 q*:
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
- * The twist R is a constant turn about the body's own axis, so that the whole turn about that axis
- * is exact. (Theorem 4.2 of the thesis has 2 atan(h c / 2 I3) for h c / I3.) It commutes with drift
- * and kick, hence R^n is kept apart and applied only where the state is read. */
+ * The twist R is a constant rotation about the axis of the body, which makes the total rotation
+ * about this axis exact. (Theorem 4.2 of the thesis has 2 atan(h c / 2 I3) instead of h c / I3.) R
+ * commutes with drift and kick. R^n is therefore stored separately and applied only when a state is
+ * read. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"
@@ -15,13 +16,13 @@ typedef struct bobenko_suris_orbit {
     kr_vec3 m;
     double kick, turn;      /* step * lever, step / I1 */
     double s, cos_s, sin_s; /* half the angle of the twist R */
-    double n, cosine, sine; /* the number of steps; cos n s and sin n s */
+    double n, cosine, sine; /* the number of steps; cos(n s) and sin(n s) */
 } bobenko_suris_orbit;
-/* cos n s and sin n s follow from those of the step before, which is cheap; they are computed anew
- * every BOBENKO_SURIS_SEED steps, before rounding has grown. */
+/* cos(n s) and sin(n s) are updated in each step by the addition theorems, which is cheap. They are
+ * computed anew every BOBENKO_SURIS_SEED steps to limit rounding errors. */
 enum { BOBENKO_SURIS_WORK = sizeof(bobenko_suris_orbit) / sizeof(double), BOBENKO_SURIS_SEED = 64 };
 
-/* Returns the momentum after a kick k. */
+/* Returns the momentum after a kick of strength k. */
 static inline kr_vec3 bobenko_suris_kick(const bobenko_suris_orbit *o, double k)
 {
     const kr_vec3 a = q_axis(o->q);
@@ -31,7 +32,7 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
 {
     const kr_vec3 v = v_scale(0.5 * o->turn, o->m);
     const double c = o->cosine, s = o->sine;
-    /* The factor 1.5 - |q|^2/2 gives q unit length again where rounding has changed it. */
+    /* The factor 1.5 - |q|^2/2 corrects rounding errors of the length of q. */
     o->q =
         q_scale((1.5 - 0.5 * q_dot(o->q, o->q)) / sqrt(1.0 + v_dot(v, v)), q_mul(q4(1.0, v), o->q));
     o->n += 1.0;
@@ -39,7 +40,7 @@ static inline void bobenko_suris_drift(bobenko_suris_orbit *o)
     o->sine = s * o->cos_s + c * o->sin_s;
     if ((int64_t)o->n % BOBENKO_SURIS_SEED == 0) sin_cos(o->n * o->s, &o->sine, &o->cosine);
 }
-/* Sets the twist to the angle 2 s a step. */
+/* Sets the angle of the twist in a step to 2 s. */
 static inline void bobenko_suris_set_twist(bobenko_suris_orbit *o, double s)
 {
     o->s = s;
@@ -58,7 +59,7 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
     bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
                                    arc_tangent(0.5 * h * c / motion->inertia.x));
 }
-/* Returns 1 if the orbit, with which the work begins, has made a number of steps that is one. */
+/* Returns 1 if the number of steps in the orbit, the first member of the work, is valid. */
 static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;

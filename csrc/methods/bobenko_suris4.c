@@ -1,23 +1,23 @@
-/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, whose kick and rates are
- * corrected (model/resummed.h). For a step h it goes by e, with u = a.e3:
+/* The Bobenko-Suris map of order 4: half kick, Cayley drift, half kick, with corrected kick and
+ * rates (model/resummed.h). A step h of the method is a step e of the map, with u = a.e3:
  *     m+ = m + (e/2) V'(u) e3 x a,    a' = Cay(e m+ / I1) a,    m' = m+ + (e/2) V'(u') e3 x a'
- * It is explicit and integrable, with one kick a step. It keeps <m,p>, <m,a> and a modified energy
- * (kr_state_modified_energy4). Its step e goes by the orbit: it keeps the symplectic form along an
- * orbit only, and else up to O(h^7) a step. A step h is refused where h^2 times 2 |E|, E without
- * the turn about the axis, or times mass gravity |com|, both in units of I1, is above 1: there the
- * rates, which are those of the start state, need not exist, or are those of no small kick. */
+ * The map is explicit and integrable, with one kick per step. It conserves <m,e3>, <m,a> and a
+ * modified energy (kr_state_modified_energy4). Since e depends on the orbit, the symplectic form is
+ * conserved up to O(h^7) per step only. A step h is refused if 2 h^2 |E| or h^2 mass gravity |com|
+ * is above 1, in units with I1 = 1 and without the energy of the spin. The rates are computed from
+ * the start. For larger steps they need not exist, or the kick is not small. */
 #include "bobenko_suris.h"
 #include "model/resummed.h"
 
-/* The turns about e3 and a that go with a step are constant. They are applied n-fold where the
- * state is read. */
+/* The additional rotations about e3 and a are the same in each step. After n steps, they are
+ * applied n-fold when the state is read. */
 typedef struct {
     bobenko_suris_orbit o; /* m is half a kick ahead */
     double b;              /* the kick's V'(u) is g (1 - b u) / (1 + b^2 u^2) */
-    double precession;     /* the turn about e3 in a step */
+    double precession;     /* angle of the rotation about e3 in a step */
 } bobenko_suris4_state;
 
-/* Returns the momentum after this part of a corrected kick. */
+/* Returns the momentum after the fraction `part` of a corrected kick. */
 static kr_vec3 apply_corrected_kick(const bobenko_suris4_state *p, double part)
 {
     const kr_vec3 a = q_axis(p->o.q);

@@ -1,10 +1,10 @@
-/* Coefficients of symmetric compositions of kicks and drifts, and how they are laid out for a step
+/* Coefficients of symmetric compositions of kicks and drifts, and their order in a step
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s      in parts of the step.
- * Both sequences are palindromes: the table holds their first halves, the middle one is
- * what is left of the whole. A row without kicks composes any symmetric step of order 2, as
- * Strang's, by b_i = (a_i + a_(i+1)) / 2, to order 6 and 8 at less cost than Suzuki's row repeated.
- * A row with kicks begins and ends with a drift (b_0 = 0); where the drift is exact and the kick
- * leaves q it needs Nystrom's conditions only, which are fewer. */
+ * Both sequences are palindromes: the table holds the first halves, and the middle coefficients
+ * follow from the sums 1. A row without kicks composes any symmetric step of order 2, such as
+ * Strang's, by b_i = (a_i + a_(i+1)) / 2. Orders 6 and 8 cost less than with Suzuki's row repeated.
+ * A row with kicks begins and ends with a drift (b_0 = 0). If the drift is exact and the kick does
+ * not change q, only Nystrom's order conditions are needed, which are fewer. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -22,7 +22,7 @@ static const struct {
                    .drift = {0.39216144400731413928, 0.33259913678935943860,
                              -0.70624617255763935981, 0.08221359629355080023}},
     /* Kahan and Li, Math. Comp. 66 (1997); Hairer, Lubich, Wanner V.3.2, (3.13). Suzuki and Umeno's
-     * 15 stages of order 8 (1993) are no better than these 17. */
+     * 15 stages of order 8 (1993) are not better than these 17. */
     [KAHAN_LI8] = {.stages = 17,
                    .drift = {0.13020248308889008088, 0.56116298177510838456,
                              -0.38947496264484728641, 0.15884190655515560090,
@@ -38,15 +38,15 @@ static const struct {
                                0.004914688774712854, 0.143761127168358, 0.328567693746804}},
 };
 
-/* A step goes drift[0], kick[0], drift[1], ... kick[stages - 1], in parts of the step. The last
- * kick runs into the first of the next step, so that m is always ahead by a kick of b_0
- * (`ahead`). */
+/* The sequence of a step is drift[0], kick[0], drift[1], ... kick[stages - 1], as fractions of the
+ * step. The last kick is combined with the first one of the next step. Between steps m is therefore
+ * ahead by a kick of b_0 (`ahead`). */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];
 } composition;
 
-/* Lays a row of the table out for a step. */
+/* Returns the sequence of a step with the coefficients of a row of the table. */
 static inline composition compose(int row)
 {
     const int stages = compose_table[row].stages, kicks = compose_table[row].kicks,

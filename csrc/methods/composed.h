@@ -1,13 +1,13 @@
-/* What the compositions of kicks and free drifts share: the parts of splitting.h with the
- * coefficients of compose.h. They keep <m,p>, for symmetric bodies <m,T> if the torque
- * leaves it, and the energy up to a bounded O(h^order). */
+/* Common code of the compositions of kicks and free drifts: the functions of splitting.h with the
+ * coefficients of compose.h. The methods conserve <m,e3>, <m,T> for Lagrange tops and free
+ * symmetric bodies, and the energy up to a bounded O(h^order). */
 #ifndef KR_COMPOSED_H
 #define KR_COMPOSED_H
 #include "compose.h"
 #include "splitting.h"
 
 typedef struct composed {
-    splitting s; /* m is ahead by the first kick */
+    splitting s; /* the first kick is already applied to m */
     composition c;
 } composed;
 enum { COMPOSED_WORK = sizeof(composed) / sizeof(double) };
@@ -23,7 +23,7 @@ static inline kr_status composed_begin(kr_motion *motion, const kr_state *start,
 static inline kr_status composed_step(kr_motion *motion, double until)
 {
     composed *p = (composed *)motion->work;
-    splitting s = p->s; /* A copy stays in registers. */
+    splitting s = p->s; /* a local copy stays in registers */
     (void)until;
     for (int i = 0; i < p->c.stages; i++) {
         splitting_drift(&s, p->c.drift[i]);
@@ -34,7 +34,7 @@ static inline kr_status composed_step(kr_motion *motion, double until)
     motion->stats.evaluations += p->c.stages;
     return KR_OK;
 }
-/* Returns 1 if there are as many stages as the arrays of a composition may have. */
+/* Returns 1 if the number of stages fits in the arrays of a composition. */
 static inline int composed_is_valid(const void *work)
 {
     composed p;

@@ -1,15 +1,16 @@
-/* Extrapolation with control of order and step (extrapolation.h) on Kirchhoff's equations in the
- * body (thesis 3.4), completed by the rest of the frame:
+/* Extrapolation with control of order and step (extrapolation.h), on Kirchhoff's equations in the
+ * body (thesis 3.4) and the equations of the two other axes of space:
  *     M' = M x W + E3 x L,   E1' = E1 x W,   E2' = E2 x W,   E3' = E3 x W,   W = J^-1 M
- * with the momentum M, the velocity W, the lever L and e1, e2, e3 as the body sees them. These are
- * as many equations as in the rest frame, to compare the two. It keeps nothing. */
+ * with the momentum M, the angular velocity W, the lever L, and the axes E1, E2, E3 of space, all
+ * seen from the body. The number of equations is that of the rest frame, so that both forms can be
+ * compared. The method conserves nothing. */
 #include "extrapolation.h"
 
 static kr_vec3 body_velocity(const kr_motion *motion, const double y[GBS_SIZE])
 {
     return v_over(v_of(y), motion->inertia);
 }
-/* Returns a vector that the body sees as space sees it. */
+/* Rotates a vector from the body into space. */
 static kr_vec3 in_space(const double y[GBS_SIZE], kr_vec3 v)
 {
     return v3(v_dot(v_of(y + 3), v), v_dot(v_of(y + 6), v), v_dot(v_of(y + 9), v));

@@ -1,10 +1,10 @@
 /* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for twelve equations in any
- * form. The midpoint rule with n_j = 2 j substeps and Gragg's smoothing, T(j,1), errs in
- * even powers of 1 / n_j; hence, by Aitken and Neville,
+ * form. The error of the midpoint rule with n_j = 2 j substeps and Gragg's smoothing, T(j,1), has
+ * even powers of 1 / n_j only; hence, by Aitken and Neville,
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
- * A step ends at a row j where T(j,j) - T(j,j-1) is within tol in the thesis' norm (4.1.1); the
- * next aims at the row with the least work per unit of time. Logic and constants are those of ODEX
- * (Hairer, Norsett, Wanner, II.9). It keeps nothing. */
+ * A step is accepted at the row j if T(j,j) - T(j,j-1) is within tol in the norm of the thesis
+ * (4.1.1). The target of the next step is the row with the least work per unit of time. Logic and
+ * constants are those of ODEX (Hairer, Norsett, Wanner, II.9). The method conserves nothing. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -12,21 +12,21 @@
 
 enum { GBS_SIZE = 12, GBS_ROWS = 9, GBS_TRIES = 1000, GBS_REJECTED = 0, GBS_UNSTABLE = -1 };
 
-/* A form of the equations: the variables y of a state, their rates, and what they stand for.
- * Attitude and vectors are those that space sees. */
+/* A form of the equations: functions that convert a state to the variables y, compute their rates,
+ * and convert y to the velocity, momentum and attitude in space. */
 typedef struct {
     void (*begin)(const kr_motion *motion, const kr_state *s, double y[GBS_SIZE]);
     void (*rates)(kr_motion *motion, const double y[GBS_SIZE], double rate[GBS_SIZE]);
     kr_vec3 (*velocity)(const kr_motion *motion, const double y[GBS_SIZE]);
     kr_vec3 (*momentum)(const kr_motion *motion, const double y[GBS_SIZE]);
-    /* Of q and -q this gives the one that is nearer to the last. */
+    /* Returns q or -q, whichever is nearer to `last`. */
     kr_quat (*attitude)(const double y[GBS_SIZE], kr_quat last);
 } gbs_form;
 
 typedef struct {
     double h;   /* the length of the next step */
-    int target; /* the row that it aims at */
-    int first;  /* not 0: it is the first, whose length is a guess */
+    int target; /* the target row of the next step */
+    int first;  /* nonzero: the first step, whose length is a guess */
 } gbs_control;
 typedef struct {
     double y[GBS_SIZE];
@@ -34,27 +34,27 @@ typedef struct {
     gbs_control next;
 } gbs_path;
 enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
-/* An attempt at a step of length h from y. Rows count from 1, as in the book. */
+/* An attempted step of length h from y. Rows count from 1, as in Hairer, Norsett, Wanner. */
 typedef struct {
     kr_motion *motion;
     const gbs_form *form;
     const double *y;
-    double rate[GBS_SIZE], speed; /* the rates at y, and their size */
+    double rate[GBS_SIZE], speed; /* the rates at y, and their norm */
     double tol, h, err;
-    double table[GBS_ROWS + 1][GBS_SIZE]; /* after row j: [k] is T(j, j + 1 - k) */
-    double length[GBS_ROWS + 1];          /* of the step that a row suggests */
-    double work[GBS_ROWS + 1];            /* of such steps in a unit of time */
-    int row;                              /* the last that was made */
+    double table[GBS_ROWS + 1][GBS_SIZE]; /* after row j, table[k] is T(j, j + 1 - k) */
+    double length[GBS_ROWS + 1];          /* length of the next step that a row suggests */
+    double work[GBS_ROWS + 1];            /* work of such steps per unit of time */
+    int row;                              /* the last row that was computed */
 } gbs_attempt;
 
-/* Returns how many evaluations the rows up to this one take. */
+/* Returns the number of evaluations for the rows up to `row`. */
 static inline double gbs_cost(int row) { return 1.0 + row * (row + 1); }
 static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
-/* Returns the root mean square of the difference a - b on the scale 1 + |y|, where |y| is the
- * larger of y and z. Divided by tol it is the thesis' norm. */
-static inline double gbs_size(const double a[GBS_SIZE], const double b[GBS_SIZE],
+/* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Divided by tol, this is the norm
+ * of the thesis. */
+static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
     double sum = 0.0;
@@ -63,8 +63,8 @@ static inline double gbs_size(const double a[GBS_SIZE], const double b[GBS_SIZE]
     return sqrt(sum / (double)GBS_SIZE);
 }
 
-/* Computes T(row, 1). Returns 0 where a substep changes the rates by more than twice their size: no
- * row will converge then. */
+/* Computes T(row, 1). Returns 0 if a substep changes the rates by more than twice their norm,
+ * because no row will converge then. */
 static inline int gbs_midpoint(gbs_attempt *a, int row)
 {
     const int n = 2 * row;
@@ -76,7 +76,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
     }
     for (int k = 1; k < n; k++) {
         a->form->rates(a->motion, now, rate);
-        if (k == 1 && row <= 2 && gbs_size(rate, a->rate, a->y, a->y) > 2.0 * a->speed) return 0;
+        if (k == 1 && row <= 2 && gbs_norm(rate, a->rate, a->y, a->y) > 2.0 * a->speed) return 0;
         for (int i = 0; i < GBS_SIZE; i++) {
             const double next = before[i] + 2.0 * h * rate[i];
             before[i] = now[i];
@@ -88,7 +88,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Replaces the row before by this one, column by column. */
+/* Replaces the previous row of the table by `row`, column by column. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -98,25 +98,26 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Makes a row, its error, and the step that it suggests. Returns 0 where the rows do not converge,
- * or are no numbers. */
+/* Computes a row, its error, and the step that it suggests. Returns 0 if the rows do not converge
+ * or are not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
     if (!gbs_midpoint(a, row)) return 0;
     a->row = row;
-    a->work[row] = INFINITY; /* A single row tells nothing of its error. */
+    a->work[row] = INFINITY; /* a single row gives no estimate of its error */
     if (row == 1) return 1;
     gbs_extrapolate(a, row);
-    a->err = gbs_size(a->table[1], a->table[2], a->table[1], a->table[2]) / a->tol;
+    a->err = gbs_norm(a->table[1], a->table[2], a->table[1], a->table[2]) / a->tol;
     if (!(a->err < 1e15) || (row > 2 && a->err >= fmax(4.0 * last, 1.0))) return 0;
     a->length[row] =
         fabs(a->h) / fmin(4.0 / shrink, fmax(shrink, pow(a->err / 0.65, exponent) / 0.94));
     a->work[row] = gbs_cost(row) / a->length[row];
     return 1;
 }
-/* Returns the row that meets the tolerance, which is sought from row `from` to target + 1. It gives
- * up (GBS_REJECTED) where the rows that are left are not expected to reduce the error enough. */
+/* Returns the first row between `from` and target + 1 that meets the tolerance. Returns
+ * GBS_REJECTED as soon as the remaining rows are not expected to reduce the error enough, and
+ * GBS_UNSTABLE if the rows do not converge. */
 static inline int gbs_converge(gbs_attempt *a, int from, int target)
 {
     for (int row = 1; row <= target + 1; row++) {
@@ -130,7 +131,7 @@ static inline int gbs_converge(gbs_attempt *a, int from, int target)
     return GBS_REJECTED;
 }
 
-/* Returns the row at which the next step should aim: that with the least work per unit of time. */
+/* Returns the target row of the next step: the row with the least work per unit of time. */
 static inline int gbs_best_row(const gbs_attempt *a, int target, int rejected)
 {
     const double *work = a->work;
@@ -151,13 +152,13 @@ static inline gbs_control gbs_after_accepted(const gbs_attempt *a, int target, i
 {
     const int row = a->row, best = gbs_best_row(a, target, rejected);
     gbs_control next = {.h = a->length[best <= row ? best : row], .target = best};
-    /* A row that was not made yet is taken to cost as much work per unit of time as the last
-     * one. */
+    /* A row that was not computed is assumed to need the same work per unit of time as the last
+     * row. */
     if (best > row) next.h *= gbs_cost(row < target ? best + 1 : best) / gbs_cost(row);
     if (rejected) next.h = fmin(next.h, fabs(a->h));
     return next;
 }
-/* Says how to try again after an attempt that failed with this outcome. */
+/* Returns the step to try next, after a failed attempt with this outcome. */
 static inline gbs_control gbs_after_failed(const gbs_attempt *a, gbs_control tried, int outcome)
 {
     int row = gbs_least(tried.target, a->row);
@@ -187,9 +188,10 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = next;
     return KR_OK;
 }
-/* Accepts an attempt that reaches the clock `end`. A step may turn the top by more than half a
- * turn, hence of q and -q the one is taken that is nearer to where the mean velocity leads. */
-static inline void gbs_arrive(kr_motion *motion, const gbs_attempt *a, double end)
+/* Accepts an attempted step that ends at the internal time `end`. The top may turn by more than
+ * half a turn in a step. Of q and -q, the one nearer to a rotation with the mean velocity is
+ * therefore chosen. */
+static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;
     const kr_vec3 twice =
@@ -206,9 +208,9 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     gbs_attempt a = {.motion = motion, .form = form, .y = p->y, .tol = gbs_tolerance(motion)};
     gbs_control now = p->next;
     form->rates(motion, p->y, a.rate);
-    a.speed = gbs_size(a.rate, zero, p->y, p->y);
+    a.speed = gbs_norm(a.rate, zero, p->y, p->y);
     if (!isfinite(a.speed)) return KR_ERR_NOT_FINITE;
-    if (a.tol < DBL_EPSILON) return KR_ERR_STEP; /* No step in doubles can meet it. */
+    if (a.tol < DBL_EPSILON) return KR_ERR_STEP; /* below rounding errors */
     for (int rejected = 0; rejected < GBS_TRIES; rejected++) {
         const int lands = forward * (until - motion->clock) <= 1.01 * now.h;
         const int anywhere = now.target == 2 || (!rejected && (now.first || lands));
@@ -218,8 +220,9 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
         const int from = anywhere ? 2 : rejected ? now.target : now.target - 1;
         const int outcome = gbs_converge(&a, from, now.target);
         if (outcome > GBS_REJECTED) {
-            gbs_arrive(motion, &a, end);
-            /* A step that was cut short to land says nothing about the next. */
+            gbs_accept_step(motion, &a, end);
+            /* A step that was shortened to end at `until` does not determine the length of the next
+             * one. */
             if (!lands || rejected) p->next = gbs_after_accepted(&a, now.target, rejected > 0);
             return KR_OK;
         }
@@ -228,7 +231,8 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     }
     return KR_ERR_STEP;
 }
-/* Returns 1 if the row that the next step aims at is one of the table. */
+/* Returns 1 if the target row of the next step lies in the table, and the length of this step is
+ * positive. */
 static inline int gbs_is_valid(const void *work)
 {
     gbs_path p;

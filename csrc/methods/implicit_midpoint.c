@@ -1,10 +1,10 @@
-/* The implicit midpoint rule on (q, m), the yardstick for stiff scenes:
+/* The implicit midpoint rule on (q, m), for comparison on stiff scenes:
  *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    which is, up to the norm of q_,
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with the velocity V = J^-1 q_* (m + m')/2 q_ at the midpoint, seen from the body, and there the
- * mass M times the centre of mass a_. It is solved for V by Newton's iteration (Hairer, Lubich,
- * Wanner, VII.5). It keeps |q| and <m,p>; <m,a> and the energy up to a bounded O(h^2), but only
- * where h |V| is small. */
+ * with the angular velocity V = J^-1 q_* (m + m')/2 q_ at the midpoint, seen from the body, the
+ * centre of mass a_ at the midpoint, the mass M, and the vector p of gravity. The equation is
+ * solved for V by Newton's iteration (Hairer, Lubich, Wanner, VII.5). The method conserves |q| and
+ * <m,p>. If h |V| is small, it also conserves <m,a> and the energy up to a bounded O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };
@@ -12,16 +12,17 @@ enum { MOST = 30 };
 typedef struct {
     kr_quat q;
     kr_vec3 m;
-    kr_vec3 V; /* that of the last step, which is the next one's guess */
+    kr_vec3 V; /* solution of the last step, the initial guess for the next one */
 } midpoint_state;
-/* A step at a guess V. */
+/* An attempted step with a guess V. */
 typedef struct {
     kr_vec3 y;        /* h V / 4 */
     kr_vec3 M, P;     /* momentum and vertical at the midpoint, seen from the body */
     kr_vec3 residual; /* J V - M */
 } attempt;
 
-/* Returns the attempt at V, from momentum M and vertical P that the body sees at the start. */
+/* Returns the attempted step with V, from the momentum M and the vertical P at its start, seen from
+ * the body. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
@@ -31,13 +32,13 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     a.residual = v_sub(v_times(motion->inertia, V), a.M);
     return a;
 }
-/* Returns by how much the guess V has to be less, by Newton's method: each column is the change of
- * the residual along an axis. */
+/* Returns the correction to be subtracted from the guess V, by Newton's method. Each column is the
+ * derivative of the residual along an axis. */
 static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
     const double half = 0.5 * motion->step, scale = half / (1.0 + v_dot(a->y, a->y));
-    /* This is M without the torque's part. */
+    /* M without the contribution of the torque */
     const kr_vec3 spun = v_axpy(-half, v_cross(a->P, motion->lever), a->M);
     kr_vec3 columns[3];
     for (int i = 0; i < 3; i++) {

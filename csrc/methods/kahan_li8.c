@@ -1,6 +1,6 @@
 /* Seventeen times half kick, free drift, half kick (splitting.h), with Kahan and Li's coefficients
- * (compose.h). The method keeps <m,p>, for symmetric bodies <m,T> if the torque leaves it, and the
- * energy up to a bounded O(h^8). */
+ * (compose.h). The method conserves <m,e3>, <m,T> for Lagrange tops and free symmetric bodies, and
+ * the energy up to a bounded O(h^8). */
 #include "composed.h"
 
 static kr_status kahan_li8_reset(kr_motion *motion, const kr_state *start)

@@ -1,10 +1,12 @@
-/* The kick of Takahashi and Imada, which is of order 4 but for a change of variables.
+/* The modified kick of Takahashi and Imada, which gives order 4 up to a change of variables.
  *     kick h:  m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12
- * (A: the lever) is a kick by the potential less h^2/24 <torque, J^-1 torque>. Half kick, drift,
- * half kick is conjugate to order 4 by the processor, the flow of G = k d(potential)/dt with rates
+ * (A: the lever) is a kick by the potential minus h^2/24 <torque, J^-1 torque>. The step half kick,
+ * drift, half kick is conjugate to a method of order 4. The conjugation, called processor, is the
+ * flow of G = k d(potential)/dt with the rates
  *     Om = k J^-1 (A x P),   dm = q (k P x (J^-1 M x A)) q*   (Om, M, P: seen from the body)
- * taken at the midpoint, so that -k leads back (Takahashi and Imada 1984; Rowlands 1991). It serves
- * only where a state is set (-k) or read (+k). <m,e3> is kept, and <m,a> of a Lagrange top. */
+ * evaluated at the midpoint, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The
+ * processor is applied only when a state is set (-k) or read (+k). <m,e3> is conserved, and for a
+ * Lagrange top the axial momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>
@@ -14,9 +16,9 @@ enum { PROCESSOR_MOST = 40 };
 
 typedef struct modified_kick {
     kr_vec3 lever;
-    kr_vec3 inverse; /* of the moments */
+    kr_vec3 inverse; /* reciprocal moments */
     double h, k;
-    int lagrange; /* not 0: the body is a Lagrange top */
+    int lagrange; /* nonzero: the body is a Lagrange top */
 } modified_kick;
 
 static inline modified_kick modified_kick_begin(const kr_motion *motion)
@@ -29,8 +31,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* Returns q L q*. For a Lagrange top it returns (A - k A^2 <a,e3> / I1) a, whose product with e3 is
- * the same at less cost. */
+/* Returns q L q*. For a Lagrange top returns (A - k A^2 <a,e3> / I1) a instead, which costs less
+ * and has the same vector product with e3. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
@@ -41,31 +43,32 @@ static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
     return q_turn(
         q, v_axpy(kick->k, v_cross(A, v_times(kick->inverse, v_cross(q_vertical(q), A))), A));
 }
-/* Returns what m gains by this part of a kick. */
+/* Returns the change of m by the fraction `part` of a kick. */
 static inline kr_vec3 modified_kick_push(const modified_kick *kick, kr_quat q, double part)
 {
     const kr_vec3 a = modified_kick_lever(kick, q);
     return v3(-part * kick->h * a.y, part * kick->h * a.x, 0.0);
 }
-static inline kr_vec3 modified_kicked(const modified_kick *kick, kr_quat q, kr_vec3 m, double part)
+static inline kr_vec3 apply_modified_kick(const modified_kick *kick, kr_quat q, kr_vec3 m,
+                                          double part)
 {
     return v_add(m, modified_kick_push(kick, q, part));
 }
-/* Returns 1 if the top, as fast as its energy lets it turn, turns by at most so much in a step
- * [rad]. */
+/* Returns 1 if the rotation of the top in a step is at most `most` [rad], at the largest rate that
+ * its energy allows. */
 static inline int modified_kick_within(const modified_kick *kick, const kr_state *start,
                                        double most)
 {
     const kr_vec3 M = q_turn_back(start->q, start->m), A = kick->lever;
-    /* The start lies so much above the lowest potential. */
+    /* potential energy of the start above the minimum */
     const double above = v_dot(A, q_vertical(start->q)) + v_length(A);
     const double rate2 =
         (v_dot(M, v_times(kick->inverse, M)) + 2.0 * above) * v_largest(kick->inverse);
     return kick->h * kick->h * rate2 <= most * most;
 }
-/* Goes along the flow of G, or with sign -1 back. It returns KR_ERR_STEP_SIZE where h^2 |A| over
- * the least moment is above 2: the modified potential is no small change then, and from 12 on the
- * midpoint is not found. */
+/* Applies the flow of G, or its inverse if sign is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
+ * (smallest moment) is above 2, because the modification of the potential is then not small. Above
+ * 12 the iteration for the midpoint would not converge. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

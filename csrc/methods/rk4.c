@@ -1,6 +1,6 @@
-/* The classical Runge-Kutta method on the thesis' twelve equations in the rest frame (3.9,
- * rest_frame.h). It is a yardstick: it keeps nothing, and the frame leaves the group by the
- * method's own error. */
+/* The classical Runge-Kutta method on the twelve equations in the rest frame (thesis 3.9,
+ * rest_frame.h), for comparison. The method conserves nothing, and the frame is orthonormal only up
+ * to the error of the method. */
 #include "rest_frame.h"
 
 typedef struct {
@@ -15,7 +15,7 @@ static kr_status rk4_reset(kr_motion *motion, const kr_state *start)
     p->q = start->q;
     return KR_OK;
 }
-/* Writes y + h k. */
+/* Writes y + h * k. */
 static void add_scaled(const double y[REST_FRAME], double h, const double k[REST_FRAME],
                        double out[REST_FRAME])
 {

@@ -1,21 +1,22 @@
-/* Kick and free drift: the flows of the potential and of the kinetic energy.
+/* Kick and drift: the flows of the potential and of the kinetic energy.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
- * A kick changes m only, a drift q only (McLachlan 1993, Reich 1994). The |m|^2 part is a turn
- * about m and commutes with the others, so a symmetric body (I_N = I_B) drifts without error, in
- * two turns. A general one takes four, about N before and after T, and errs in third order, which
- * is least with the middle moment on B. What a sum rounds off is kept for the next (Kahan 1965), so
- * that the energy walks by roundings of the changes, not of the state. */
+ * A kick changes only m, a drift only q (McLachlan 1993, Reich 1994). The flow of the |m|^2 part is
+ * a rotation about m and commutes with the others. The drift of a symmetric body (I_N = I_B) is
+ * therefore exact, with two rotations. A general body needs four, with rotations about N before and
+ * after that about T. Their error is of third order, and smallest if B has the middle moment. The
+ * rounding error of each sum is kept and added to the next one (Kahan 1965). The rounding errors of
+ * the energy are then those of the changes, not those of the state. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
 #include "method.h"
 
 typedef struct splitting {
-    kr_quat q, low_q; /* q, and what its sums have rounded off */
+    kr_quat q, low_q; /* q, and the rounding error of its sums */
     kr_vec3 m, low_m;
     double round;    /* step / I_B */
     double n, t;     /* step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
-    double s, steps; /* of a Lagrange top: half the turn about T in a step; how many it made */
+    double s, steps; /* Lagrange tops: half the rotation about T in a step; steps made */
 } splitting;
 
 static inline void splitting_begin(splitting *s, const kr_motion *motion, const kr_state *start)
@@ -27,46 +28,47 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
     if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y)
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0) {
-        /* This turn is constant and commutes with all others, hence it waits until a state is
-         * read. */
+        /* This rotation is the same in each step and commutes with all others. It is applied when a
+         * state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q));
         s->t = 0.0;
     }
 }
 
-/* Returns sum + change + low, and puts into low what that leaves out. */
+/* Returns sum + change + low, and writes the rounding error of the result to `low`. */
 static inline double splitting_sum(double sum, double change, double *low)
 {
     const double all = change + *low, next = sum + all;
     *low = all - (next - sum);
     return next;
 }
-/* Adds a change to m, except to its vertical part, which no torque of gravity changes. */
+/* Adds `change` to m, except to the vertical component, which gravity does not change. */
 static inline void splitting_push(splitting *s, kr_vec3 change)
 {
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
     s->m.y = splitting_sum(s->m.y, change.y, &s->low_m.y);
 }
-/* Kicks by this part of the step. */
+/* Kicks for the fraction `part` of a step. */
 static inline void splitting_kick(splitting *s, const kr_motion *motion, double part)
 {
     splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The turns about N and T on their way: their product less one (r), and the momentum seen from the
- * body (m), which turns against them. */
+/* The product of the rotations about N and T so far, minus one (r), and the momentum seen from the
+ * body (m), which rotates in the opposite direction. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
 } splitting_body;
 
-static inline splitting_body splitting_see(const splitting *s)
+static inline splitting_body splitting_body_of(const splitting *s)
 {
     const splitting_body b = {.m = q_turn_back(s->q, s->m)};
     return b;
 }
-/* Turns by 2 `half` about axis 0, where 0, 1, 2 is a cyclic order of the axes: m1 and m2 are the
- * momentum's components on the two others, w and r0, r1, r2 those of the product less one. */
+/* Rotates by the angle 2 * half about axis 0, where 0, 1, 2 is a cyclic order of the axes. m1 and
+ * m2 are the components of the momentum along the other axes; w, r0, r1, r2 are the components of
+ * splitting_body.r. */
 static inline void splitting_turn(double half, double *m1, double *m2, double *w, double *r0,
                                   double *r1, double *r2)
 {
@@ -82,8 +84,8 @@ static inline void splitting_turn(double half, double *m1, double *m2, double *w
     *r1 = p + (c * p + s * q);
     *r2 = q + (c * q - s * p);
 }
-/* splitting_turn_n turns about N. It is not inline, because symmetric bodies do without it, and are
- * the faster for the shorter code. */
+/* Rotates about N. Not inline, because symmetric bodies do not need this function and are faster
+ * with shorter code. */
 static void splitting_turn_n(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);
@@ -92,9 +94,10 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
-/* Applies the turns b about N and T, if there are any, and the turn about m in this part of a step.
- * Then it brings |q| = 1 back by as much as q was off before, however far it has turned. */
-static inline void splitting_go(splitting *s, const splitting_body *b, double part)
+/* Applies the rotations `b` about N and T, unless b is NULL, and the rotation about m for the
+ * fraction `part` of a step. Then corrects |q| = 1 by the error that q had before, whatever the
+ * angle of rotation. */
+static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
     double c, sinc;
@@ -107,22 +110,22 @@ static inline void splitting_go(splitting *s, const splitting_body *b, double pa
     s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);
     s->q.z = splitting_sum(s->q.z, change.z, &s->low_q.z);
 }
-/* Drifts for this part of the step. */
+/* Drifts for the fraction `part` of a step. */
 static inline void splitting_drift(splitting *s, double part)
 {
     splitting_body b;
     if (s->t == 0.0 && s->n == 0.0) {
-        splitting_go(s, NULL, part);
+        splitting_rotate(s, NULL, part);
         return;
     }
-    b = splitting_see(s);
+    b = splitting_body_of(s);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_turn_t(&b, part * s->t);
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
-    splitting_go(s, &b, part);
+    splitting_rotate(s, &b, part);
 }
-/* Reads the state: m is taken back by this part of a kick, and the waiting turn about T is
- * applied. */
+/* Writes the state: undoes the fraction `part` of a kick, and applies the postponed rotation about
+ * T. */
 static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
                                   kr_state *out)
 {

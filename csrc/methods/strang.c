@@ -1,6 +1,6 @@
 /* Half kick, free drift, half kick: the splitting of second order (splitting.h). The two half kicks
- * that meet between steps are one. The method keeps <m,p>, for symmetric bodies <m,T> if the torque
- * leaves it, and the energy up to a bounded O(h^2). */
+ * between successive steps are combined. The method conserves <m,e3>, <m,T> for Lagrange tops and
+ * free symmetric bodies, and the energy up to a bounded O(h^2). */
 #include "splitting.h"
 
 /* Between steps m is half a kick ahead. */

@@ -1,15 +1,16 @@
-/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 at one
- * kick a step. The drift has to be of order 4 too: it is exact for symmetric bodies (splitting.h),
- * and else Suzuki's composition of the turns about N and T, which needs no kick. The method keeps
- * <m,p>, on Lagrange tops <m,a>, and the energy up to a bounded O(h^4). It is symplectic before its
- * processor, which changes the form in what is read by a bounded O(h^7). A step that may turn the
- * top by more than 2.5 rad is refused, but for Lagrange tops, whose drift may have any length. */
+/* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 with one
+ * kick per step. The drift must be of order 4 too. It is exact for symmetric bodies (splitting.h);
+ * for other bodies it is Suzuki's composition of the rotations about N and T, which needs no kick.
+ * The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy up to a bounded
+ * O(h^4). The steps are symplectic; the processor changes the symplectic form of the states that
+ * are read by a bounded O(h^7). A step in which the top may turn by more than 2.5 rad is refused,
+ * except for Lagrange tops, whose drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"
 
 typedef struct {
-    splitting s; /* m is half a kick ahead, and unprocessed as q is */
+    splitting s; /* m is half a kick ahead; m and q are not processed */
     modified_kick kick;
     composition c;
 } takahashi_state;
@@ -31,13 +32,13 @@ static void takahashi_drift(takahashi_state *p)
         splitting_drift(&p->s, 1.0);
         return;
     }
-    splitting_body b = splitting_see(&p->s);
+    splitting_body b = splitting_body_of(&p->s);
     splitting_turn_n(&b, p->c.ahead * p->s.n);
     for (int i = 0; i < p->c.stages; i++) {
         splitting_turn_t(&b, p->c.drift[i] * p->s.t);
         splitting_turn_n(&b, (i + 1 < p->c.stages ? p->c.kick[i] : p->c.ahead) * p->s.n);
     }
-    splitting_go(&p->s, &b, 1.0);
+    splitting_rotate(&p->s, &b, 1.0);
 }
 static kr_status takahashi_step(kr_motion *motion, double until)
 {
@@ -53,10 +54,10 @@ static void takahashi_read(const kr_motion *motion, kr_state *out)
 {
     const takahashi_state *p = (const takahashi_state *)motion->work;
     splitting_read(&p->s, motion, 0.0, out);
-    out->m = modified_kicked(&p->kick, out->q, out->m, -0.5);
+    out->m = apply_modified_kick(&p->kick, out->q, out->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &out->q, &out->m);
 }
-/* Returns 1 if there are as many stages as the arrays of a composition may have. */
+/* Returns 1 if the number of stages fits in the arrays of a composition. */
 static int takahashi_is_valid(const void *work)
 {
     takahashi_state p;

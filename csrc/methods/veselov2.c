@@ -1,15 +1,15 @@
-/* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks that meet
- * between steps are one. The method keeps <m,p>, on Lagrange tops <m,a>, and the energy: exactly
- * that of a free body, else up to a bounded O(h^2). */
+/* Half kick, discrete Moser-Veselov drift (veselov.h), half kick. The two half kicks between
+ * successive steps are combined. The method conserves <m,e3>, the axial momentum of Lagrange tops,
+ * and the energy: exactly for a free body, otherwise up to a bounded O(h^2). */
 #include "veselov.h"
 
 typedef struct {
     kr_quat q;
     kr_vec3 m; /* half a kick ahead */
-    kr_vec3 r; /* the last step's solution, which is the next one's guess */
+    kr_vec3 r; /* solution of the last step, the initial guess for the next one */
 } veselov2_state;
 
-/* Returns the momentum after this part of a kick. */
+/* Returns the momentum after the fraction `part` of a kick. */
 static kr_vec3 veselov2_kick(const veselov2_state *p, const kr_motion *motion, double part)
 {
     return v_axpy(part * motion->step, motion_torque(motion, p->q), p->m);

@@ -1,22 +1,24 @@
-/* Half of a modified kick (modified_kick.h), preprocessed discrete Moser-Veselov drift (veselov.h),
- * half of a modified kick. The drift is of order 4 with moments I~ in place of I, where
+/* Half of a modified kick (modified_kick.h), discrete Moser-Veselov drift (veselov.h) with modified
+ * moments, half of a modified kick. The drift is of order 4 with the moments I~ in place of I,
+ * where
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
- * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift keeps C and H; gravity changes them. The
- * method keeps <m,p>, on Lagrange tops <m,a>, of a free body the energy. A step that may turn the
- * top by more than 1.25 rad is refused, because the series in h is of no use there. */
+ * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H; kicks change them. The
+ * method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free bodies. A
+ * step in which the top may turn by more than 1.25 rad is refused, because the series in h is then
+ * useless. */
 #include "modified_kick.h"
 #include "veselov.h"
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m; /* half a kick ahead, and unprocessed, as q is */
-    kr_vec3 r; /* the last step's solution, which is the next one's guess */
+    kr_vec3 m; /* half a kick ahead; m and q are not processed */
+    kr_vec3 r; /* solution of the last step, the initial guess for the next one */
     modified_kick kick;
 } veselov4_state;
 
-/* Returns the moments I~ of the file's head. */
+/* Returns the moments I~ defined at the head of this file. */
 static kr_vec3 preprocess_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);
@@ -36,7 +38,7 @@ static kr_status veselov4_reset(kr_motion *motion, const kr_state *start)
     p->kick = modified_kick_begin(motion);
     if (!modified_kick_within(&p->kick, start, 1.25)) return KR_ERR_STEP_SIZE;
     const kr_status status = modified_kick_process(&p->kick, -1.0, &p->q, &p->m);
-    p->m = modified_kicked(&p->kick, p->q, p->m, 0.5);
+    p->m = apply_modified_kick(&p->kick, p->q, p->m, 0.5);
     return status;
 }
 static kr_status veselov4_step(kr_motion *motion, double until)
@@ -44,7 +46,7 @@ static kr_status veselov4_step(kr_motion *motion, double until)
     veselov4_state *p = (veselov4_state *)motion->work;
     (void)until;
     const kr_status status = veselov_drift(motion, preprocess_moments(p), p->m, &p->q, &p->r);
-    p->m = modified_kicked(&p->kick, p->q, p->m, 1.0);
+    p->m = apply_modified_kick(&p->kick, p->q, p->m, 1.0);
     motion->stats.evaluations++;
     return status;
 }
@@ -52,7 +54,7 @@ static void veselov4_read(const kr_motion *motion, kr_state *s)
 {
     const veselov4_state *p = (const veselov4_state *)motion->work;
     s->q = p->q;
-    s->m = modified_kicked(&p->kick, p->q, p->m, -0.5);
+    s->m = apply_modified_kick(&p->kick, p->q, p->m, -0.5);
     modified_kick_process(&p->kick, 1.0, &s->q, &s->m);
 }
 

@@ -1,9 +1,10 @@
-/* Bodies: their inertia at the fixed point, its principal axes, and which kind of top they are.
- * J = J_com + mass (|a|^2 1 - a a^t), thesis 2.14; axes by Jacobi's rotations, which are
- * right for equal moments too. */
+/* Bodies: inertia at the fixed point, principal axes, and kind. J = J_com + mass (|a|^2 1 - a a^t),
+ * thesis 2.14. The principal axes are found by Jacobi's rotations, which are accurate for equal
+ * moments too. */
 #include "body.h"
 
-/* Checks the triangle inequality up to `rounded`, or to the rounding of a sum. */
+/* Returns 1 if the moments satisfy the triangle inequality up to the relative tolerance `rounded`,
+ * or KR_INPUT_RTOL if that is larger. */
 static int moments_are_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
@@ -18,8 +19,9 @@ kr_status kr_body_check(const kr_body *b)
     if (!(b->rounded >= 0.0 && b->rounded < 1.0)) return KR_ERR_ARGUMENT;
     return moments_are_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
-/* A body has the second moments S = (tr J / 2) 1 - J of its mass, and S - mass com com^t about its
- * centre of mass, which no mass makes negative: com S^-1 com <= 1 / mass. */
+/* The mass of a body has the second moments S = (tr J / 2) 1 - J about the fixed point, and S -
+ * mass com com^t about the centre of mass. The latter cannot be negative: com S^-1 com <= 1 /
+ * mass. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
@@ -30,7 +32,7 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Copies a valid body to `out`. Returns the status of the check. */
+/* Copies a body to `out` if it is valid. Returns the status of the check. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
@@ -42,14 +44,15 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations of T to N, to B and to T; the other axes follow in cyclic order. */
+/* Rotations that take T to N, to B and to T; the other axes follow in cyclic order. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 /* Returns component i of v. */
 static double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-/* Returns the axis of a body with equal moments about the other two, or -1. Of a spherical body,
- * returns the axis nearest the centre of mass. */
+/* Returns the index of the odd axis of a body: the moments about the other two axes are equal.
+ * Returns -1 if there is none. For a spherical body, returns the axis nearest the centre of
+ * mass. */
 static int odd_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
@@ -97,8 +100,8 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns axes of a spherical body with T along its centre of mass. The moments are replaced by
- * their mean, because the axes rotate relative to them. */
+/* Returns working axes of a spherical body, with T through the centre of mass. The moments are
+ * replaced by their mean, because these axes are not the principal axes of the given moments. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -127,7 +130,8 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Makes the element a[p][p + 1] zero by a rotation about the third axis, and rotates the axes. */
+/* Makes the element a[p][p + 1] (index modulo 3) zero by a rotation about the third axis, and
+ * updates `axes`. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -144,10 +148,11 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
     a[q][r] = a[r][q] = s * apr + c * aqr;
     *axes = q_unit(q_mul(*axes, q4(1.0 + c, v3(half[0], half[1], half[2]))));
 }
-/* Returns axis i of the frame q. */
+/* Returns axis i of the frame with the quaternion q. */
 static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
 
-/* Returns the nearest of the 24 permutations and directions of three axes to the user's frame. */
+/* Returns the frame nearest the frame of description among the 24 right-handed frames along
+ * `axes`. */
 static kr_quat nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
@@ -181,8 +186,8 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, axis_column(axes, 1), axis_column(axes, 1)),
                     tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
 }
-/* Rounding errors of a tensor rotate its axes, the more, the less its moments differ. Returns 1 if
- * they explain the distance of the centre of mass from the odd axis. */
+/* Returns 1 if the distance of the centre of mass from the odd axis can be due to rounding errors.
+ * Rounding errors of a tensor rotate its axes more if the moments differ less. */
 static int is_axis_through_com(const kr_body *b, int odd)
 {
     const double lone = component_at(b->inertia, odd),
@@ -192,9 +197,10 @@ static int is_axis_through_com(const kr_body *b, int odd)
                                fabs(component_at(b->com, (odd + 2) % 3)));
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
-/* Returns the axes of a body with two equal moments that need the smallest rotation from the user's
- * frame. The odd axis leads through the centre of mass if rounding allows it. */
-static kr_quat minimize_turn(const kr_body *b, kr_vec3 com)
+/* Returns the principal axes that differ least from the frame of description, for a body with two
+ * equal moments. The odd axis passes through the centre of mass if this agrees with the tensor up
+ * to rounding. */
+static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
     const double reach = v_largest(com);
@@ -208,7 +214,8 @@ static kr_quat minimize_turn(const kr_body *b, kr_vec3 com)
     return q_mul(q_mul(axis_cycles[odd], q_tilt(q_turn_back(axis_cycles[odd], a))),
                  q_conj(axis_cycles[odd]));
 }
-/* Merges moments, and the odd axis and the centre of mass, that differ by rounding errors alone. */
+/* Makes moments equal that differ by rounding errors alone. Likewise moves the centre of mass to
+ * the odd axis. */
 static void merge_equal_moments(kr_body *b)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
@@ -221,8 +228,8 @@ static void merge_equal_moments(kr_body *b)
         b->com = v3(odd == 0 ? a.x : 0.0, odd == 1 ? a.y : 0.0, odd == 2 ? a.z : 0.0);
 }
 
-/* Returns 1 if rounding errors, relative to the largest moment, leave few digits of the smallest.
- * */
+/* Returns 1 if the smallest moment is so small that rounding errors of the largest moment spoil
+ * it. */
 static int is_ill_conditioned(const kr_body *b)
 {
     return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <
@@ -247,11 +254,11 @@ kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_v
     }
     b.inertia = v3(inertia[0], inertia[4], inertia[8]);
     if (a[1] != 0.0 || a[2] != 0.0 || a[5] != 0.0) {
-        /* This converges quadratically: six sweeps are plenty. */
+        /* Jacobi's method converges quadratically: six sweeps are more than enough. */
         for (int sweep = 0; sweep < 16; sweep++)
             for (int p = 0; p < 3; p++) jacobi_rotation(d, &b.axes, p);
         set_axes(&b, nearest_axes(b.axes), a, com);
-        set_axes(&b, minimize_turn(&b, com), a, com);
+        set_axes(&b, choose_nearest_axes(&b, com), a, com);
         merge_equal_moments(&b);
         if (is_ill_conditioned(&b)) return KR_ERR_BODY;
         b.inertia = v3(ldexp(b.inertia.x, exponent), ldexp(b.inertia.y, exponent),

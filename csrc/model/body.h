@@ -1,22 +1,22 @@
-/* Working axes of a body, in which methods work. */
+/* Working axes of a body: principal axes in an order that suits the methods. */
 #ifndef KR_BODY_H
 #define KR_BODY_H
 #include "math/su2.h"
 
 typedef struct kr_working {
-    /* Working -> principal axes. T lies along the odd axis of a symmetric body, along the centre of
-     * mass of a spherical one; else B lies along the axis of the middle moment. */
+    /* Working -> principal axes. T is the odd axis of a symmetric body, and passes through the
+     * centre of mass of a spherical body. For other bodies B is the axis of the middle moment. */
     kr_quat axes;
     kr_vec3 inertia, com, damping;
-    int tilted; /* the body is spherical, and its axes follow the centre of mass, rounded */
+    int tilted; /* nonzero: spherical body with T through the centre of mass; rounded */
 } kr_working;
-/* Returns working axes, and all data of `body` along them. A spherical body with unequal `damping`
- * keeps its principal axes, because damping is diagonal along these alone. */
+/* Returns the working axes, and the data of `body` along these axes. A spherical body with unequal
+ * `damping` keeps its principal axes, because only along these is the damping diagonal. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 /* Returns the working axes of a body without damping. */
 kr_working kr_body_working(const kr_body *body);
-/* Returns the index of the principal axis that becomes T. Of a spherical body, this is the axis
- * nearest its centre of mass. */
+/* Returns the index of the principal axis that becomes T. For a spherical body, this is the axis
+ * nearest the centre of mass. */
 int kr_body_last_axis(const kr_body *body);
 /* Returns the principal axes as working axes. */
 kr_working kr_body_principal(const kr_body *body, kr_vec3 damping);

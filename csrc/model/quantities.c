@@ -1,7 +1,7 @@
-/* The quantities of a state. With R the principal axes' attitude, M = R* m R:
+/* The quantities of a state. With the attitude R of the principal axes and M = R* m R:
  *     T = M J^-1 M / 2,   U = mass gravity <com, R* e3 R>
- * K and G: thesis (5.1), (5.2); axis 1 along -com, where the potential is that of the text.
- * Euler's angles are z-x-z, of the frame r = q tilt whose third axis is the apex:
+ * K and G: thesis (5.1), (5.2), with axis 1 along -com, for which the potential is that of the
+ * thesis. Euler's angles are z-x-z, of the frame r = q tilt, whose third axis is the apex:
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
 #include "body.h"
@@ -68,8 +68,8 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
     return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
 }
 
-/* Writes half the sum and half the difference of the angles about e3 and about the apex. At a pole
- * one of the two is not determined: then it is 0, whatever the signs of the zeros. */
+/* Writes half the sum and half the difference of precession_angle and spin_angle. If the apex is at
+ * a pole, one of the two is undetermined and set to 0; adding 0.0 removes negative zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -77,7 +77,7 @@ static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, d
     *sum = atan2(r.z + 0.0, r.w + 0.0);
     *difference = atan2(r.y + 0.0, r.x + 0.0);
 }
-/* Brings an angle between -2 pi and 2 pi into (-pi, pi]. */
+/* Returns an angle between -2 pi and 2 pi, reduced to (-pi, pi]. */
 static double wrap_angle(double angle)
 {
     static const double pi = 3.14159265358979323846;
@@ -125,8 +125,8 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Writes M/I1 and mass gravity |com| / I1 times the vertical, both along -com, odd axis x -com, and
- * the odd axis. */
+/* Writes momentum / I1 and mass * gravity * |com| / I1 * vertical, along three axes: -com, the odd
+ * axis x -com, and the odd axis. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -151,7 +151,7 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
     kr_vec3 m, p;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN) return NAN;
     fourth_integral_frame(scene, s, &m, &p);
-    /* the text's 2 p is mass gravity |com| / I1 here */
+    /* 2 p in the thesis is mass * gravity * |com| / I1 here */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)

@@ -19,7 +19,7 @@ struct kr_quantity {
 };
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
 
-/* kr_state_<name> computes each quantity; its number of doubles decides its type. */
+/* kr_state_<name> computes a quantity. The type of the result depends on the number of doubles. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_3(name) kr_vec3 kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_4(name) kr_quat kr_state_##name(const kr_scene *scene, const kr_state *s);
@@ -29,20 +29,20 @@ extern const kr_quantity kr_quantities[KR_QUANTITIES];
 #include "quantities.def"
 #undef Q
 
-/* One number of a quantity: the index of the quantity, and of the double. Components are numbered
- * from 1 on; KR_COMPONENT_ONE is 0. */
+/* A component, that is, one double of a quantity. Components are numbered from 1; KR_COMPONENT_ONE
+ * is 0. */
 typedef struct kr_component {
-    int quantity, axis; /* KR_QUANTITY_..., from 0 */
+    int quantity, axis; /* KR_QUANTITY_...; index of the double, from 0 */
 } kr_component;
 /* Returns 1 if `number` is a component that events can use. */
 int kr_component_is_valid(int number);
-/* Returns quantity and double of a component other than KR_COMPONENT_ONE. */
+/* Returns the quantity and axis of a component other than KR_COMPONENT_ONE. */
 static inline kr_component kr_component_of(int number)
 {
     const kr_component component = {(number - 1) / KR_AXES, (number - 1) % KR_AXES};
     return component;
 }
-/* Returns 1 if the component changes when the top is turned about the vertical. */
+/* Returns 1 if the component changes when the top is rotated about the vertical. */
 int kr_component_is_turned(int number);
 /* Returns the value of a component at a state; NaN if `number` is invalid. */
 double kr_component_value(int number, const kr_scene *scene, const kr_state *s);

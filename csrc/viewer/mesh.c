@@ -3,8 +3,8 @@
 #include "mesh.h"
 #include "math/su2.h"
 
-/* Writes the cuboid of this mass that has the body's inertia and mass times lever. Returns its
- * volume, or 0 if there is none. */
+/* Writes the cuboid of the given mass with the inertia and the product mass * com of the body.
+ * Returns the volume, or 0 if there is no such cuboid. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -17,7 +17,7 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     if (kr_body_from_tensor(mass, about_com, v3(0.0, 0.0, 0.0), &b) != KR_OK) return 0.0;
     const kr_vec3 j = b.inertia, twice = v3(j.y + j.z - j.x, j.z + j.x - j.y, j.x + j.y - j.z);
     const kr_vec3 squares = v_scale(1.5 / mass, twice);
-    /* a plate has an edge of length 0 */
+    /* an edge of length 0, of a plate, is given a small thickness */
     const double thin = 1e-8 * v_largest(squares);
     if (!(fmin(squares.x, fmin(squares.y, squares.z)) > -thin && thin > 1e-16 * square)) return 0.0;
     box->half =
@@ -28,9 +28,10 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes the largest cuboid of any mass, by ternary search: the logarithm of the volume is concave
- * in 1 / mass. A cuboid with more mass is denser; one of density 1 is preferred. The margin serves
- * the cuboid of the thesis, which is both the largest and of density 1. */
+/* Writes a cuboid of any mass, preferably of density 1, otherwise the largest one. The largest
+ * cuboid is found by ternary search, because the logarithm of the volume is concave in 1 / mass.
+ * The density increases with the mass. The margin 1.001 is needed for the cuboid of the thesis,
+ * which has density 1 and is also the largest. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -99,9 +100,10 @@ int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, flo
     return n;
 }
 
-/* Writes the half axes of the rod's cross section, across the principal axis nearest the apex. The
- * bending stiffness towards a side grows with the square of its thickness. With the power 0.5 it is
- * proportional to the body's moment about the other axis. */
+/* Writes the half axes of the rod's cross section, along the two principal axes farther from the
+ * apex. The stiffness against bending in a direction is proportional to the square of the thickness
+ * in that direction. With the power 0.5 it is proportional to the body's moment about the other
+ * axis. */
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {

@@ -2,10 +2,10 @@
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks; a product of two steps fits in 64 bits. */
+/* Largest step in ticks, so that a product of two steps fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
-/* Returns the time of a number of ticks. */
+/* Converts a number of ticks to a time. */
 static double time_of(int64_t ticks) { return (double)ticks / (double)KR_SIMULATION_TICKS; }
 
 static int64_t greatest_common_divisor(int64_t a, int64_t b)
@@ -37,7 +37,7 @@ static int is_integral(const kr_quantity *quantity)
 {
     return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
 }
-/* Measures top i: all measures, or only integrals and errors. */
+/* Writes the measures of top i: all of them, or integrals and errors only. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
     const kr_simulation_slot *a = &simulation->slots[i];
@@ -59,8 +59,8 @@ void kr_simulation_measure(const kr_simulation *simulation, int i,
 {
     measure_top(simulation, i, 1, measure);
 }
-/* Chooses the measures of a top. A quantity that is NaN at the start belongs to another kind of
- * body. */
+/* Chooses the quantities to be measured: those that are not NaN at the start. Integrals of other
+ * kinds of bodies are NaN. */
 static void choose_quantities(kr_simulation_slot *a)
 {
     for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
@@ -71,7 +71,7 @@ static void choose_quantities(kr_simulation_slot *a)
     }
 }
 
-/* Extends the extremes of top i; NaN is ignored. */
+/* Widens the extremes of top i in `row` to include `low` and `high`; NaN is ignored. */
 static void widen_extremes(kr_record_row *row, int i, const double low[], const double high[])
 {
     for (int k = 0; k < KR_SIMULATION_MEASURES; k++) {
@@ -79,7 +79,7 @@ static void widen_extremes(kr_record_row *row, int i, const double low[], const 
         if (high[k] > row->high[i][k] || isnan(row->high[i][k])) row->high[i][k] = high[k];
     }
 }
-/* Clears the row behind the last one. */
+/* Sets the row after the last one to NaN. */
 static void begin_row(kr_simulation *simulation)
 {
     kr_record_row *row = &simulation->record[simulation->rows];
@@ -87,7 +87,7 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Merges pairs of rows. The extremes since the last row move to the row behind it. */
+/* Merges pairs of rows. The extremes since the last row move along with it. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -99,13 +99,13 @@ static void halve_record(kr_simulation *simulation)
     simulation->rows /= 2;
     simulation->stride *= 2;
 }
-/* Returns 1 if the clock stands at one of `times` even parts of the span between two rows. */
+/* Returns 1 if the simulation is at one of `times` equidistant times between two rows. */
 static int is_sample_time(const kr_simulation *simulation, int times)
 {
     const int64_t part = simulation->stride / times;
     return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
 }
-/* Measures all tops and adds a row if the clock stands at one. */
+/* Measures all tops at the times of a sample, and adds a row at the times of a row. */
 static void record_measures(kr_simulation *simulation)
 {
     if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
@@ -128,7 +128,8 @@ void kr_simulation_clear(kr_simulation *simulation)
     simulation->count = 0;
     simulation->clock = simulation->common = simulation->rows = 0;
 }
-/* Prepares the slot behind the last one for a new top. Returns the reason if it cannot be added. */
+/* Prepares the slot after the last one for a new top. Returns KR_OK, or the reason why the top
+ * cannot be added. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {
@@ -168,7 +169,7 @@ static void add_prepared_top(kr_simulation *simulation)
     begin_row(simulation);
     record_measures(simulation);
 }
-/* Poll callback: returns nonzero once the budget of steps is spent. */
+/* Poll callback: returns nonzero when the budget of steps is used up. */
 static int poll_budget(void *context)
 {
     kr_simulation *simulation = context;
@@ -203,11 +204,11 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
     return KR_OK;
 }
 
-/* Makes one step of a top. Returns 0 if the budget ended it. */
+/* Makes one step of a top. Returns 0 if the budget was used up before the end of the step. */
 static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
 {
     const int64_t k = a->steps + 1;
-    simulation->cost = a->restarts ? 1 : 256; /* steps of the method between two polls */
+    simulation->cost = a->restarts ? 1 : 256; /* number of steps of the method between two polls */
     if (a->track) {
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
         if (a->status == KR_OK) a->now = a->track[k];
@@ -224,7 +225,8 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
     }
     return 1;
 }
-/* Returns the time of the next step and writes its top; INT64_MAX if no top can continue. */
+/* Returns the end of the next step in ticks, and writes the top that makes this step. Returns
+ * INT64_MAX if no top can continue. */
 static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;
@@ -252,7 +254,7 @@ int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t
         simulation->is_late = !take_step(simulation, next);
         if (simulation->is_late) break;
         tick = next_step(simulation, &next);
-        if (tick == reached || tick == INT64_MAX) continue; /* other tops step to the same time */
+        if (tick == reached || tick == INT64_MAX) continue; /* other tops step to `reached` too */
         simulation->clock = reached;
         record_measures(simulation);
     }

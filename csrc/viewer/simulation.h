@@ -1,8 +1,8 @@
-/* A simulation: several tops on one clock, with a record of their measures. Time is counted in
- * integer ticks, so that steps of different lengths meet exactly. A top stands at multiples of its
- * own step. Tops are compared only at common multiples of their steps; elsewhere the difference of
- * their times would appear as an error. Results do not depend on how the calls divide the time.
- * Memory is bounded. */
+/* A simulation: several tops with a common time, and a record of their measures. Time is counted in
+ * integer ticks, so that multiples of different steps can be equal exactly. The states of a top are
+ * those at multiples of its own step. Tops are compared only at common multiples of their steps;
+ * otherwise the difference between their times would appear as an error. Results do not depend on
+ * how the time is divided into calls. Memory is bounded. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
@@ -23,19 +23,22 @@ enum {
     KR_SIMULATION_TOPS = 8,
     /* Number of attitudes kept for each top, one for each step. */
     KR_SIMULATION_TRACE = 4096,
-    /* Largest number of rows of the record. A full record is halved, and its stride doubled. */
+    /* Largest number of rows of the record. When the record is full, every second row is
+     * removed. */
     KR_SIMULATION_ROWS = 1024,
-    /* Measurements of integrals and errors between two rows, if all tops meet that often; */
+    /* Number of measurements of integrals and errors between two rows, if there are that many
+     * common times; */
     KR_SIMULATION_SAMPLES = 64,
-    /* measurements of the other quantities, which cost more. */
+    /* number of measurements of the other quantities, which cost more. */
     KR_SIMULATION_FULL_SAMPLES = 32,
-    KR_SIMULATION_TICKS = 1000000, /* ticks to the unit of time */
-    /* Values of `reference` without a top: none, or this top is itself a reference. A reference
-     * continues only while another top does. */
+    KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
+    /* Special values of `reference`: none, or this top is itself a reference. A reference is
+     * advanced only while another top can continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
-    /* Steps of the methods in one call, and more for each step of the simulation. Calls for few
-     * steps then return within milliseconds, however fast a top may be. */
+    /* Largest number of steps of the methods in one call: a constant, and a number for each step of
+     * the simulation. Calls for few steps thus return within milliseconds, however fast a top
+     * turns. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };
@@ -45,60 +48,60 @@ typedef struct kr_simulation_slot {
     kr_state now;
     kr_top *top;             /* owned by the simulation; NULL for a track */
     const kr_state *track;   /* owned by the caller; NULL for a top */
-    int64_t length;          /* states of the track */
+    int64_t length;          /* number of states in the track */
     int64_t step;            /* in ticks */
-    int64_t steps;           /* done so far */
-    int restarts;            /* starts anew after each step */
-    int has_modified_energy; /* has a modified energy */
+    int64_t steps;           /* number of steps made */
+    int restarts;            /* nonzero: restarted after each step */
+    int has_modified_energy; /* nonzero: the method conserves a modified energy */
     int reference;           /* index of the reference, which may be added later */
-    kr_status status;        /* the top stays where it is unless this is KR_OK */
-    /* measured quantities; NULL for those that are NaN at the start */
+    kr_status status;        /* the top is advanced only while this is KR_OK */
+    /* measured quantities; NULL if a quantity is NaN at the start */
     const kr_quantity *quantity[KR_SIMULATION_ERROR];
-    kr_quat trace[KR_SIMULATION_TRACE]; /* attitude after step k at k % KR_SIMULATION_TRACE */
+    kr_quat trace[KR_SIMULATION_TRACE]; /* after step k at index k % KR_SIMULATION_TRACE */
 } kr_simulation_slot;
 
 typedef struct kr_record_row {
     double time;
     double at[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES]; /* NaN: not available */
-    /* Extremes of the measures since the row before. */
+    /* Extremes of the measures since the previous row. */
     double low[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES],
         high[KR_SIMULATION_TOPS][KR_SIMULATION_MEASURES];
 } kr_record_row;
 
 typedef struct kr_simulation {
     int count;
-    int64_t clock;  /* ticks that all tops have reached */
-    int64_t common; /* the least common multiple of the steps; 0 if it does not fit */
-    int64_t stride; /* ticks from row to row of the record */
+    int64_t clock;  /* time that all tops have reached, in ticks */
+    int64_t common; /* the least common multiple of the steps; 0 if too large for 64 bits */
+    int64_t stride; /* ticks between two rows of the record */
     int64_t rows;   /* number of rows */
-    kr_record_row
-        record[KR_SIMULATION_ROWS + 1]; /* the row behind the last holds the extremes since then */
+    kr_record_row record[KR_SIMULATION_ROWS + 1]; /* the row after the last: extremes since then */
     kr_simulation_slot slots[KR_SIMULATION_TOPS];
-    int64_t budget, cost; /* remaining steps in this call; steps for each poll */
-    int is_late;          /* 1 if the budget ended the call */
+    int64_t budget, cost; /* remaining steps in this call; steps between two polls */
+    int is_late;          /* 1 if the last call ended because the budget was used up */
 } kr_simulation;
 
-/* Returns measure k if it is a quantity of the state; NULL for the errors behind them. */
+/* Returns the quantity of measure k; NULL for the last two measures, which are not quantities. */
 const kr_quantity *kr_simulation_quantity(int k);
 
-/* Removes all tops. A zero-initialized simulation is empty. Its address must not change while it
- * has tops. */
+/* Removes all tops. A zero-initialized simulation is empty. The address of a simulation must not
+ * change while it has tops. */
 void kr_simulation_clear(kr_simulation *simulation);
-/* Adds a top at its start and clears the record. An adaptive method without dense output starts
- * anew after each step, as in the thesis; its states would not depend on the step otherwise. */
+/* Adds a top at its start and clears the record. An adaptive method without dense output is
+ * restarted after each step, as in the thesis. Otherwise the states would not depend on the
+ * step. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
-/* Adds a top whose states are given, one for each step, from the start on. They must outlive the
- * simulation. */
+/* Adds a top with given states, one for each step, beginning with the start. The array `track` must
+ * outlive the simulation. */
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
-/* Advances all tops to their last step not after `target`, by at most `most` steps in all. Returns
- * the clock. If a top is so fast that the budget ends inside its step, sets `is_late`; the next
- * call continues from there. */
+/* Advances all tops to their last steps not after `target`, by at most `most` steps in total.
+ * Returns the time reached. If the budget is used up inside a step of a fast top, sets `is_late`;
+ * the next call continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
-/* Writes the present measures of top i. A measure is NaN if it is not available: for a failed top,
- * and the error against a missing reference or one at another time. */
+/* Writes the current measures of top i. All measures of a failed top are NaN. The error is NaN if
+ * there is no reference, or if the reference is at another time. */
 void kr_simulation_measure(const kr_simulation *simulation, int i,
                            double measure[KR_SIMULATION_MEASURES]);
 #endif

@@ -1,37 +1,45 @@
-/* Functions that the page calls besides kreisel.h: one simulation, its picture, and the numbers by
- * which the page is built. Compiled for WebAssembly only. The simulation is the only global state,
- * because a page has one. */
+/* Functions for the page, in addition to kreisel.h: the simulation, its picture, and constants from
+ * which the page is built. Compiled for WebAssembly only. The simulation is global, because a page
+ * has exactly one. */
 #include <math.h>
 #include <stddef.h>
+#include "exact/goryachev_chaplygin.h"
 #include "exact/kowalewski.h"
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
 #include "taylor/taylor.h"
 
 /* The driver refers to kernels for 20 and 30 digits and for tangents, which are large. The page
- * requests neither, so it is built without them. These empty tables, which nothing reads, replace
- * them. */
+ * uses neither and is built without them: empty tables, which are never read, replace these
+ * kernels. */
 #ifdef __wasm__
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
 const kr_tangents_kernel kr_tangents_base, kr_tangents_dd_base;
-/* The closed form of Kowalewski tops is omitted too; it is as large as all other closed forms. A
- * plan of size 0 tells kr_method_applies. */
+/* The closed forms of Kowalewski and of Goryachev-Chaplygin tops are omitted too, because they are
+ * as large as all other closed forms together. A plan of size 0 makes kr_method_applies refuse
+ * these tops. */
 static size_t no_size(void) { return 0; }
 const kr_kowalewski_one kr_kowalewski_one_base = {.size = no_size};
 void kr_kowalewski_many_base(const kr_theta_sums *plan, size_t n, const double t[], kr_state out[])
 {
     (void)plan, (void)n, (void)t, (void)out;
 }
+const kr_chaplygin_one kr_chaplygin_one_base = {.size = no_size};
+void kr_chaplygin_many_base(const kr_chaplygin_plan *plan, size_t n, const double t[],
+                            kr_state out[])
+{
+    (void)plan, (void)n, (void)t, (void)out;
+}
 #endif
 
-/* Begins a function that the page calls. No header declares it, because nothing in C calls it; the
- * macro writes the declaration that compilers require. */
+/* Begins a function for the page. No header declares such a function, because nothing in C calls
+ * it; the macro adds the declaration that compilers require. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
-/* The page reads and writes these structures as rows of doubles, with each member at a fixed index.
- * An array of negative size does not compile. */
+/* The page reads and writes these structures as arrays of doubles, with each member at a fixed
+ * index. A wrong index gives an array of negative size, which does not compile. */
 #define PLACE(type, part, place)                                                                   \
     typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
 #define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
@@ -64,7 +72,7 @@ static kr_box box;
 static double limits[6];
 static float points[KR_MESH_RINGS * KR_MESH_SIDES][3];
 
-/* Numbers and names. */
+/* Constants, and names of the kinds. */
 EXPORT(int, kr_page_ticks, (void)) { return KR_SIMULATION_TICKS; }
 EXPORT(int, kr_page_tops, (void)) { return KR_SIMULATION_TOPS; }
 EXPORT(int, kr_page_way_points, (void)) { return KR_MESH_POINTS; }
@@ -83,9 +91,9 @@ EXPORT(const char *, kr_page_kind, (const kr_body *body))
     return kr_kind_name(kr_body_kind(body, KR_KIND_RTOL));
 }
 
-/* Writes the turning points and mean rates of a symmetric top: the smallest and largest nutation,
- * the critical spin, the mean precession, the period of the nutation (NaN if none), and the spin.
- * Returns NULL for other tops. */
+/* Returns the turning points and mean rates of a symmetric top: the smallest and largest nutation,
+ * the critical spin, the mean precession, the period of the nutation (NaN if there is none), and
+ * the spin. Returns NULL for other tops. */
 EXPORT(const double *, kr_page_limits, (const kr_scene *scene))
 {
     kr_turning turning;
@@ -162,8 +170,8 @@ EXPORT(const double *, kr_page_measure, (int i))
 EXPORT(int, kr_page_rows, (void)) { return (int)simulation.rows; }
 EXPORT(int, kr_page_row_doubles, (void)) { return sizeof(kr_record_row) / sizeof(double); }
 EXPORT(const double *, kr_page_times, (void)) { return &simulation.record[0].time; }
-/* Returns the address of a measure of top i in the first row: its value, or its minimum or maximum
- * since the row before if `side` is -1 or 1. */
+/* Returns the address of a measure of top i in the first row. `side` selects the value (0), or the
+ * minimum (-1) or maximum (1) since the previous row. */
 EXPORT(const double *, kr_page_record, (int i, int measure, int side))
 {
     const kr_record_row *row = &simulation.record[0];

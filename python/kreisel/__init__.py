@@ -6,8 +6,9 @@
     path = kr.solve(scene, t=300, method="bobenko_suris", step=.01, every=10)
     path.t, path.q, path.apex, path.energy
 
-Attitudes are unit quaternions (w, x, y, z), scalar first, from the body into space. Vectors are
-seen from space. Units are any consistent set, given as [M L T]. See kreisel.conventions(),
+Attitudes are unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body into
+space. Vectors are seen from space unless stated otherwise. Any consistent set of units can be used;
+dimensions are given in terms of mass, length and time [M L T]. See also kreisel.conventions(),
 kreisel.methods and kreisel.scenes.
 """
 
@@ -32,7 +33,14 @@ from ._results.reductions import Reductions
 from ._results.section_result import Section
 from ._solve.chaos import lyapunov, megno, oli
 from ._solve.ensemble_plan import EnsemblePlan, plan
-from ._solve.exact import Exact, ExactKowalewski, ExactMap, exact
+from ._solve.exact import (
+    Exact,
+    ExactGoryachevChaplygin,
+    ExactKowalewski,
+    ExactMap,
+    ExactTorus,
+    exact,
+)
 from ._solve.exact_ensemble import ExactEnsemble
 from ._solve.load import load
 from ._solve.run import Run, resume, start
@@ -61,8 +69,10 @@ __all__ = [
     "Events",
     "Exact",
     "ExactEnsemble",
+    "ExactGoryachevChaplygin",
     "ExactKowalewski",
     "ExactMap",
+    "ExactTorus",
     "Frequencies",
     "Indicator",
     "Interrupted",

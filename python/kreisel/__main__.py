@@ -1,4 +1,4 @@
-"""python -m kreisel: the command line."""
+"""The command line program, as `python -m kreisel`."""
 
 from ._cli import main
 

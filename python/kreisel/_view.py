@@ -1,4 +1,4 @@
-"""kreisel.view: the page with a scene inside, one HTML file that needs nothing else."""
+"""kreisel.view: a browser page that shows a scene, as one HTML file that needs no other file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .scenes import about, name_of
 
 _PAGE = File(__file__).with_name("viewer.html")
 _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script>)')
-_TICK = 1e-6  # the page's clock counts these
+_TICK = 1e-6  # unit of time in which the page counts
 
 
 class _Body(TypedDict):
@@ -58,16 +58,16 @@ class _Scene(TypedDict):
 
 @dataclass(frozen=True)
 class View:
-    """A scene in the page. A notebook shows it by itself.
+    """A browser page that shows a scene. A notebook displays it as the result of a cell.
 
-    scene  as the page's JSON export writes it
+    scene  the data of the scene, in the format of the page's JSON export
     """
 
     scene: _Scene
 
     @property
     def html(self) -> str:
-        """The whole page."""
+        """The HTML text of the page. Raises FileNotFoundError if this installation has none."""
         if not _PAGE.exists():
             raise FileNotFoundError(
                 f"this kreisel was installed without its page, {_PAGE}: run `make page` in the "
@@ -79,13 +79,14 @@ class View:
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the page. It works from a disk, without a network."""
+        """Write the page to a file, which a browser can open without a network."""
         atomic_write(file, self.html.encode())
 
     def open(self) -> File:
-        """Show the page in a browser and return its file.
+        """Show the page in a browser and return the file of the page.
 
-        The next page of this name replaces the file. Warns if no browser was found.
+        The file is overwritten by the next page for a scene of this name. Warns if no browser was
+        found.
         """
         file, shown = open_page(self)
         if not shown:
@@ -99,8 +100,8 @@ class View:
 
 
 def open_page(page: View) -> tuple[File, bool]:
-    """Write the page to its file, open it, and return the file and True if a browser was found."""
-    import webbrowser  # here, since who shows nothing need not wait for it
+    """Write the page to a file and open it; return the file, and True if a browser was found."""
+    import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
     file = _folder() / f"{name if name in about else 'top'}.html"
@@ -109,7 +110,7 @@ def open_page(page: View) -> tuple[File, bool]:
 
 
 def _folder() -> File:
-    """Return the user's cache folder, or a temporary one if there is none."""
+    """Return the folder for pages in the user's cache, or a temporary folder if that fails."""
     home = os.path.expanduser("~")
     base = {
         "win32": os.environ.get("LOCALAPPDATA") or home,
@@ -132,19 +133,19 @@ def view(
     speed: float = 1.0,
     open: bool = True,
 ) -> View:
-    """Show a scene, or a path beside a live top, in the browser page.
+    """Show a scene in a browser page, or a path next to a top that the page computes.
 
-    In a notebook it is the result of a cell, otherwise it opens in a browser.
+    In a notebook, the page is the result of a cell; otherwise it opens in a browser.
 
-    methods  one to three methods of the page to start with; default: bobenko_suris for Lagrange
-             tops, else strang
-    step     of these methods, in whole millionths [T]; default: that of the path, or 0.01
-    speed    units of time in a second
+    methods  one to three methods that the page starts with; by default, bobenko_suris for Lagrange
+             tops and strang for others
+    step     step of these methods, a multiple of 1e-6 [T]; by default, that of the path, or 0.01
+    speed    units of time per second
     open     False: only build the page, for `.save("top.html")`
 
-    A path is played as it was computed: its states must lie at equal intervals of whole millionths
-    from t = 0 on, as with every=n. Raises FileNotFoundError if this installation has no page,
-    TypeError and ValueError for invalid arguments.
+    The states of a path must begin at t = 0 and lie at equal intervals, a multiple of 1e-6, as with
+    every=n. Raises FileNotFoundError if this installation has no page. Raises TypeError or
+    ValueError for invalid arguments.
     """
     if not isinstance(what, (Scene, Path)):
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {what!r}")

@@ -7,22 +7,25 @@
     first_low = kr.events.nutation(direction=1, terminal=True)
     half = kr.solve(scene, t=300, events=[first_low]).t[-1]
 
-A function is a sum of terms, factor * component or factor * component * component, in the scene's
-units. kreisel.events.components names all components, "1" stands for a constant, and
-help(kreisel.Path) describes the quantities that they belong to:
+A function is a sum of terms, factor * component or factor * component * component, in the units of
+the scene. kreisel.events.components contains the names of all components, where "1" is the name of
+the constant 1. help(kreisel.Path) describes the quantities to which the components belong:
 
     {"m_x": 2.0, "apex_z*apex_z": 1.0, "1": -0.5}       2 m_x + apex_z^2 - 0.5
     "body_velocity_y"                                   this component alone
 
-Python functions are not supported, because events are roots of a polynomial. For those, search a
-path with close states for sign changes, where(diff(sign(f(path)))) in NumPy, without a guarantee.
+Python functions are not supported, because events are roots of polynomials. For a Python function
+f, compute a path with closely spaced states and search it for sign changes, for example by
+np.where(np.diff(np.sign(f(path)))). This search may miss events.
 
-Events are the sign changes of the polynomial of each step of method='taylor'; for an extremum,
-those of its derivative. No event inside a step is missed, and the path does not change. The start
-is not an event. Below 2^-50 of the sizes of its terms a function counts as zero: it touches zero
-there, and a touch is not an event. Times are as accurate as the path and are doubles, also for
-paths with more digits, whose states at these times have all their digits. Rising and falling refer
-to time, also where the path runs backwards.
+In each step of method='taylor', the function is a polynomial of time. Events are the sign changes
+of this polynomial or, for an extremum, of its derivative. No event inside a step is missed, and the
+path does not change. The start is not an event. The function counts as zero if it is below 2^-50
+times the sizes of its terms; a function that only touches zero has no event there.
+
+The times of events are as accurate as the path. They are doubles even if the path has more digits,
+but the states at these times have all digits of the path. Rising and falling refer to increasing
+time, even if the path runs backwards.
 """
 
 from __future__ import annotations
@@ -88,12 +91,12 @@ _SPEED = {f"body_velocity_{i}*body_velocity_{i}": 1.0 for i in "xyz"}
 class Event:
     """A description of events, built by the functions of this module.
 
-    terms      terms of the function g: (factor, index, index) by the indices of the components
-    where      terms of a function that must be positive at the event; empty: no condition
+    terms      terms (factor, index, index) of the function g, with the indices of components
+    where      terms of a function that must be positive at the event; empty for no condition
     extremum   False: g crosses zero; True: g has an extremum
     direction  1: g rises, or has a minimum; -1: g falls, or has a maximum; 0: either
-    max_count  number of events to record, the first ones; None: all
-    terminal   True: the path ends at the event, or at the last one if `max_count` is given
+    max_count  number of events after which no more are recorded; None for no limit
+    terminal   True: the path ends at the event, or at event number `max_count` if that is given
     """
 
     terms: Terms
@@ -104,7 +107,7 @@ class Event:
     terminal: bool = False
 
     def value(self, path: Path) -> Array:
-        """Return (n,) values of g at the states of a path."""
+        """Return the values (n,) of the function g at the states of a path."""
         check_type("path", path, Path)
         return terms_value(path.scene._block, path.states, list(self.terms))
 
@@ -118,10 +121,11 @@ def crossing(
     max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
-    """Find where a function crosses a value, given in its own units.
+    """Find where a function crosses a value, which is given in the units of the function.
 
-    direction, max_count and terminal are as in Event; `where` is a function that must be positive
-    at the event. Raises TypeError and ValueError for invalid functions and for a constant.
+    `direction`, `max_count` and `terminal` are as in Event. `where` is a function that must be
+    positive at the event. Raises TypeError or ValueError if a function is invalid, and ValueError
+    if `function` is constant.
     """
     level = as_float("value", value)
     terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
@@ -136,7 +140,10 @@ def extremum(
     max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
-    """Find local minima (direction 1) or maxima (-1) of a function; the rest as in crossing."""
+    """Find local minima (direction 1) or maxima (direction -1) of a function.
+
+    The other arguments are as in crossing.
+    """
     terms = _terms("function", function)
     return _event(terms, _condition(where), True, direction, max_count, terminal)
 
@@ -144,8 +151,8 @@ def extremum(
 def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpack[_More]) -> Event:
     """Find crossings of a plane, a Poincaré section: <normal, v> = offset.
 
-    of is the name of v: 'apex', 'm', 'body_vertical', 'body_velocity' or 'body_momentum'. The
-    offset has the units of v; the rest is as in crossing.
+    `of` is the name of the vector v: 'apex', 'm', 'body_vertical', 'body_velocity' or
+    'body_momentum'. `offset` has the units of v. The other arguments are as in crossing.
     """
     if of not in _VECTORS:
         raise ValueError(unknown_name_message("vector", str(of), _VECTORS))
@@ -154,26 +161,29 @@ def plane(normal: ArrayLike, offset: float = 0.0, of: str = "apex", **more: Unpa
 
 
 def nutation(**more: Unpack[_More]) -> Event:
-    """Find the lowest (direction 1) or highest (-1) points of the apex; the rest as in extremum."""
+    """Find the lowest (direction 1) or highest (direction -1) points of the apex.
+
+    The other arguments are as in extremum.
+    """
     return extremum({"apex_z": 1.0}, **more)
 
 
 def loop(**more: Unpack[_More]) -> Event:
     """Find where the apex reverses its precession about the vertical.
 
-    A trace with loops has two such points for each loop, a wavy trace none. At a cusp the
-    precession touches zero, which within the path's error may look like a small loop or like none.
-    The rest is as in crossing.
+    A trace with loops has two such points in each loop, and a wavy trace has none. At a cusp the
+    rate of the precession touches zero. Within the error of the path, a cusp may therefore look
+    like a small loop or like no loop. The arguments are as in crossing.
     """
     return crossing(_PRECESSION, **more)
 
 
 def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
-    """Find where the apex stands still and turns back.
+    """Find where the apex comes to rest and turns back.
 
-    A cusp is a highest or lowest point at which the apex moves at less than `within` of the body's
-    angular speed; `within` is at least 1e-7, below which rounding decides. The rest is as in
-    extremum, without `where`.
+    A cusp is a highest or lowest point at which the angular speed of the apex is less than `within`
+    times that of the body. `within` must be at least 1e-7, since rounding errors dominate below.
+    The other arguments are as in extremum, without `where`.
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(
@@ -184,19 +194,24 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
 
 
 def kinetic(value: float, **more: Unpack[_More]) -> Event:
-    """Find where the kinetic energy crosses a value [M L^2 T^-2]; the rest as in crossing."""
+    """Find where the kinetic energy crosses a value [M L^2 T^-2].
+
+    The other arguments are as in crossing.
+    """
     twice = {f"body_momentum_{i}*body_velocity_{i}": 0.5 for i in "xyz"}
     return crossing(twice, value, **more)
 
 
 def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
-    """Find where a scene is nearest to its unstable equilibrium.
+    """Find where a top is nearest to its unstable equilibrium.
 
-    Motions on both sides of the separatrix linger there. Under gravity these are the points at
-    which the centre of mass is highest. Without torque they are those at which the angular velocity
-    turns back near the axis of the middle moment, on either side. The states tell how near they
-    come. The rest is as in extremum, without `direction` under gravity. Raises ValueError for a
-    body without torque and with two equal moments, which has no separatrix.
+    On both sides of the separatrix, motions are slow near this equilibrium. Under gravity, the
+    events are the points at which the centre of mass is highest. Without torque, they are the
+    points at which the angular velocity turns back near the axis of the middle moment, on either
+    side. The states at the events show how near to the equilibrium the motion comes.
+
+    The other arguments are as in extremum, without `direction` under gravity. Raises ValueError for
+    a body without torque and with two equal moments, because it has no separatrix.
     """
     check_type("scene", scene, Scene)
     if scene.gravity and any(scene.body.com):
@@ -297,13 +312,16 @@ def _event(
     return Event(terms, where, extremum, int(direction), limit, terminal)
 
 
-MAKERS: dict[str, Callable[..., Event]] = {  # by the names that a shell and files have for them
+MAKERS: dict[str, Callable[..., Event]] = {  # by the names used in commands and files
     name: globals()[name] for name in __all__ if name.islower() and callable(globals()[name])
 }
 
 
 def parse_events(method: str, events: object) -> tuple[Event, ...]:
-    """Validate the events of a call; raise TypeError or ValueError if the method has none."""
+    """Return the events that a call requests.
+
+    Raises ValueError if the method cannot find events, and TypeError if they are not events.
+    """
     if method != FALLBACK:
         raise ValueError(
             f"events need the polynomials of method={FALLBACK!r}, and {method!r} has none"
@@ -323,7 +341,7 @@ CoreEvents = list[
 
 
 def to_core_events(events: Iterable[Event]) -> CoreEvents:
-    """Convert events to the tuples that the core takes."""
+    """Return the events as tuples, the form in which the core takes them."""
     return [
         (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
         for e in events
@@ -334,7 +352,10 @@ _NAMES = {component: name for name, component in components.items()}
 
 
 class EventRecord(TypedDict):
-    """An event in a checkpoint, with components by name: their indices depend on the build."""
+    """An event in a checkpoint.
+
+    Components are stored by name, because their indices depend on the build.
+    """
 
     terms: list[tuple[float, str, str]]
     where: list[tuple[float, str, str]]
@@ -345,7 +366,7 @@ class EventRecord(TypedDict):
 
 
 def to_record(event: Event) -> EventRecord:
-    """Convert an event for a checkpoint."""
+    """Return the record of an event that is stored in a checkpoint."""
     return {
         "terms": _terms_by_name(event.terms),
         "where": _terms_by_name(event.where),
@@ -361,9 +382,10 @@ def _terms_by_name(terms: Terms) -> list[tuple[float, str, str]]:
 
 
 def from_record(row: EventRecord) -> Event:
-    """Restore an event of a checkpoint.
+    """Return the event that a record of a checkpoint describes.
 
-    Raises KeyError, TypeError or ValueError if it is invalid."""
+    Raises KeyError, TypeError or ValueError if the record is invalid.
+    """
     return _event(
         _terms_by_index(row["terms"]),
         _terms_by_index(row["where"]),

@@ -1,6 +1,6 @@
-"""Unit quaternions (w, x, y, z), scalar first, that turn the body's vectors into space.
+"""Unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body into space.
 
-A vector v of the body is v_space = q v q*.
+If v is a vector seen from the body, then v_space = q v q* is the same vector seen from space.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def multiply(a: tuple[R, R, R, R], b: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
 
 
 def conjugate(q: tuple[R, R, R, R]) -> tuple[R, R, R, R]:
-    """Return the inverse rotation."""
+    """Return the conjugate quaternion, which is the inverse rotation."""
     w, x, y, z = q
     return w, -x, -y, -z
 
@@ -42,7 +42,7 @@ def _cross(a: tuple[R, R, R], b: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return q v q*: the vector `v` of the body, seen from space."""
+    """Return q v q*: the vector seen from space that is `v` seen from the body."""
     w, ux, uy, uz = q
     x, y, z = v
     c = _cross((ux, uy, uz), (x, y, z))
@@ -55,12 +55,12 @@ def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return q* v q: the vector `v` of space, seen from the body."""
+    """Return q* v q: the vector seen from the body that is `v` seen from space."""
     return turn(conjugate(q), v)
 
 
 def from_xyzw(name: str, value: object) -> Quaternion:
-    """Parse four numbers with the scalar last."""
+    """Return a quaternion (w, x, y, z) from four numbers whose last one is the scalar."""
     x, y, z, w = as_floats(name, value, 4, "4 numbers (x, y, z, w)")
     return w, x, y, z
 
@@ -68,7 +68,7 @@ def from_xyzw(name: str, value: object) -> Quaternion:
 def from_rotation(rotation: Rotation) -> Quaternion:
     """Return the attitude (w, x, y, z) of a single scipy.spatial.transform.Rotation.
 
-    Raises TypeError for an object without as_quat, and ValueError for several rotations.
+    Raises TypeError for an object without the method as_quat, and ValueError for several rotations.
     """
     if not hasattr(rotation, "as_quat"):
         raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")
@@ -79,10 +79,11 @@ def from_rotation(rotation: Rotation) -> Quaternion:
 
 
 def unit(name: str, given: object, last: bool = False) -> Quaternion:
-    """Parse a unit quaternion (w, x, y, z), with the scalar `last`, or from a single Rotation.
+    """Return a unit quaternion (w, x, y, z) from four numbers or from a single scipy Rotation.
 
-    The squared norm may be off by 1e-12. A quaternion in single precision may be off by its own
-    rounding and is normalized in double precision. Raises TypeError or ValueError otherwise.
+    If `last` is True, the numbers are given with the scalar last. The squared norm may differ from
+    1 by 1e-12. A quaternion in single precision may differ by its rounding error and is normalized
+    in double precision. Raises TypeError or ValueError for all other input.
     """
     if hasattr(given, "as_quat") and not last:
         return from_rotation(given)
@@ -104,11 +105,11 @@ def unit(name: str, given: object, last: bool = False) -> Quaternion:
 
 
 def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
-    """Return the angle of the rotation between attitudes, 0 .. pi [rad].
+    """Return the angle of the rotation between two attitudes, 0 .. pi [rad].
 
-    `a` and `b` have shape (..., 4), scalar first, and are broadcast; the result has their shape
-    without the 4. It is 2 atan2(|vec(a* b)|, |w|), which keeps the digits of small angles; q and -q
-    are the same attitude.
+    `a` and `b` have the shape (..., 4), scalar first, and are broadcast. The result has the common
+    shape without the last dimension. The formula 2 atan2(|vec(a* b)|, |w|) is also accurate for
+    small angles. It gives 0 for q and -q, which are the same attitude.
 
         >>> import kreisel as kr
         >>> round(float(kr.attitude_error((1, 0, 0, 0), (0.6, 0, 0.8, 0))), 12)
@@ -126,7 +127,7 @@ def attitude_error(a: ArrayLike, b: ArrayLike) -> Array:
 
 
 def conventions() -> str:
-    """Return a description of orders, frames and units, with an example rotation for comparison."""
+    """Return text that explains the order of components, frames and units, with an example."""
     quarter = (0.5**0.5, 0.0, 0.0, 0.5**0.5)
     turned = tuple(round(c, 12) + 0.0 for c in turn(quarter, (1.0, 0.0, 0.0)))
     return (

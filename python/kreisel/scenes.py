@@ -1,8 +1,8 @@
-"""Named scenes; the mapping `about` describes each.
+"""Named scenes; the mapping `about` contains a description of each.
 
-thesis .. strong_gravity are the tops of the report, in principal axes with mass and gravity 1, so
-that the centre of mass is the lever mass * gravity * com. Their numbers equal those of
-validation/references/problems.json to the last bit.
+The scenes from `thesis` to `strong_gravity` are those of the report. They are given in principal
+axes with mass and gravity 1, so that com equals the lever mass * gravity * com. Their numbers are
+equal to the last bit to those of validation/references/problems.json.
 """
 
 from __future__ import annotations
@@ -67,10 +67,11 @@ fast = _in_principal_axes(_THESIS, (0.0, 0.0, 5.120000000000001), (0.5, 0.0, 200
 strong_gravity = _in_principal_axes(_THESIS, (0.0, 0.0, 51.20000000000001), (5.0, 0.0, 0.0))
 
 _symmetric = Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
-_tilted = (0.8**0.5, 0.2**0.5, 0.0, 0.0)  # by the angle whose cosine is 0.6, about e1
+_tilted = (0.8**0.5, 0.2**0.5, 0.0, 0.0)  # about e1, by the angle whose cosine is 0.6
 
 sleeping = Scene(_symmetric, momentum=(0.02, 0.0, 3.0))
-# I1 W^2 cos - m3 W + M g a = 0 with W = 1: m3 = 1.6 along the axis, I1 W sin = 0.8 across it
+# Steady precession at the rate W satisfies I1 W^2 cos(tilt) - m3 W + M g a = 0. For W = 1, the
+# momentum is m3 = 1.6 along the axis and I1 W sin(tilt) = 0.8 across it.
 steady_precession = Scene(_symmetric, body_momentum=(0.0, 0.8, 1.6), attitude=_tilted)
 cusps = Scene(_symmetric, body_momentum=(0.0, 0.0, 3.0), attitude=_tilted)
 dzhanibekov = Scene(
@@ -81,7 +82,10 @@ dzhanibekov = Scene(
 
 
 def get_scene(name: str) -> Scene:
-    """Return the scene called `name`; raise KeyError if unknown, TypeError if not a text."""
+    """Return the scene called `name`.
+
+    Raises KeyError for an unknown name, and TypeError if `name` is not a str.
+    """
     if not isinstance(name, str):
         raise TypeError(f"name must be a text, not {short_repr(name)}")
     if name not in about:
@@ -91,7 +95,7 @@ def get_scene(name: str) -> Scene:
 
 
 def name_of(scene: Scene) -> str:
-    """Return the name of a scene of this module; '' for any other scene."""
+    """Return the name of a scene that equals one of this module; '' for any other scene."""
     return next((name for name in about if get_scene(name) == scene), "")
 
 

@@ -45,7 +45,10 @@ REPLACED_MODULES = {
 }
 
 # Kernels and closed forms that the page does not use; wasm.c has empty tables in their place.
-SKIPPED_SOURCES = re.compile(r"kernel_(dd|tangent|kowalewski)|kowalewski\.c")
+SKIPPED_SOURCES = re.compile(
+    r"kernel_(dd|tangent|kowalewski|goryachev_chaplygin)"
+    r"|(kowalewski|goryachev_chaplygin)\.c"
+)
 
 TARGET = "-target wasm32-wasi -mexec-model=reactor -msimd128 -flto -std=c99 -ffp-contract=off -s"
 SMALL = "-Os -Xclang -Oz -fno-vectorize -fno-slp-vectorize -fvisibility=hidden"

@@ -132,6 +132,10 @@ static void test_bodies(void)
     b.com = v3(0.3, -0.4, 1.2);
     IS(kr_body_kind(&b, 1e-12) == KR_KIND_LAGRANGE);
     NEAR(off(kr_body_working(&b).com, v3(0, 0, 1.3)), 0.0, 1e-15);
+}
+static void test_invalid_bodies(void)
+{
+    kr_body b;
     IS(kr_body_symmetric(1.0, 1.0, 2.0, 1.0, &b) == KR_OK); /* a plate */
     IS(kr_body_symmetric(1.0, 1.0, 2.0 * (1 + 1e-11), 1.0, &b) == KR_ERR_BODY);
     IS(kr_body_symmetric(1.0, 1.0, 0.0, 1.0, &b) == KR_ERR_BODY); /* a massless axis */
@@ -220,6 +224,7 @@ int main(void)
     test_quaternions();
     test_tensors();
     test_bodies();
+    test_invalid_bodies();
     test_exact_kinds();
     test_rounded_moments();
     test_body_can_be();

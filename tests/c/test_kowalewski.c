@@ -4,17 +4,10 @@
 #include <stdlib.h>
 #include "exact/kowalewski.h"
 #include "kowalewski_truth.h"
-#include "random.h"
-#include "tops.h"
+#include "torus_tops.h"
 
 static void *memory;
 
-static kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q, kr_vec3 m)
-{
-    const kr_scene s = {
-        {1.0, inertia, com, {1, 0, 0, 0}, 0}, gravity, {0.0, q, m}, {0.0, 0.0, 0.0}};
-    return s;
-}
 /* Returns a top with moments 2, 2, 1 and mass gravity |com| = 1, whose body sees e3 and its angular
  * velocity so; the axes are those of the closed form. */
 static kr_scene seen_so(kr_vec3 up, kr_vec3 velocity)
@@ -24,18 +17,7 @@ static kr_scene seen_so(kr_vec3 up, kr_vec3 velocity)
     const kr_vec3 m = q_turn(q, v_times(v3(2.0, 2.0, 1.0), velocity));
     return scene_of(v3(2.0, 2.0, 1.0), v3(-1.0, 0.0, 0.0), 1.0, q, m);
 }
-static kr_scene drawn_top(void)
-{
-    const double unit = ldexp(1.0, (int)uniform(-3, 4)), reach = exp(uniform(-1.4, 1.4)),
-                 gravity = uniform(0, 1) < 0.5 ? -2.5 : 9.81, side = uniform(0, 1) < 0.5 ? -1 : 1;
-    const int odd = (int)uniform(0, 3), which = (int)uniform(1, 3);
-    double inertia[3] = {2 * unit, 2 * unit, 2 * unit}, com[3] = {0.0, 0.0, 0.0};
-    inertia[odd] = unit;
-    com[(odd + which) % 3] = side * reach;
-    const double rate = sqrt(fabs(gravity) * reach / unit);
-    return scene_of(v3(inertia[0], inertia[1], inertia[2]), v3(com[0], com[1], com[2]), gravity,
-                    random_quat(), random_vec(2 * unit * rate * pow(10.0, uniform(-1, 1))));
-}
+static kr_scene drawn_top(void) { return drawn_top_of_ratio(2.0); }
 static const kr_kowalewski *plan_of(const kr_scene *s)
 {
     const kr_kowalewski *top = NULL;
@@ -44,22 +26,6 @@ static const kr_kowalewski *plan_of(const kr_scene *s)
     IS(status == KR_OK || status == KR_ERR_METHOD);
     return top;
 }
-/* The largest |m| that the top's energy allows is what errors of m are measured by. */
-static double scale_of(const kr_scene *s)
-{
-    const double lever = fabs(s->gravity) * v_length(s->body.com);
-    return sqrt(2.0 * v_largest(s->body.inertia) * (kr_state_kinetic(s, &s->start) + 2.0 * lever));
-}
-static double error_of(const kr_scene *s, kr_state got, kr_state want)
-{
-    return kr_attitude_error(got.q, want.q) + off(got.m, want.m) / scale_of(s);
-}
-static kr_state by_series(const kr_scene *s, double t)
-{
-    const kr_config config = {.digits = 30, .step = t < s->start.t ? -1.0 : 0.0};
-    return state_at(t, s, taylor(), config);
-}
-
 static void truths_by_heyoka_are_met(void)
 {
     const size_t count = sizeof kowalewski_truths / sizeof *kowalewski_truths;

@@ -114,10 +114,11 @@ static void claim_created(place *p, kr_status status, kr_top *top, kr_top *mark)
     p->top = status == KR_OK ? top : NULL;
     const kr_status scene = kr_scene_check(&p->scene);
     if (scene != KR_OK) CLAIM(status == scene);
-    /* Some motions of Kowalewski tops have no closed form. */
+    /* Some motions of these two kinds have no closed form. */
+    const kr_kind kind = kr_body_kind(&p->scene.body, KR_KIND_RTOL);
     if (status == KR_ERR_METHOD)
-        CLAIM(!kr_method_suits(p->method, &p->scene) ||
-              kr_body_kind(&p->scene.body, KR_KIND_RTOL) == KR_KIND_KOWALEWSKI);
+        CLAIM(!kr_method_suits(p->method, &p->scene) || kind == KR_KIND_KOWALEWSKI ||
+              kind == KR_KIND_GORYACHEV_CHAPLYGIN);
     if (status != KR_OK) return;
     const kr_state state = kr_top_state(top);
     CLAIM(kr_method_suits(p->method, &p->scene));

@@ -485,3 +485,19 @@ def test_a_body_of_revolution_without_a_tip_is_drawn_as_its_cylinder():
     assert points.min(axis=0) == pytest.approx([-2.0, -2.0, 0.2])
     assert points.max(axis=0) == pytest.approx([2.0, 2.0, 0.8])
     assert {round(float(z), 12) for z in points[:, 2]} == {0.2, 0.8}
+
+
+def test_an_isotropic_rod_is_round_and_its_sides_do_not_turn_with_the_spin(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(solids, "draw_faces", lambda axes, faces, *_: drawn.append(faces))
+    rod = kr.rod(CUSPS)
+    rod.plot(thickness=0.1)
+    n = len(rod.centre)
+    faces = drawn[0]
+    corners = len(faces) // n  # the sides of n - 1 pieces, and two ends with fewer faces
+    rims = faces[: (n - 1) * corners, 0].reshape(n - 1, corners, 3) - rod.centre[:-1, None]
+    assert np.linalg.norm(rims, axis=-1) == pytest.approx(0.05, rel=1e-12)
+    bent = np.linalg.norm(np.diff(rod.frame[:-1, 2], axis=0), axis=-1)
+    moved = np.linalg.norm(np.diff(rims, axis=0), axis=-1).max(axis=1)
+    assert (moved <= 0.05 * bent * 1.001).all()
+    assert (np.linalg.norm(np.diff(rod.frame[:-1, 0], axis=0), axis=-1) > 2 * bent).any()

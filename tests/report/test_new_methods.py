@@ -29,7 +29,6 @@ NAMED = {  # why each of these files knows a method by name
     "ensemble_runs": {"exact", "taylor", "gsl_rk8pd"},  # methods for many tops at once
     "published": {"rk4"},  # used only to get the angular velocity at the start
     "fastest": {"gsl_rk8pd"},  # the peer in the tables
-    "readme_picture": {"bobenko_suris"},  # the method in the picture
     "frequency_data": {"taylor"},  # the method whose frequencies are compared with the closed form
     "stiff_needle": {"exact"},  # the reference, and not a method that is compared
 }

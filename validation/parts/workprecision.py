@@ -39,6 +39,7 @@ QUANTITIES = {
     "attitude_error": "attitude error at the end [rad]",
     "energy_error": "energy error, relative",
 }
+README_SCENE = "asymmetric"
 YARDSTICK = ("heyoka",)  # the peers in the small figures
 BUSY = 0.25  # if the spread of times is larger, they should not be quoted
 
@@ -267,6 +268,21 @@ def write_table(comparison, about):
 def list_files(comparison, about):
     yield "workprecision.csv", write_table(comparison, about)
     yield "readme_table.md", fastest.write_markdown(comparison.rows, comparison.scenes)
+    yield "readme_figure.svg", draw_readme_figure(comparison)
+
+
+def draw_readme_figure(comparison):
+    """Return the figure of README.md as SVG: the leading methods and the peers on one scene."""
+    scene = README_SCENE if README_SCENE in comparison.scenes else comparison.scenes[0]
+    groups = scene_runs.group_by_method(comparison.rows, scene)
+    peers = [name for name, rows in groups.items() if rows[0].peer]
+    own = [name for name in groups if name not in peers]
+    cost = ("attitude_error", "seconds")
+    leaders = cost_curves.select_leaders(groups, own, [cost])
+    lines, limits = cost_curves.collect_lines(groups, *cost)
+    label = QUANTITIES["attitude_error"]
+    svg = cost_curves.draw_family(lines, leaders, peers, label, None, limits, cost[1])
+    return svg.replace("currentColor", "#777777")  # legible on light and on dark
 
 
 def terminal_lines(comparison):

@@ -1,4 +1,4 @@
-"""The picture of sections in README.md: order, chaos, and islands of order.
+"""The picture of sections in docs/theory/tangents.md: order, chaos, and islands of order.
 
 All tops have the same body, energy and vertical momentum. A point is drawn at every lowest position
 of the apex, with a colour for each top. Gravity increases from panel to panel.

@@ -1,4 +1,4 @@
-"""The picture of a sweep in README.md: the greatest tilt of two million tops.
+"""The picture of a sweep in docs/theory/ensembles.md: the greatest tilt of two million tops.
 
 All tops have the same body, whose centre of mass is slightly off its axis, so that there is no
 closed form. The tops differ in spin and tilt. Existing parts of the sweep are not computed again.

@@ -1,4 +1,4 @@
-"""The trace of a top's axis on the unit sphere, and its nutation and precession."""
+"""The trace of the apex on the unit sphere, and the nutation and precession of a Lagrange top."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from .._results.path import Path
 from .._solve.exact import exact
 from .._utils.validation import Array, check_type
 
-_LEVEL = 1e-9  # solutions by a tolerance of 1e-10 differ in height by about as much
-_FEWEST = 4  # states in a nutation: of three the period can be a hundredth off, of two a half
+_LEVEL = 1e-9  # about the error of the height in a solution with a tolerance of 1e-10
+_FEWEST = 4  # states per nutation: with 3 the period can be wrong by 1 %, with 2 by 50 %
 
 
 class Nutation(NamedTuple):
     """The nutation and precession of a Lagrange top.
 
-    `least` and `greatest` nutation are angles 0 .. pi [rad], `period` is that of the nutation [T],
-    and `precession` is the mean rate about the vertical [T^-1].
+    least, greatest  least and greatest nutation, 0 .. pi [rad]
+    period           period of the nutation [T]
+    precession       mean rate of the apex about the vertical [T^-1]
     """
 
     least: float
@@ -33,12 +34,12 @@ class Nutation(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Apex:
-    """n points of the trace.
+    """The trace of the apex: n points on the unit sphere.
 
     t      (n,) times [T]
-    trace  (n, 3) unit vectors from the fixed point to the centre of mass
-    rate   (n, 3) their change [T^-1]
-    scene  whose path it is
+    trace  (n, 3) unit vectors from the fixed point towards the centre of mass
+    rate   (n, 3) time derivatives of these vectors [T^-1]
+    scene  the scene of the path
     """
 
     t: Array
@@ -56,28 +57,31 @@ class Apex:
 
     @property
     def height(self) -> Array:
-        """(n,) <apex, e3>, from -1 to 1."""
+        """(n,) heights <apex, e3>, from -1 to 1."""
         return self.trace[:, 2]
 
     @cached_property
     def azimuth(self) -> Array:
-        """(n,) angle about the vertical from e1 on, without jumps of whole turns [rad].
+        """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
 
-        It is undefined where the trace goes through the vertical, and known beyond that point up to
-        whole turns only.
+        The angle is undefined where the trace passes through the vertical. After such a point it is
+        known only up to whole turns.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 
     def nutation(self) -> Nutation:
-        """Means of a Lagrange top over the complete nutations of the path.
+        """Return means over the complete nutations of a Lagrange top.
 
-        They extend from its first to its last lowest point. kreisel.exact gives the same numbers of
-        a scene; this property reads them from the path of any method. Turning points lie between
-        the states and are found by cubics: with fifty states in a nutation they are right to four
-        digits, with four hundred to seven. A level trace, whose heights differ by less than 1e-9,
-        is steady precession, and its period is NaN. Raises ValueError for other tops, whose rise
-        and fall have no period, for less than one nutation, and if states are farther apart than a
-        quarter of one.
+        The complete nutations extend from the first to the last lowest point of the trace.
+        kreisel.exact computes the same numbers from a scene; this method computes them from a path
+        of any method. Turning points between states are found by cubic interpolation. They are
+        accurate to four digits with fifty states per nutation, and to seven with four hundred. If
+        the heights differ by less than 1e-9, the motion is steady precession, and the period is
+        NaN.
+
+        Raises ValueError for a body that is not a Lagrange top, because its nutation is not
+        periodic in general. Also raises ValueError if the path has no complete nutation, or if its
+        states are farther apart than a quarter of a nutation.
         """
         body = self.scene.body
         if body.kind != "lagrange":
@@ -126,20 +130,23 @@ class Apex:
             )
 
     def _turning_times(self, sign: float) -> list[float]:
-        """Return the times at which the height is lowest (1) or highest (-1)."""
+        """Return the times at which the height has a minimum (`sign` 1) or a maximum (-1)."""
         rise = sign * self.rate[:, 2]
         after = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0)) + 1
         return [_find_zero(*self._neighbours(i, rise)) for i in after.tolist()]
 
     def _neighbours(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return the four states about t[i - 1] .. t[i], or all if the path has fewer."""
+        """Return times and values at the four states nearest to the interval t[i - 1] .. t[i].
+
+        A path with fewer states returns all of them.
+        """
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
 
     def _nutation_at(self, t: float) -> float:
-        """Return the nutation between states.
+        """Return the nutation at a time between states.
 
-        It follows from two smooth functions that lose no digit at a pole.
+        It is computed from two smooth functions, which keep all digits at a pole.
         """
         square = self._interpolate_at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(math.sqrt(max(square, 0.0)), self._interpolate_at(self.height, t))
@@ -149,16 +156,16 @@ class Apex:
 
 
 def apex(path: Path) -> Apex:
-    """Return the trace of the centre of mass on the unit sphere.
+    """Return the trace of the direction of the centre of mass on the unit sphere.
 
-    If the centre of mass is the fixed point, it is the trace of T.
+    If the centre of mass is the fixed point, it is the trace of the principal axis T.
     """
     check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 
 def _interpolate(t: Array, values: Array, at: float) -> float:
-    """Evaluate the polynomial through these points at `at`."""
+    """Return the value at `at` of the polynomial through these points."""
     total = 0.0
     for i, value in enumerate(values.tolist()):
         others = np.delete(t, i)
@@ -167,7 +174,7 @@ def _interpolate(t: Array, values: Array, at: float) -> float:
 
 
 def _find_zero(t: Array, values: Array) -> float:
-    """Find the rising zero of the polynomial through these points by bisection."""
+    """Return the zero at which the polynomial through these points rises, by bisection."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):

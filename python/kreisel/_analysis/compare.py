@@ -1,4 +1,4 @@
-"""kreisel.compare: error against run time, method by method."""
+"""kreisel.compare: the errors and run times of methods on one scene."""
 
 from __future__ import annotations
 
@@ -29,12 +29,13 @@ _TRUTH_TOL = 1e-13
 
 @dataclass(frozen=True)
 class Row:
-    """One method at one setting, over the states asked for.
+    """The result of one method with one step or tolerance.
 
-    seconds         the fastest of the repeats; median: their median
-    attitude_error  the largest angle to the truth [rad]; energy_error: max |E - E0| / max (T + M
-                    |g| |com|)
-    failure         empty, or why the run failed; then there are no errors and times, but NaN
+    seconds         the shortest run time of the repeats
+    median          the median of the run times
+    attitude_error  the largest angle between attitude and true attitude [rad]
+    energy_error    max |E - E0| / max (T + M |g| |com|)
+    failure         empty, or the reason why the run failed. Errors and times are then NaN
     """
 
     scene: str
@@ -52,7 +53,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows by method, and by setting within it, as asked for."""
+    """The rows in the order of the methods and, for each method, of its steps or tolerances."""
 
     rows: tuple[Row, ...]
 
@@ -71,7 +72,7 @@ class Table:
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
     def to_csv(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the table as CSV with all digits, and write it to a file if one is named.
+        """Return the table as CSV with all digits; if `path` is given, write it to that file.
 
         Missing values are empty.
         """
@@ -95,7 +96,7 @@ def _cell(value: object) -> str:
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def _settings(name: str, given: Iterable[float]) -> list[float]:
+def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
     try:
         each = list(given)
     except TypeError:
@@ -107,7 +108,7 @@ def _settings(name: str, given: Iterable[float]) -> list[float]:
 
 @dataclass
 class _Run:
-    """A method at one setting: its path, what it failed of, and the seconds of each repeat."""
+    """A method with one step or tolerance: its path, run times, and the reason for a failure."""
 
     scene: Scene
     t: Numbers
@@ -125,7 +126,7 @@ class _Run:
             self.seconds.append(time.perf_counter() - begin)
         except Error as error:
             self.path, self.failure = error.path, str(error)
-        except ValueError as error:  # a step too large for the method, which shows when it begins
+        except ValueError as error:  # a step that turns out to be too large
             self.failure = str(error)
 
     def row(self, scene: str, truth: Path) -> Row:
@@ -161,29 +162,30 @@ def compare(
     """Measure error and run time of methods on one scene.
 
     The repeats of the methods are interleaved, so that a disturbance of the machine affects all
-    methods alike.
+    methods in the same way.
 
-    t        as in kreisel.solve; errors are the largest over the states at these times, and no
-             others: of a number that is the end alone, of numpy.linspace(0, 10, 101) all of the way
-    methods  names; all that apply to the scene if left out
-    steps    for methods of fixed step, tols for the others (without: their own tolerance)
-    truth    a path at the same times, or a method: taylor with 20 digits, others with tol 1e-13 or
-             a sixteenth of the smallest step
-
-    progress called after each run with the part of them that is done, up to 1; what it raises stops
-             the comparison
+    t         times, as in kreisel.solve. Errors are maxima over the states at these times only: a
+              number compares only the end, numpy.linspace(0, 10, 101) the whole path
+    methods   names of methods; by default, all methods that apply to the scene
+    steps     steps of the methods of fixed step
+    tols      tolerances of the other methods; by default, each method uses its own
+    truth     a path at the same times, or the name of a method: taylor is run with 20 digits, other
+              methods with tol 1e-13 or a sixteenth of the smallest step
+    progress  function that is called after each run with the fraction of the runs that are done, up
+              to 1; an exception that it raises stops the comparison
 
         >>> import kreisel as kr
         >>> table = kr.compare(kr.scenes.thesis, 10, ["exact", "rk4"], steps=[0.1, 0.05])
         >>> [(row.method, row.step, row.attitude_error < 1e-3) for row in table]
         [('exact', None, True), ('rk4', 0.1, True), ('rk4', 0.05, True)]
 
-    Raises what kreisel.solve raises before anything runs; a run that fails is a row that says so.
-    Ctrl-C raises kreisel.CompareInterrupted, whose table has the rows so far.
+    Raises the errors of kreisel.solve for invalid arguments before any run. A run that fails later
+    is described by the field `failure` of its row. Ctrl-C raises kreisel.CompareInterrupted, whose
+    `table` contains the rows so far.
     """
     check_type("scene", scene, Scene)
-    by_step, by_tol = _settings("steps", steps), _settings("tols", tols)
-    runs = _runs(scene, t, methods, by_step, by_tol)
+    by_step, by_tol = _parse_settings("steps", steps), _parse_settings("tols", tols)
+    runs = _list_runs(scene, t, methods, by_step, by_tol)
     rounds = as_int("repeats", repeats, 1)
     tell = parse_progress(progress)
     reference: Path | None = None
@@ -201,7 +203,7 @@ def compare(
 
 
 def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """Return the rows of all finished runs; none without a truth to compute errors."""
+    """Return the rows of all runs that were made; none if the truth is missing."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]
@@ -209,7 +211,7 @@ def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
 
 
 class CompareInterrupted(KeyboardInterrupt):
-    """Ctrl-C during kreisel.compare. `.table` holds the rows of what was run at least once."""
+    """Ctrl-C during kreisel.compare; `table` has a row for each run that was made at least once."""
 
     __module__ = "kreisel"  # a traceback names what users catch
 
@@ -221,14 +223,14 @@ class CompareInterrupted(KeyboardInterrupt):
         return type(self), (str(self), self.table)
 
 
-def _runs(
+def _list_runs(
     scene: Scene,
     t: Numbers,
     methods: Iterable[MethodName] | None,
     by_step: list[float],
     by_tol: list[float],
 ) -> list[_Run]:
-    """Yield each method at each setting."""
+    """Return a run for each method and each of its steps or tolerances."""
     if isinstance(methods, str):
         raise TypeError(f"methods must be a list of names, not {short_repr(methods)}")
     if methods is None:
@@ -249,7 +251,7 @@ def _runs(
 
 
 def _max_attitude_error(path: Path, truth: Path) -> float:
-    """Return the largest angle between the attitudes [rad]."""
+    """Return the largest angle between the attitudes of two paths [rad]."""
     return float(attitude_error(path.q, truth.q).max(initial=0.0))
 
 

@@ -1,14 +1,17 @@
 """The frequencies of a path: numerical analysis of fundamental frequencies (NAFF).
 
-Of an axis of the body, the apex, let z = sin(nutation) exp(i precession_angle) - as it is seen in
-space, a quarter turn behind -, u = sin(nutation) exp(i spin_angle) and h = cos(nutation). On a
-regular motion each is a sum of lines a exp(i f t); h has multiples of the nutation's frequency v, z
-and u those added to the mean rates of the two angles. A line is where the transform of the signal
-under a window is largest; what is found is taken away, and the next one is sought.
+For an axis of the body, usually the apex, let
+    z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
+    u = sin(nutation) exp(i spin_angle),
+    h = cos(nutation).
+In a regular motion each of these signals is a sum of lines a exp(i f t). Let v be the frequency of
+the nutation. The frequencies of h are the multiples of v. Those of z and u are the mean rates of
+the two angles plus multiples of v. The strongest line is found where the transform of the windowed
+signal is largest. It is subtracted, and the next line is found in the remainder.
 
 Sources: J. Laskar, Frequency map analysis and quasiperiodic decompositions, 2003
-(arXiv:math/0305364). The window is Kaiser's, whose side lobes are as small as roundings are. Mean
-rates by windows: S. Das and others, Nonlinearity 30 (2017) 4111.
+(arXiv:math/0305364). The window is that of Kaiser, whose side lobes are at rounding level. For mean
+rates by windows, see S. Das and others, Nonlinearity 30 (2017) 4111.
 """
 
 from __future__ import annotations
@@ -18,38 +21,39 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._options.methods import EXACT, is_kowalewski
+from .._options.methods import EXACT, has_torus
 from .._results.path import Path
 from .._solve.exact import exact
 from .._utils.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
 from .turns import Waves, compute_motion, count_turns
 
-_SHARPNESS = 11.0  # of the window, whose side lobes are below exp(-pi times this)
-_FEWEST = 64  # states
-_EVEN = 1e-9  # by which part of the time between them the states may be off
-_ROUNDS = 12  # of Newton's method for a line
-_LEVEL = 1e-12  # an axis that moves less keeps its height
-_SMOOTH = 1e-3  # turns over the path [rad] that a mean rate may be off by
-_NEAR = 0.1  # turns over the path [rad] between the mean and the line that replaces it
+_SHARPNESS = 11.0  # shape parameter of the window; its side lobes are below exp(-pi * this)
+_FEWEST = 64  # least number of states
+_EVEN = 1e-9  # deviation from even times that is allowed, relative to their spacing
+_ROUNDS = 12  # largest number of Newton steps for a line
+_LEVEL = 1e-12  # variations of the axis below this count as none
+_SMOOTH = 1e-3  # allowed error of a mean rate, as an angle over the whole path [rad]
+_NEAR = 0.1  # allowed difference of mean and line, as an angle over the whole path [rad]
 
 
 @dataclass(frozen=True, eq=False)
 class Frequencies(ReadOnlyArrays):
-    """The frequencies of a motion, as angles in time. Arrays are read-only.
+    """The angular frequencies of a motion. Arrays are read-only.
 
     precession  mean rate of the axis about the vertical [T^-1]. A pass within 1e-11 rad of a pole
-                goes through the pole; half a turn there counts as none. NaN if the axis stays at
-                a pole, or passes a pole at a distance below the errors of the path
-    nutation    2 pi over the time from lowest point to lowest point, of the strongest line of the
-                axis' height [T^-1]; 0 for an axis that keeps its height
-    spin        mean rate of the body about the axis, beside the precession [T^-1]; NaN if the
-                precession is
-    lines       (n,) the frequencies of the apex' way round the vertical, the strongest first [T^-1]
-    amplitudes  (n,) theirs, complex: apex_x + i apex_y is the sum of amplitudes exp(i lines t)
-    rest        what this sum leaves of that, as a part of its root mean square: roundings where
-                the motion is regular and the path long, and much where it is chaotic. It measures
-                the lines, and no error of precession, nutation and spin
-    exact       whether precession, nutation and spin are those of the closed form
+                counts as a pass through the pole, and its half turn is not counted. NaN if the axis
+                stays at a pole, or passes a pole at a distance below the errors of the path
+    nutation    frequency of the strongest line of the height of the axis: 2 pi divided by the time
+                from one lowest point to the next [T^-1]; 0 if the height is constant
+    spin        mean rate of the body about the axis, in addition to the precession [T^-1]; NaN if
+                the precession is NaN
+    lines       (n,) frequencies of apex_x + i apex_y, the strongest first [T^-1]
+    amplitudes  (n,) complex amplitudes: apex_x + i apex_y is approximately the sum of
+                amplitudes * exp(i * lines * t)
+    rest        root mean square of the remainder of this sum, relative to that of the signal. It is
+                at rounding level if the motion is regular and the path is long, and large if the
+                motion is chaotic. It does not measure errors of precession, nutation and spin
+    exact       True if precession, nutation and spin are those of the closed form
     """
 
     precession: float
@@ -68,13 +72,14 @@ class Frequencies(ReadOnlyArrays):
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies of a path with evenly spaced times, and its `n` strongest lines.
 
-    For a path in closed form, method='exact', the rates are those of kreisel.exact. For other
-    methods, lines are separated if they are more than 23 / T turns apart, where T is the length of
-    the path. The path should have many nutations, and more than two states in each turn of the
-    fastest angle. A rate is as exact as the path if the motion is regular. Near a pole, states
-    between those of the path are computed until the turns can be counted. Without torque the rates
-    are about the angular momentum, of the axis that circulates, as in kreisel.exact; otherwise of
-    the apex.
+    For a path with method='exact', the rates are those of kreisel.exact. For any other method, two
+    lines are resolved if they differ by more than 23 turns over the length of the path. The path
+    should contain many nutations, and more than two states in each turn of the fastest angle. If
+    the motion is regular, a rate is as accurate as the path. Near a pole, additional states are
+    computed until the turns can be counted.
+
+    Under gravity, the rates are those of the apex about the vertical. Without torque, they are
+    those of the axis that circulates about the angular momentum, as in kreisel.exact.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -84,8 +89,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
         >>> abs(found.precession / truth.precession - 1.0) < 1e-12
         True
 
-    Raises TypeError if `path` is not a path; ValueError for fewer than 64 states, for times that
-    are not even, and for a damped top.
+    Raises TypeError if `path` is not a path. Raises ValueError for fewer than 64 states, for times
+    that are not evenly spaced, and for a damped top.
     """
     check_type("path", path, Path)
     count, t = as_int("n", n, 1), path.t
@@ -105,15 +110,15 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     lines, amplitudes, rest = _lines(t, seen, count)
     told = lines, amplitudes, rest
     freeze_arrays(told)
-    if path.method == EXACT and not is_kowalewski(path.scene):
+    if path.method == EXACT and not has_torus(path.scene):
         form = exact(path.scene)
         return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)
-    return Frequencies(*_rates(path), *told, False)
+    return Frequencies(*_compute_rates(path), *told, False)
 
 
-def _rates(path: Path) -> tuple[float, float, float]:
-    """Compute precession, nutation and spin."""
-    t, (up, along) = path.t, _axes(path)
+def _compute_rates(path: Path) -> tuple[float, float, float]:
+    """Compute the rates of precession, nutation and spin from the states of a path."""
+    t, (up, along) = path.t, _choose_reference_axes(path)
     principal, east = path.frame, _perpendicular(up)
     axis, first = along @ principal, _perpendicular(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
@@ -138,9 +143,9 @@ def _rates(path: Path) -> tuple[float, float, float]:
 def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from `turned`, the angles between states.
 
-    The strongest line of `signal`, less a multiple of `part`, is more exact if it lies so near the
-    mean that the multiple is certain. The rate is NaN if the multiple is uncertain and the angle
-    does not grow evenly.
+    The strongest line of `signal` minus a multiple of `part` is more accurate than the mean of
+    `turned`. It is returned if it lies so near the mean that the multiple is certain. Otherwise the
+    mean is returned if the angle grows evenly, and NaN if it does not.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_window(len(turned)) @ turned) / step
@@ -155,14 +160,14 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 def _alias_bound(rate: Array) -> float:
     """Return a bound of the contribution of unresolved frequencies to the mean of `rate`.
 
-    It is the strongest line in the upper half of the frequencies that the values resolve.
+    The bound is the strongest line in the upper half of the frequencies that the values resolve.
     """
     strengths = np.abs(np.fft.rfft(_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())
 
 
-def _axes(path: Path) -> tuple[Array, Array]:
-    """Return the axis of rotation in space, and the axis of the body in its principal axes."""
+def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
+    """Return the direction in space and the body's axis, in principal axes, for the rates."""
     com = np.array(path.scene.body.principal_com)
     if not path.m[0].any() and not (path.scene.gravity and com.any()):
         return np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0))  # at rest
@@ -183,7 +188,7 @@ def _axes(path: Path) -> tuple[Array, Array]:
 
 
 def _perpendicular(v: Array) -> Array:
-    """Return a unit vector at right angles to the unit vector `v`."""
+    """Return a unit vector that is perpendicular to the unit vector `v`."""
     made: Array = np.cross(v, np.eye(3)[np.abs(v).argmin()])
     return made / float(np.linalg.norm(made))
 
@@ -195,11 +200,11 @@ def _window(n: int) -> Array:
 
 
 def _lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
-    """Return the n strongest lines of a signal: frequencies, amplitudes, and the remainder."""
+    """Return frequencies and amplitudes of the `n` strongest lines, and the relative remainder."""
     window, left = _window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):
-        frequency[k] = _peak(t, window * left)
+        frequency[k] = _find_peak(t, window * left)
         wave = np.exp(1j * frequency[k] * t)
         amplitude[k] = (window * left) @ wave.conj()
         left = left - amplitude[k] * wave
@@ -208,8 +213,11 @@ def _lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
     return frequency, amplitude, rest
 
 
-def _peak(t: Array, signal: Waves) -> float:
-    """Find the largest value of the transform of a signal: the best of an FFT, refined."""
+def _find_peak(t: Array, signal: Waves) -> float:
+    """Return the frequency at which the transform of a signal is largest.
+
+    The largest value of an FFT is refined by Newton's method.
+    """
     size = 4 * len(t)
     step = float(t[-1] - t[0]) / (len(t) - 1)
     best = int(np.abs(np.fft.fft(signal, size)).argmax())

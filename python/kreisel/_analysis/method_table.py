@@ -1,4 +1,4 @@
-"""The table of methods, with the cost of a step beside a peer's, as measured when it is made."""
+"""The table of methods, with the measured cost of a step relative to a step of `rk4`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ tolerance of {tol:g}, and so as far as that lets it. `kreisel methods NAME` says
 
 
 def page(methods: Methods) -> str:
-    """METHODS.md, all of it."""
+    """Return the text of METHODS.md."""
     costs = _costs(methods)
     return _PAGE.format(
         peer=_PEER, nanoseconds=1e9 * costs[_PEER][0], tol=_TOL, table=_rows(methods, costs)
@@ -55,7 +55,7 @@ def _short(ratio: float) -> str:
 
 
 def _costs(methods: Methods) -> dict[str, list[float]]:
-    """Seconds a step on each top."""
+    """Measure the seconds per step of each method on three tops."""
     tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
     timed = [(method, top) for method in methods.values() for top in tops]
     samples = [[_cost(method, top) for method, top in timed] for _ in range(_ROUNDS)]
@@ -64,7 +64,7 @@ def _costs(methods: Methods) -> dict[str, list[float]]:
 
 
 def _cost(method: Method, top: Scene) -> float:
-    """Seconds a step; 0 where the method does not apply, or has no steps."""
+    """Measure the seconds per step; return 0 if the method does not apply or has no steps."""
     if method.exact or not method.applies_to(top.body):
         return 0.0
     begin = time.perf_counter()

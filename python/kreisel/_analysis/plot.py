@@ -1,4 +1,4 @@
-"""Pictures of paths beside each other."""
+"""Charts of one or several paths, side by side."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def plot(
 
     Returns the three axes, which a notebook shows.
 
-    path     one path or up to 8, as a list or one after the other, which are drawn beside each
-             other, with three axes for each
-    axes     to draw in instead of a new figure, three for each path; it may follow the path without
-             its name
+    path     one path or up to 8 paths, as a list or as separate arguments. Several paths are drawn
+             side by side
+    axes     the axes to draw in instead of a new figure, three for each path. It may also be given
+             as the second argument without its name
     degrees  True: angles in degrees instead of radians
 
-    Broken lines are the least and the greatest nutation if the closed form has turning points. The
-    events of a path are marked. The figure is unknown to pyplot;
-    `kr.plot(path).figure.savefig("top.png")` writes a file.
+    Dashed lines show the least and greatest nutation if the closed form has turning points. Dots
+    show the events of a path. The figure is not registered with pyplot;
+    `kr.plot(path).figure.savefig("top.png")` writes it to a file.
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(100)])
@@ -42,7 +42,7 @@ def plot(
         >>> nutation.get_ylabel()
         'nutation [°]'
 
-    Raises ValueError for a path without states, ImportError without matplotlib.
+    Raises ValueError for a path without states, and ImportError if matplotlib is not installed.
     """
     paths, axes = _split_arguments(path, more, axes)
     for i, one in enumerate(paths):
@@ -58,7 +58,10 @@ def plot(
 def _split_arguments(
     path: object, more: tuple[object, ...], axes: Iterable[Axes] | None
 ) -> tuple[Sequence[Path], Any]:
-    """Return the paths, and the axes. Raises TypeError if the first argument is no path."""
+    """Return the paths and the axes.
+
+    Raises TypeError if `path` is neither a path nor a list, or if `more` is invalid.
+    """
     if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
         return [path, *cast(tuple[Path, ...], more)], axes
     if len(more) > 1 or (more and axes is not None):

@@ -1,4 +1,4 @@
-"""Elastic rods by Kirchhoff's kinetic analogy: a top's frames, laid along a curve."""
+"""Elastic rods by Kirchhoff's kinetic analogy: the frames of a top along a curve."""
 
 from __future__ import annotations
 
@@ -21,20 +21,21 @@ if TYPE_CHECKING:
 class Rod:
     """An elastic rod in equilibrium.
 
-    Its arc length s is the top's time, and its tangent T points to the centre of mass.
+    The arc length s of the rod is the time of the top. The tangent T of the rod is the direction
+    from the fixed point to the centre of mass.
 
     s          (n,) arc length [T]
-    centre     (n, 3) centre line, from the origin: the integral of T, by cubics in each interval
-               [T]
+    centre     (n, 3) centre line, which begins at the origin: the integral of T, which is
+               interpolated by a cubic polynomial in each interval [T]
     frame      (n, 3, 3) N, B, T in space
     curvature  (n, 2) kappa1 = <T', N>, kappa2 = <T', B> [T^-1]
     torsion    (n,) tau = <N', B> [T^-1]
-    stiffness  alpha1, alpha2 against bending towards N and B, alpha against twist: I_B, I_N, I_T [M
-               L^2]
-    load       b: the ends are held by a force along it; here -mass gravity |com| e3 [M L^2 T^-2]
+    stiffness  alpha1, alpha2 against bending in the directions N and B, and alpha against twist;
+               they equal I_B, I_N, I_T [M L^2]
+    load       vector b along which a force holds the ends: -mass * gravity * |com| e3 [M L^2 T^-2]
 
-    Bodack 2008, theorems 3.8 and 3.9, where the text exchanges alpha1 and alpha2 and takes the
-    load's sign for positive.
+    The source is Bodack 2008, theorems 3.8 and 3.9. The text there exchanges alpha1 and alpha2, and
+    gives the load the opposite sign.
     """
 
     s: Array
@@ -51,7 +52,7 @@ class Rod:
 
     @property
     def isotropic(self) -> bool:
-        """True if bending is equally stiff in all directions, up to 7e-15 relative.
+        """True if the stiffness against bending is the same in all directions, to 7e-15 relative.
 
         The rod of a Lagrange top is isotropic.
         """
@@ -60,9 +61,9 @@ class Rod:
 
     @property
     def elastic(self) -> Array:
-        """(n,) energy of bending and twist per length [M L^2 T^-2], the top's kinetic energy.
+        """(n,) energy of bending and twist per length [M L^2 T^-2].
 
-        It is (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
+        It is the kinetic energy of the top, (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
         """
         one, two, twist = self.stiffness
         density: Array = (self.curvature**2 @ np.array((one, two)) + twist * self.torsion**2) / 2.0
@@ -70,19 +71,19 @@ class Rod:
 
     @property
     def density(self) -> Array:
-        """(n,) elastic + <load, T>, the top's Lagrangian [M L^2 T^-2].
+        """(n,) elastic + <load, T>, which equals the Lagrangian of the top [M L^2 T^-2].
 
-        The rod makes its integral stationary.
+        The shape of the rod makes the integral of this density stationary.
         """
         total: Array = self.elastic + self.frame[:, 2] @ np.array(self.load)
         return total
 
     @property
     def section(self) -> tuple[float, float]:
-        """The thickness along N and along B, the larger one 1.
+        """The thickness along N and along B, as multiples of the larger one.
 
-        The stiffness of a rectangle towards a side is proportional to the squared thickness of that
-        side. Hence the ratio is sqrt(alpha1) : sqrt(alpha2).
+        The stiffness of a rectangular rod against bending in a direction is proportional to the
+        square of the thickness in that direction. Hence the ratio is sqrt(alpha1) : sqrt(alpha2).
         """
         one, two, _ = self.stiffness
         largest = max(one, two)
@@ -99,13 +100,14 @@ class Rod:
     ) -> Axes:
         """Draw the rod as a solid with matplotlib, and return the axes.
 
-        An isotropic rod has a round section, any other a rectangle with the sides of `section`.
+        The cross-section is a circle for an isotropic rod, otherwise a rectangle whose sides have
+        the ratio `section`.
 
-        thickness           of its larger side [T]; default: a thirtieth of the rod's extent
+        thickness           diameter or larger side [T]; by default, a thirtieth of the rod's extent
         elevation, azimuth  direction of view [degrees]
 
-        States must be so close that the rod bends little from one to the next. Raises ImportError
-        without matplotlib.
+        The states must be so close that the rod bends little between two of them. Raises
+        ImportError if matplotlib is not installed.
         """
         from .._plot.charts import new_axes
         from .._plot.solids import ORANGE, draw_bar, draw_tube, drawable
@@ -123,15 +125,11 @@ class Rod:
 def rod(path: Path) -> Rod:
     """Return the elastic rod that belongs to a path by Kirchhoff's analogy.
 
-    It is isotropic for a Lagrange top, and anisotropic for any other top with the centre of mass on
-    a principal axis. It is free of load if the centre of mass is the fixed point. Raises ValueError
-    for a damped top, and for a centre of mass off the axes: no force at the ends of a rod acts as
-    the weight then does.
+    The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
+    is on a principal axis. It is free of load if the centre of mass is the fixed point.
 
-    Isotropic for a Lagrange top, anisotropic for any other with the centre of mass on a principal
-    axis; free of load where it is the fixed point. Raises ValueError for a centre of mass off the
-    axes: then the weight pulls the top about in a way that no force at the ends of a rod does; and
-    for a damped top.
+    Raises ValueError for a damped top, and for a centre of mass that is on no principal axis. In
+    the latter case, the torque of the weight corresponds to no force at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
@@ -142,7 +140,7 @@ def rod(path: Path) -> Rod:
     if path.scene._is_damped:
         raise ValueError("no rod belongs to a damped top")
     body = path.scene.body
-    axes = _axes(body)
+    axes = _choose_rod_axes(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)
     i_n, i_b, i_t = ((axes**2) @ np.array(body.moments)).tolist()
     about_n, about_b, about_t = np.einsum("nij,nj->in", frame, path.velocity)
@@ -150,7 +148,7 @@ def rod(path: Path) -> Rod:
     weight = body.mass * path.scene.gravity * hypot(*body.com)
     return Rod(
         s=path.t,
-        centre=_integral(path.t, frame[:, 2], bent),
+        centre=_integrate_cubics(path.t, frame[:, 2], bent),
         frame=frame,
         curvature=np.stack([about_b, -about_n], axis=-1),
         torsion=about_t,
@@ -159,8 +157,11 @@ def rod(path: Path) -> Rod:
     )
 
 
-def _axes(body: Body) -> Array:
-    """N, B, T of the rod along the principal axes: rows."""
+def _choose_rod_axes(body: Body) -> Array:
+    """Return N, B, T of the rod as rows, in components along the principal axes.
+
+    Raises ValueError if the centre of mass is on no principal axis.
+    """
     com, moments = np.array(body.principal_com), np.array(body.moments)
     reach = float(np.linalg.norm(com))
     t = com / reach if reach > 0.0 else np.array((0.0, 0.0, 1.0))
@@ -176,8 +177,8 @@ def _axes(body: Body) -> Array:
     return np.stack([n, np.cross(t, n), t])
 
 
-def _integral(t: Array, values: Array, slopes: Array) -> Array:
-    """From the first time on, by the cubics with these values and slopes."""
+def _integrate_cubics(t: Array, values: Array, slopes: Array) -> Array:
+    """Return the integrals from the first time to each time of the cubic Hermite interpolant."""
     h = np.diff(t)[:, None]
     pieces = h / 2.0 * (values[1:] + values[:-1]) - h**2 / 12.0 * (slopes[1:] - slopes[:-1])
     return np.concatenate([np.zeros((1, 3)), np.cumsum(pieces, axis=0)])

@@ -1,10 +1,10 @@
-"""Turns of a body's axis about a direction in space, from state to state of a path.
+"""Turns of a body's axis about a direction in space, between the states of a path.
 
-Seen along the direction, the axis is at z = sin(nutation) exp(i precession_angle), and z is 0 at
-either pole. Between two states z moves along a curve. The chord between the two ends turns about 0
-by the same angle as the curve if 0 is not between the chord and the curve. How far the curve can be
-from its chord follows from the velocities at both ends. Where 0 may be between chord and curve, the
-state half-way is computed, and both halves are judged in the same way.
+Let z = sin(nutation) exp(i precession_angle) be the projection of the axis along the direction. It
+is 0 if the axis is at a pole, in or opposite to the direction. Between two states z moves along an
+arc. The arc turns about 0 by the same angle as its chord, unless 0 lies between arc and chord. The
+velocities at both ends bound the distance of the arc from the chord. If 0 may lie between them, the
+state at half the time is computed, and both halves of the arc are examined in the same way.
 """
 
 from __future__ import annotations
@@ -22,18 +22,20 @@ Waves = npt.NDArray[np.complex128]
 Flags = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.int64]
 
-THROUGH = 1e-11  # a pass nearer to a pole than this [rad] goes through the pole
-_ROUNDS = 24  # of halving: 2**-24 of a time between states is enough for a pass at THROUGH
-_SAFETY = 4.0  # chords must be this many times farther from a pole than curves are from chords
-_STRAIGHT = 0.1  # of its length by which a curve that ends at a pole may be off its chord
+THROUGH = 1e-11  # a pass nearer to a pole than this [rad] counts as a pass through the pole
+_ROUNDS = 24  # halvings of the time between states, enough for a pass at the distance THROUGH
+_SAFETY = 4.0  # a pole must be this many times as far from a chord as the arc can be
+_STRAIGHT = 0.1  # largest distance from its chord, per length, of an arc that ends at a pole
 
 
 class Motion(NamedTuple):
-    """States of an axis.
+    """States of an axis relative to a direction.
 
-    z, rate        its place seen along the direction, and the change of that
-    height         its cosine with the direction
-    turning, own   the body's angular velocity about the direction, and about the axis
+    z        projection of the axis along the direction
+    rate     time derivative of z
+    height   cosine of the angle between axis and direction
+    turning  angular velocity of the body about the direction
+    own      angular velocity of the body about the axis
     """
 
     z: Waves
@@ -44,12 +46,12 @@ class Motion(NamedTuple):
 
 
 class Turns(NamedTuple):
-    """Angles between n states.
+    """Angles of rotation between n states.
 
-    precession  (n - 1,) turned by the axis about the direction [rad]
-    spin        (n - 1,) turned by the body about the axis [rad]
-    through     (n - 1,) times that the axis goes through a pole; half a turn there counts as none
-    unknown     (n - 1,) whether the turns between two states cannot be counted
+    precession  (n - 1,) angle by which the axis turns about the direction [rad]
+    spin        (n - 1,) angle by which the body turns about the axis [rad]
+    through     (n - 1,) number of passes through a pole; the half turn of a pass is not counted
+    unknown     (n - 1,) True if the turns between two states cannot be counted
     """
 
     precession: Array
@@ -61,7 +63,7 @@ class Turns(NamedTuple):
 class _Arcs(NamedTuple):
     """Arcs between states.
 
-    `parent` is the number of the state before; `begin` and `end` are times since that state.
+    `parent` is the index of the state before the arc; `begin` and `end` are times since that state.
     """
 
     parent: Indices
@@ -77,7 +79,7 @@ class _Arcs(NamedTuple):
         return _Arcs(*columns)
 
     def split(self, z: Waves, rate: Waves) -> _Arcs:
-        """Return both halves of each arc, given the motion half-way."""
+        """Return both halves of each arc, given z and its rate at half the time."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
         second = self._replace(begin=middle, z0=z, rate0=rate)
@@ -86,10 +88,10 @@ class _Arcs(NamedTuple):
 
 
 class _Verdicts(NamedTuple):
-    """Angles of arcs.
+    """Angles of arcs about 0.
 
-    `is_known` is True if the angle is certain. `through` is 1 if the arc goes through a pole, at
-    its end or between its ends. `distance` is the least distance from a pole.
+    `is_known` is True if the angle is certain. `through` is 1 if the arc passes through a pole, at
+    its start or between its ends. `distance` is the least distance of the chord from a pole.
     """
 
     angle: Array
@@ -99,9 +101,9 @@ class _Verdicts(NamedTuple):
 
 
 def compute_motion(path: Path, up: Array, along: Array, east: Array) -> Motion:
-    """Compute the motion of the axis `along`, in the body's principal axes, about `up`.
+    """Compute the motion of the body's axis `along`, given in principal axes, about `up`.
 
-    `east` is at right angles to `up`, and z is real there.
+    `east` is perpendicular to `up`, and is the direction in which z is real.
     """
     axis, velocity = along @ path.frame, path.velocity
     return Motion(
@@ -119,7 +121,7 @@ def count_turns(
     angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
     nearest, gap = np.full(n, np.inf), np.zeros(n)
     for k in range(_ROUNDS):
-        found = _judge_arcs(arcs)
+        found = _examine_arcs(arcs)
         known = arcs.parent[found.is_known]
         np.add.at(angle, known, found.angle[found.is_known])
         np.add.at(through, known, found.through[found.is_known])
@@ -133,7 +135,8 @@ def count_turns(
             angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_gaps(arcs, whole)
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
         arcs = arcs.split(*half)
-    # Errors of a path add up. One that goes through a pole to THROUGH does so for a reason.
+    # The errors of a path add up, so a pass nearer than n gaps is uncertain. But a pass through a
+    # pole to within THROUGH is no coincidence, and is trusted.
     is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
     unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
     unknown[arcs.parent] = True
@@ -141,11 +144,11 @@ def count_turns(
 
 
 def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
-    """Compute the gaps between the ends of arcs and the states that follow.
+    """Compute the gaps between states of a path and states computed from their predecessors.
 
-    Returns the angle of each gap, 1 if a pole is between both points, and the size of the gap. It
-    exceeds roundings if the steps of the path were coarse, and is inf if the gap may turn about a
-    pole either way.
+    Returns for each gap its angle about 0, 1 if a pole is between both points, and its size. The
+    size exceeds rounding errors if the steps of the path were coarse. It is inf if the sense in
+    which the gap turns about a pole is uncertain.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -160,7 +163,7 @@ def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indic
 
 
 def _distance_to_line(z: Waves, rate: Waves) -> Array:
-    """Compute how far from 0 the line along `rate` through z passes."""
+    """Return the distance from 0 of the line through z in the direction of `rate`."""
     size = np.abs(rate)
     across: Array = np.abs((z * rate.conj()).imag)
     start: Array = np.abs(z)
@@ -170,10 +173,10 @@ def _distance_to_line(z: Waves, rate: Waves) -> Array:
 def _spin_angles(
     motion: Motion, about: Waves, apart: Array, turned: Array, through: Indices
 ) -> Array:
-    """Compute the angles of spin.
+    """Return the angles by which the body turns about its axis.
 
-    The sum of spin and precession, or their difference, has a rate without a peak at the pole
-    nearer to the axis.
+    Near a pole, the rates of spin and precession have a peak, but their sum (or their difference at
+    the other pole) has none. This sum gives the number of whole turns.
     """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
@@ -188,14 +191,14 @@ def _spin_angles(
     return np.where(is_seen, exact, thought)
 
 
-def _judge_arcs(arcs: _Arcs) -> _Verdicts:
-    """Judge arcs by their chords, as they are seen at rest and in a frame that turns with them."""
-    angle, distance, bend = _chord(arcs)
+def _examine_arcs(arcs: _Arcs) -> _Verdicts:
+    """Compare arcs with their chords, both at rest and in a frame that turns with the arc."""
+    angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
-    pace = 0.5 * (_pace(arcs.z0, arcs.rate0) + _pace(arcs.z1, arcs.rate1))
+    pace = 0.5 * (_angular_rate(arcs.z0, arcs.rate0) + _angular_rate(arcs.z1, arcs.rate1))
     pace = np.where(np.abs(pace * length) < np.pi, pace, 0.0)
-    other, far, bent = _chord(_from_turning_frame(arcs, pace))
+    other, far, bent = _measure_chords(_from_turning_frame(arcs, pace))
     in_frame = far > _SAFETY * bent
     passes = (distance < THROUGH) & (bend < THROUGH) & ~at_rest
     from_pole, to_pole = np.abs(arcs.z0) < THROUGH, np.abs(arcs.z1) < THROUGH
@@ -208,13 +211,16 @@ def _judge_arcs(arcs: _Arcs) -> _Verdicts:
     angle = np.where(arrives, np.angle(-length * arcs.rate1 * arcs.z0.conj()), angle)
     known = at_rest | in_frame | passes | leaves | arrives
     known &= (leaves | arrives) | ~(from_pole | to_pole)
-    # A pass through a pole at a state belongs to the arc that leaves it.
+    # A pass through a pole at a state is counted for the arc that starts there.
     through = np.asarray(passes | leaves, dtype=np.int64)
     return _Verdicts(angle, known, through, np.where(at_rest, distance, far))
 
 
 def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
-    """Return arcs as they are seen in a frame that turns at `pace`, and at rest half-way."""
+    """Return the arcs as seen from a frame that turns about 0 at the rate `pace`.
+
+    At half the time of an arc, the frame coincides with the frame at rest.
+    """
     half = np.exp(0.5j * pace * (arcs.end - arcs.begin))
     return arcs._replace(
         z0=arcs.z0 * half,
@@ -224,10 +230,10 @@ def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
     )
 
 
-def _chord(arcs: _Arcs) -> tuple[Array, Array, Array]:
-    """Compute the angle of each chord about 0, its distance from 0, and its distance from the arc.
+def _measure_chords(arcs: _Arcs) -> tuple[Array, Array, Array]:
+    """Return the angle of each chord about 0, its distance from 0, and a bound of the bend.
 
-    The distance from the arc is an upper bound.
+    The bend is the distance of the arc from its chord.
     """
     chord, length = arcs.z1 - arcs.z0, arcs.end - arcs.begin
     size = np.abs(chord) ** 2
@@ -239,8 +245,8 @@ def _chord(arcs: _Arcs) -> tuple[Array, Array, Array]:
     return np.angle(arcs.z1 * arcs.z0.conj()), np.abs(arcs.z0 + foot * chord), bend
 
 
-def _pace(z: Waves, rate: Waves) -> Array:
-    """Compute the rate at which z turns about 0, and 0 where z is 0."""
+def _angular_rate(z: Waves, rate: Waves) -> Array:
+    """Return the rate at which z turns about 0, or 0 if |z| is at most THROUGH."""
     size: Array = np.abs(z) ** 2
     turning: Array = (rate * z.conj()).imag
     return np.divide(turning, size, out=np.zeros(len(size)), where=size > THROUGH**2)
@@ -249,9 +255,9 @@ def _pace(z: Waves, rate: Waves) -> Array:
 def _compute_ahead(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute z and its rate at times after some states, for each column of `times`.
+    """Compute z and its rate for each column of `times`, which are times since states of the path.
 
-    They are NaN if the run fails.
+    The states have the indices `parent`. If a run fails, z is NaN.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)

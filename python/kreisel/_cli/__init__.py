@@ -1,4 +1,4 @@
-"""The command line: the words of the Python package, as a shell says them."""
+"""The command line: its commands and options have the names of Python functions and arguments."""
 
 from .main_command import main
 

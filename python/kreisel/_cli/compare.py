@@ -1,4 +1,4 @@
-"""kreisel compare: error against run time, method by method."""
+"""kreisel compare: a table of the errors and run times of methods."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def compare(
     repeats: int,
     csv_file: str | None,
 ) -> None:
-    """Error against run time, method by method. What an interrupted comparison has is shown too."""
+    """Compare the errors and run times of methods. If interrupted, print the results so far."""
     stopped: CompareInterrupted | None = None
     check_outputs([("--csv", csv_file)])
     with translate_errors(_OPTIONS):
@@ -83,16 +83,16 @@ def compare(
     else:
         if csv_file:
             table.to_csv(csv_file)
-        Console(markup=False).print(_in_columns(table))
+        Console(markup=False).print(_format_table(table))
     if stopped:
         raise stopped
 
 
-_LEFT = ("method", "")  # the columns of words
+_LEFT = ("method", "")  # the columns of text, which are aligned to the left
 _COLUMNS = ("method", "step", "tol", "ms", "steps", "attitude error [rad]", "energy error", "")
 
 
-def _in_columns(table: Table) -> Grid:
+def _format_table(table: Table) -> Grid:
     grid = Grid(box=box.SIMPLE_HEAD)
     for name in _COLUMNS:
         justify: JustifyMethod = "left" if name in _LEFT else "right"

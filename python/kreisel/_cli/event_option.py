@@ -1,4 +1,4 @@
-"""Events as a shell gives them: NAME[:ARGUMENT...][:WORD=VALUE...], the words of kreisel.events."""
+"""Events on the command line: NAME[:ARGUMENT...][:WORD=VALUE...], with names of kreisel.events."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ _TERM = re.compile(r"[+-]?(?:(?<=[\d.])[eE][+-]\d|[^+-])+")
 
 
 def parse_event_option(scene: Scene, words: tuple[str, ...]) -> list[Event] | None:
-    """Return the events that the words of --event describe, or None if there are no words."""
-    return [_event(scene, word) for word in words] or None
+    """Return the events that the values of --events describe, or None if there are none."""
+    return [_parse_event(scene, word) for word in words] or None
 
 
-def _event(scene: Scene, word: str) -> Event:
+def _parse_event(scene: Scene, word: str) -> Event:
     name, *fields = word.split(":")
     if name not in MAKERS:
         raise UsageError(f"unknown event {name!r}; {suggest(name, MAKERS)}")
     maker = MAKERS[name]
     given: dict[str, object] = {}
-    free = _arguments(maker)
+    free = _positional_names(maker)
     if "scene" in free:
         free.remove("scene")
         given["scene"] = scene
@@ -43,14 +43,14 @@ def _event(scene: Scene, word: str) -> Event:
         raise UsageError(f"--events {word}: {said}") from None
 
 
-def _arguments(maker: Callable[..., Event]) -> list[str]:
-    """Return the names of the positional arguments of `maker`."""
+def _positional_names(maker: Callable[..., Event]) -> list[str]:
+    """Return the names of the arguments of `maker` that can be given by position."""
     parameters = inspect.signature(maker).parameters.values()
     return [word.name for word in parameters if word.kind is word.POSITIONAL_OR_KEYWORD]
 
 
 def _parse_value(key: str, value: str) -> object:
-    """Parse the value of an argument."""
+    """Parse the value of an argument of an event, whose type depends on its name."""
     if key == "terminal":
         if value:
             raise ValueError("terminal takes no value")
@@ -65,7 +65,7 @@ def _parse_value(key: str, value: str) -> object:
 
 
 def _parse_function(text: str) -> dict[str, float]:
-    """Parse the terms of a sum such as 2*m_x+apex_z*apex_z-0.5."""
+    """Parse a sum such as 2*m_x+apex_z*apex_z-0.5 to a mapping from products to factors."""
     terms: dict[str, float] = {}
     for term in _TERM.findall(text.replace(" ", "")):
         factor, names = -1.0 if term[0] == "-" else 1.0, []

@@ -1,4 +1,4 @@
-"""Lists of names: methods, scenes and quantities."""
+"""kreisel methods, scenes and quantities: commands that list names."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def _kind(method: Method) -> str:
 @click.command()
 @click.argument("name", required=False, shell_complete=complete_one(about))
 def scenes(name: str | None) -> None:
-    """List the named scenes, or print one as TOML to start a file from."""
+    """List the named scenes, or print one as a TOML template."""
     if name is None:
         _print_grid(("scene", "what to look at"), list(about.items()))
     elif name not in about:

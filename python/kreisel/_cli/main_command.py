@@ -1,4 +1,4 @@
-"""The front of the command line: what fails is said in one line, and by an exit code."""
+"""The command kreisel, which reports each failure with one line of text and an exit code."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ class _Front(click.Group):
             return super().make_context(info_name, args, parent, **extra)
 
     def invoke(self, ctx: click.Context) -> None:
-        with one_line_errors(), sigterm_as_interrupt(), _warnings():
+        with one_line_errors(), sigterm_as_interrupt(), _one_line_warnings():
             super().invoke(ctx)
 
 
 @contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Print an error in one line and turn it into an exit code."""
+    """Return a context in which an exception is printed on one line and sets the exit code."""
     try:
         yield
     except click.exceptions.NoArgsIsHelpError:
@@ -71,13 +71,13 @@ def one_line_errors() -> Iterator[None]:
 
 @contextmanager
 def sigterm_as_interrupt() -> Iterator[None]:
-    """SIGTERM ends a command as Ctrl-C does, unless it is ignored."""
+    """Return a context in which SIGTERM acts as Ctrl-C, unless the signal is ignored."""
     if signal.getsignal(signal.SIGTERM) is signal.SIG_IGN:
         yield
         return
     try:
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    except ValueError:  # in another thread than the main one, which alone may ask
+    except ValueError:  # only the main thread can set signal handlers
         yield
         return
     try:
@@ -87,17 +87,18 @@ def sigterm_as_interrupt() -> Iterator[None]:
 
 
 @contextmanager
-def _warnings() -> Iterator[None]:
-    """Warnings are lines as errors are."""
+def _one_line_warnings() -> Iterator[None]:
+    """Return a context in which each warning is printed as one line to standard error."""
     with warnings.catch_warnings():
         warnings.showwarning = lambda message, *_, **__: click.echo(f"Warning: {message}", err=True)
         yield
 
 
 def drop_unwritable_stdout() -> None:
-    """Drop the buffer of standard output if it cannot be written.
+    """Redirect standard output to the null device if its buffer cannot be written.
 
-    Otherwise the interpreter would fail again at its exit."""
+    Otherwise the interpreter would fail again when it exits.
+    """
     try:
         sys.stdout.flush()
     except OSError:

@@ -1,4 +1,4 @@
-"""Validation of the files that a command writes, before anything runs."""
+"""Validation of the output files of a command, before anything runs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
 
 
 class OutputFile(NamedTuple):
-    """An option, and the file that it writes; - is standard output."""
+    """An option, and the file that it writes, where - is standard output."""
 
     option: str
     file: str
@@ -45,10 +45,11 @@ class OutputFile(NamedTuple):
 def check_outputs(
     places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
 ) -> list[OutputFile]:
-    """Return the requested output files.
+    """Return the requested output files, validated.
 
-    Raises UsageError if a file cannot be written, if two are the same, or if one is among the files
-    in `read`.
+    `places` are pairs of an option and its file, or None if the option was not given. Raises
+    UsageError if a file cannot be written, if two files are the same, or if one is also an input
+    file in `read`.
     """
     asked = [
         _complete_name(OutputFile(option, file)) for option, file in places if file is not None
@@ -65,7 +66,10 @@ def check_outputs(
 
 
 def _complete_name(place: OutputFile) -> OutputFile:
-    """Return `place` with the ending of NumPy's archives; raise UsageError for a wrong ending."""
+    """Return `place` with .npz appended to the name of an archive that lacks it.
+
+    Raises UsageError if the ending belongs to another format.
+    """
     _check_ending(place)
     whole = place.option != "--npz" or place.is_stdout or place.file.endswith(".npz")
     return place if whole else OutputFile(place.option, f"{place.file}.npz")
@@ -76,7 +80,7 @@ def _real_path(file: str) -> str:
 
 
 def _is_endless(file: str) -> bool:
-    """Return True for a device such as /dev/null, which several outputs may share."""
+    """Return True for a device such as /dev/null, which several outputs can share."""
     return file != "-" and File(file).is_char_device()
 
 

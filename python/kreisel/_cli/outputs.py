@@ -1,4 +1,4 @@
-"""Output files of a run, with its states or requested quantities, and the summary."""
+"""Output files with the states or requested quantities of a run, and the printed summary."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ from .._utils.validation import Array
 from .table import AngleOptions, StateTable
 
 _MET = "which", "direction"
-_SHOWN = 20  # events in the summary
+_SHOWN = 20  # maximal number of events in the summary
 Columns = Mapping[str, Sequence[object]]
 
 
 class Output(Protocol):
-    """An output that takes a path in pieces."""
+    """An output that receives a path in consecutive pieces."""
 
     def add(self, piece: Path) -> None:
-        """Take the next states."""
+        """Add the states of the next piece to the output."""
 
 
 def write_bytes(file: str, data: bytes) -> None:
@@ -48,23 +48,23 @@ def write_bytes(file: str, data: bytes) -> None:
         atomic_write(file, data)
         return
     left = memoryview(data)
-    while left:  # an unbuffered standard output may take less than all
+    while left:  # an unbuffered standard output may write only some of the bytes
         left = left[sys.stdout.buffer.write(left) :]
     sys.stdout.buffer.flush()
 
 
 def output_names(path: Path) -> tuple[str, ...]:
-    """Return the names of the quantities to write, besides t."""
+    """Return the names of the quantities to write in addition to t."""
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
 def to_list(table: Mapping[str, Array]) -> dict[str, list[float]]:
-    """Return the columns as lists."""
+    """Return the columns of a table as lists."""
     return {name: column.tolist() for name, column in table.items()}
 
 
 def as_csv(table: Columns, head: bool = True) -> bytes:
-    """Return rows with all digits as CSV, below the names of the columns if `head` is True."""
+    """Return a table as CSV in full precision, with a first line of names if `head` is True."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     if head:
@@ -74,14 +74,14 @@ def as_csv(table: Columns, head: bool = True) -> bytes:
 
 
 class CsvOutput:
-    """A table that grows by the rows of each piece, in constant memory."""
+    """A CSV file to which the rows of each piece are appended, in constant memory."""
 
     def __init__(self, file: str, angles: AngleOptions, files: ExitStack) -> None:
         self._file, self._angles, self._files = file, angles, files
         self._grow: Callable[[bytes], None] | None = None
 
     def add(self, piece: Path) -> None:
-        """Write the next rows."""
+        """Write the rows of the next piece."""
         table = to_list(self._angles.columns(piece, output_names(piece)))
         rows = as_csv(table, head=self._grow is None)
         if self._grow is None:
@@ -101,12 +101,12 @@ class PathCollector:
     pieces: list[Path] = field(default_factory=list)
 
     def add(self, piece: Path) -> None:
-        """Append the next states."""
+        """Append the next piece."""
         self.pieces.append(piece)
 
     @property
     def path(self) -> Path:
-        """The pieces as one."""
+        """The pieces joined to one path."""
         last, rest = self.pieces[-1], self.pieces[:-1]
         return last if not rest else _join_paths([*rest, last])
 
@@ -129,18 +129,18 @@ def _join_paths(pieces: list[Path]) -> Path:
 
 @dataclass
 class EventCollector:
-    """The events on the way, by the words in which they were asked for."""
+    """An output that collects events, which are named as the user described them."""
 
     words: tuple[str, ...]
     degrees: bool
     parts: list[tuple[Events, tuple[str, ...]]] = field(default_factory=list)
 
     def add(self, piece: Path) -> None:
-        """Append the events of the next states."""
+        """Append the events of the next piece."""
         self.parts.append((piece.events, output_names(piece)))
 
     def table(self) -> dict[str, list[object]]:
-        """Return columns with a row for each event: its name, time, direction and quantities."""
+        """Return a table with one row per event: its name, time, direction and quantities."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
             table = to_list(columns(events.path, names, self.degrees))
@@ -154,7 +154,7 @@ class EventCollector:
         return whole
 
     def show(self) -> None:
-        """Print the first events on standard output."""
+        """Print the first events to standard output."""
         table = self.table()
         names = ("event", "t", "direction")
         rows = list(zip(*(table[name] for name in names), strict=True))
@@ -167,7 +167,7 @@ class EventCollector:
 
 
 class Summary:
-    """A table of the states, and the energy error of all."""
+    """An output that prints a table of the states, and the energy error of all states."""
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
         self._table = StateTable(angles, is_whole)
@@ -175,19 +175,19 @@ class Summary:
         self._last: Path | None = None
 
     def add(self, piece: Path) -> None:
-        """Take the next states."""
+        """Add the states of the next piece."""
         if not len(piece):
             self._last = self._last or piece
             return
         self._last = piece
         self._table.add(piece, output_names(piece))
         if piece.want is None and not math.isnan(piece.energy_error):
-            size = _energy(piece)
+            size = _energy_scale(piece)
             self._change = max(self._change, piece.energy_error * size)
             self._size = max(self._size, size)
 
     def show(self) -> None:
-        """Print the summary on standard output."""
+        """Print the summary to standard output."""
         path = self._last
         if path is None:
             return
@@ -202,8 +202,8 @@ class Summary:
             click.echo(str(path.plan.choice))
 
 
-def _energy(path: Path) -> float:
-    """Return the energy by which the energy error of a path is divided [M L^2 T^-2]."""
+def _energy_scale(path: Path) -> float:
+    """Return the energy that is the denominator of path.energy_error [M L^2 T^-2]."""
     scene = path.scene
     at_start = float(values_of("kinetic", scene._block, scene._start)[0])
     lever = scene.body.mass * abs(scene.gravity) * float(np.linalg.norm(scene.body.com))
@@ -213,7 +213,10 @@ def _energy(path: Path) -> float:
 def as_json(
     path: Path, met: EventCollector | None, angles: AngleOptions, stopped: str | None
 ) -> bytes:
-    """Return the path as one JSON object: its origin, then its quantities as lists."""
+    """Return a path as one JSON object: scene, method and options, then the quantities as lists.
+
+    `stopped` is the reason why the run stopped early, or None.
+    """
     head = {
         "kreisel": version,
         "scene": tomllib.loads(path.scene.to_toml()),
@@ -226,17 +229,17 @@ def as_json(
     }
     found = {"t": path.t.tolist()}
     for quantity, values in quantity_rows(path, output_names(path), angles.degrees, angles.unwrap):
-        found[quantity.name] = _finite(values.tolist())
-    events = {} if met is None else {"events": _finite(met.table())}
+        found[quantity.name] = _replace_nonfinite(values.tolist())
+    events = {} if met is None else {"events": _replace_nonfinite(met.table())}
     return (json.dumps({**head, **found, **events}, allow_nan=False) + "\n").encode()
 
 
-def _finite(value: object) -> object:
-    """Return `value` with null in place of numbers that JSON cannot represent."""
+def _replace_nonfinite(value: object) -> object:
+    """Return `value` with infinite numbers and NaN replaced by None, which is null in JSON."""
     if isinstance(value, dict):
-        return {name: _finite(part) for name, part in value.items()}
+        return {name: _replace_nonfinite(part) for name, part in value.items()}
     if isinstance(value, list):
-        return [_finite(part) for part in value]
+        return [_replace_nonfinite(part) for part in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

@@ -1,4 +1,4 @@
-"""kreisel view and kreisel report: pages for the browser."""
+"""kreisel view and kreisel report: commands that make pages for the browser."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _REPORT = "validation.__main__"
 @click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
 @click.option("--save", "file", type=FILE, help="Write the page to a file, and open nothing.")
 def view(scene: Scene, file: str | None) -> None:
-    """Open the scene in the browser page.
+    """Open an interactive page with the scene in the browser.
 
-    The page turns and changes the top, and compares methods on it. It is one HTML file without
-    further needs. Its place is printed; without a browser (or a display) open that file elsewhere,
-    or write it to a place of your own with --save.
+    The page shows the moving top, lets you change it, and compares methods. It is a single HTML
+    file that needs no other files. Its location is printed. Without a browser or display, open the
+    file on another computer, or write it to a file of your choice with --save.
     """
     check_outputs([("view --save", file)])
     with translate_errors(()):
@@ -52,17 +52,17 @@ def view(scene: Scene, file: str | None) -> None:
 @click.argument("arguments", nargs=-1, type=click.UNPROCESSED, metavar="")
 @click.pass_context
 def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
-    """Accuracy, speed and stability of all methods.
+    """Report the accuracy, speed and stability of all methods.
 
-    They are measured on the report's scenes, or on SCENE.toml files. The report is made in the top
-    folder of the source tree, by the machinery in validation/, and takes minutes; there --help
-    tells these options in full:
+    They are measured for the scenes of the report, or for SCENE.toml files. Run this command in the
+    top folder of the source tree, which contains the programs in validation/. It takes minutes.
+    There, --help describes these options in full:
 
     \b
-    --quick, --full     fewer runs, or more
-    --thesis            the chapter on the thesis alone
-    --only PART[,...]   these parts alone
-    --out FOLDER        where to, in place of report/
+    --quick, --full     fewer runs, or more runs
+    --thesis            only the chapter on the thesis
+    --only PART[,...]   only these parts
+    --out FOLDER        the output folder; default: report/
     """
     here = File.cwd()
     asks = not {"-h", "--help"}.isdisjoint(arguments)

@@ -1,4 +1,4 @@
-"""Parsers of arguments of the shell: scenes, numbers, times, names."""
+"""Parsers and completion of command-line arguments: scenes, numbers and names."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _AUTO = ("auto", "geometric")
 
 
 class UsageError(click.ClickException):
-    """An invalid argument; nothing has run."""
+    """Error for an invalid argument, raised before anything runs."""
 
     exit_code = 2
 
 
 def numbers(words: str) -> list[float]:
-    """Numbers with commas between them."""
+    """Parse numbers separated by commas."""
     try:
         return [float(word) for word in words.split(",")]
     except ValueError:
@@ -42,22 +42,22 @@ def numbers(words: str) -> list[float]:
 
 
 def names(words: str) -> list[str]:
-    """Names with commas between them."""
+    """Parse names separated by commas."""
     return words.split(",")
 
 
 def scene(word: str) -> Scene:
-    """Return the scene of a name, of a file, or of - for standard input."""
+    """Return the scene with the name `word`, or in the file `word`, where - is standard input."""
     if word in about:
         return get_scene(word)
     with warnings.catch_warnings(record=True) as said:
-        read = _read(word)
+        read = _read_scene(word)
     for warning in said:
         click.echo(f"Warning: {warning.message}", err=True)
     return read
 
 
-def _read(word: str) -> Scene:
+def _read_scene(word: str) -> Scene:
     try:
         if word == "-":
             return prefix_errors(
@@ -81,12 +81,12 @@ def method(name: str) -> str:
 
 
 def several_methods(words: str) -> list[str]:
-    """Names of methods, with commas between them."""
+    """Parse names of methods separated by commas."""
     return [method(name) for name in names(words)]
 
 
 def complete_one(known: Iterable[str], files: bool = False) -> Completer:
-    """Completes a word by names, or by those of files too."""
+    """Return a function that completes a word to one of the `known` names, or to a file name."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
@@ -97,7 +97,7 @@ def complete_one(known: Iterable[str], files: bool = False) -> Completer:
 
 
 def complete_list(known: Iterable[str]) -> Completer:
-    """Completes the last of several words with commas between them."""
+    """Return a function that completes the last of several words separated by commas."""
     words = list(known)
 
     def complete(_: click.Context, __: click.Parameter, begun: str) -> Completion:
@@ -115,7 +115,10 @@ A_SCENE = complete_one(about, files=True)
 
 @contextmanager
 def translate_errors(options: Collection[str]) -> Iterator[None]:
-    """Translate errors of the package to the terms of a command with these options."""
+    """Return a context that turns exceptions of the package into errors of a command.
+
+    Arguments in the messages are written as the options of the command.
+    """
     try:
         yield
     except (TypeError, ValueError) as error:
@@ -125,7 +128,7 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
 
 
 def to_cli_terms(message: str, options: Collection[str]) -> str:
-    """Return a message of the package with options for arguments: --step 0.01 for step=0.01."""
+    """Return `message` with arguments written as options: --step 0.01 instead of step=0.01."""
     if not options:
         return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))

@@ -1,4 +1,4 @@
-"""Runs under a shell: progress, signals, and the outputs that receive the states."""
+"""Progress bars and signals during runs, and the transfer of states to the outputs."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .outputs import Output
 class SignalHandler:
     """A handler of Ctrl-C and SIGTERM during a run.
 
-    The first signal ends the run at its last good state, and outputs are written to their ends. A
-    second signal ends the process.
+    After the first signal the run ends at its last good state, and the outputs are completed. A
+    second signal terminates the process.
     """
 
     def __init__(self, end: float) -> None:
@@ -29,7 +29,7 @@ class SignalHandler:
 
     @contextmanager
     def defer_signals(self) -> Iterator[None]:
-        """Return a context in which a signal is noted instead of raised."""
+        """Return a context in which a signal is only recorded and raises no exception."""
         before = {
             number: signal.getsignal(number)
             for number in (signal.SIGINT, signal.SIGTERM)
@@ -38,7 +38,7 @@ class SignalHandler:
         try:
             for number in before:
                 signal.signal(number, self._note_signal)
-        except ValueError:  # in another thread than the main one, which alone may ask
+        except ValueError:  # only the main thread can set signal handlers
             before = {}
         try:
             yield
@@ -52,7 +52,7 @@ class SignalHandler:
 
     @contextmanager
     def show_progress(self) -> Iterator[None]:
-        """Return a context with a progress bar if standard error is a terminal."""
+        """Return a context in which a progress bar is shown if standard error is a terminal."""
         console = Console(stderr=True)
         with (
             Progress(console=console, transient=True)
@@ -64,7 +64,7 @@ class SignalHandler:
             yield
 
     def progress(self, t: float) -> None:
-        """Report the time that the run has reached; raise KeyboardInterrupt after a signal."""
+        """Report the time that the run has reached. Raises KeyboardInterrupt after a signal."""
         if self._bar is not None:
             self._bar.update(self._task, completed=abs(t))
         if self.asked and t != self._end:
@@ -73,9 +73,9 @@ class SignalHandler:
 
 @dataclass
 class Outcome:
-    """The end of a run: the exception that stopped it, and a checkpoint to continue from.
+    """The end of a run: the exception that stopped it, and a checkpoint to resume from.
 
-    The checkpoint lies behind all states that the outputs received.
+    The checkpoint is at the last state that all outputs received.
     """
 
     stopped: BaseException | None = None
@@ -85,7 +85,10 @@ class Outcome:
 def feed(
     outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
 ) -> Outcome:
-    """Feed all pieces of a path to the outputs; checkpoints are those of `run`."""
+    """Add all pieces of a path to the outputs, and return how the run ended.
+
+    `run` provides the checkpoint. If it is None, there is no checkpoint.
+    """
     while True:
         checkpoint = run.checkpoint if run else None
         stopped: BaseException | None = None

@@ -1,4 +1,4 @@
-"""Outputs of a run: files, and a summary if standard output is free."""
+"""Outputs of a run: files, and a summary unless standard output is used for a file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _Command = TypeVar("_Command", bound=Callable[..., object])
 
 
 class OutputOptions(TypedDict):
-    """The options that say where to."""
+    """The options for output files and for the format of the output."""
 
     csv_file: str | None
     json_file: str | None
@@ -79,7 +79,7 @@ def output_options(command: _Command) -> _Command:
 
 
 class RunOutputs:
-    """The outputs of one run: they are fed, and then finished."""
+    """The outputs of one run, which receive its path in pieces and are then finished."""
 
     def __init__(
         self, where: OutputOptions, read: tuple[str, ...], events: tuple[str, ...]
@@ -110,11 +110,11 @@ class RunOutputs:
 
     @property
     def is_whole(self) -> bool:
-        """True if an output needs the whole path at once."""
+        """True if an output needs the whole path in memory."""
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def outputs(self) -> list[Output]:
-        """Return the outputs, those that cannot fail first."""
+        """Return the outputs; those whose writing cannot fail come first."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)
@@ -125,18 +125,18 @@ class RunOutputs:
         return outputs
 
     def discard(self) -> None:
-        """Nothing is left: what stood in the places stays."""
+        """Discard all output, and leave existing files unchanged."""
         refused = ValueError()
         self._open.__exit__(ValueError, refused, None)
 
     def finish(self, end: Outcome) -> None:
-        """Finish each output, even if another one fails, and save the run.
+        """Finish each output, even if another output fails, and save the run.
 
-        The run is saved at a state that all outputs contain. Raises the exception that stopped the
-        run, or the first failure of an output.
+        The run is saved at the last state that all outputs contain. It is not saved if an output
+        fails. Raises the exception that stopped the run, or the first failure of an output.
         """
         failures = [end.stopped] if end.stopped else []
-        for write in (self._open.close, lambda: self._whole(end), self._events):
+        for write in (self._open.close, lambda: self._write_whole_path(end), self._write_events):
             try:
                 write()
             except OSError as error:
@@ -151,7 +151,7 @@ class RunOutputs:
         if failures:
             raise failures[0]
 
-    def _whole(self, end: Outcome) -> None:
+    def _write_whole_path(self, end: Outcome) -> None:
         if not self._collector.pieces:
             return
         path = self._collector.path
@@ -161,6 +161,6 @@ class RunOutputs:
         if "--json" in self.files:
             write_bytes(self.files["--json"], as_json(path, self._met, self._angles(), why))
 
-    def _events(self) -> None:
+    def _write_events(self) -> None:
         if self._met and "--events-csv" in self.files:
             write_bytes(self.files["--events-csv"], as_csv(self._met.table()))

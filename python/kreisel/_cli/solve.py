@@ -1,4 +1,4 @@
-"""kreisel solve and kreisel resume: the motion of a scene, as it comes."""
+"""kreisel solve and kreisel resume: the motion of a scene, written to outputs piece by piece."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from .parsers import scene as a_scene
 from .progress import SignalHandler, feed
 from .run_outputs import OutputOptions, RunOutputs, output_options
 
-_LONGEST = 1 << 24  # bytes: no checkpoint comes near
+_LONGEST = 1 << 24  # limit of the bytes read from a checkpoint; checkpoints are much smaller
 
 
-class _Words(OutputOptions):
-    """The words of kreisel.solve that the command line has, and where to."""
+class _SolveArguments(OutputOptions):
+    """The options of kreisel solve: arguments of kreisel.solve, and output options."""
 
     method: str
     step: float | None
@@ -52,8 +52,8 @@ class _Words(OutputOptions):
     events: tuple[str, ...]
 
 
-class _More(OutputOptions):
-    """The words of a run that goes on, and where to."""
+class _ResumeArguments(OutputOptions):
+    """The options of kreisel resume, including output options."""
 
     every: int | None
     max_steps: int | None
@@ -61,7 +61,11 @@ class _More(OutputOptions):
 
 _OPTIONS = (
     "t",
-    *(word for word in _Words.__annotations__ if word not in OutputOptions.__annotations__),
+    *(
+        word
+        for word in _SolveArguments.__annotations__
+        if word not in OutputOptions.__annotations__
+    ),
 )
 _T = click.option(
     "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
@@ -105,10 +109,10 @@ _EVERY = click.option("--every", type=int, help="Record every so many steps, up 
     "plane:0,1,0:of=m, crossing:2*m_x+apex_z:0.5:direction=1, nutation:max_count=3:terminal.",
 )
 @output_options
-def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
+def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) -> None:
     """Compute the motion of a scene.
 
-    Files are written completely, or up to the last state of a failed or interrupted run. Only
+    If the run fails or is interrupted, the files contain all states up to the last good one. Only
     --json and --npz need memory for all states.
     """
     top, stops = a_scene(scene), SignalHandler(t.end)
@@ -122,7 +126,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
                 raise UsageError("--events need taylor: they exclude geometric and --error")
             _run_pieces(_solve_whole(top, t, words, stops), None, left, stops)
             return
-        begin: Callable[..., Run] = start  # which checks what the words are
+        begin: Callable[..., Run] = start  # start itself checks the types of the options
         run = begin(
             top,
             words["method"],
@@ -143,11 +147,11 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_Words]) -> None:
 @_EVERY
 @click.option("--max-steps", type=int, help="A new limit of the steps.")
 @output_options
-def resume(run: str, t: time_option.Times, **words: Unpack[_More]) -> None:
+def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) -> None:
     """Continue a saved RUN, with the same bits.
 
-    RUN is a file written by --save. Times that it has passed are left out, so --t may be that of
-    the whole run. With --save the run may be written to its own file again.
+    RUN is a file written by --save. Times before the saved state are ignored, so --t can be the
+    same as for the whole run. --save can overwrite the file RUN.
     """
     stops = SignalHandler(t.end)
     with translate_errors(_OPTIONS):
@@ -160,7 +164,7 @@ def resume(run: str, t: time_option.Times, **words: Unpack[_More]) -> None:
 def _run_pieces(
     pieces: Iterator[Path], run: Run | None, left: RunOutputs, stops: SignalHandler
 ) -> None:
-    """Run all pieces and write the outputs."""
+    """Compute all pieces of a path, and write the outputs."""
     with stops.defer_signals():
         try:
             with stops.show_progress():
@@ -175,9 +179,9 @@ def _run_pieces(
 
 
 def _solve_whole(
-    scene: Scene, t: time_option.Times, words: _Words, stops: SignalHandler
+    scene: Scene, t: time_option.Times, words: _SolveArguments, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Yield the whole path as the only piece, for a solve that is not a run."""
+    """Yield the whole path as the only piece, for method='geometric', which needs trial runs."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,
@@ -197,7 +201,7 @@ def _solve_whole(
 def _run_in_pieces(
     run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Yield the path of a run in pieces, without the times that it has passed."""
+    """Return an iterator over the path of a run in pieces, without times that it has passed."""
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.beyond(run.t)
     if not rest.grids:
@@ -210,20 +214,23 @@ def _run_in_pieces(
     elif every is None:
         given = np.array([0.0, t.end] if run._fresh else [t.end])
     elif left.is_whole:
-        return run.stream(_on_the_grid(run, t.end, every, size), progress=stops.progress)
+        return run.stream(_remaining_grid_times(run, t.end, every, size), progress=stops.progress)
     else:
         given = t.end
     return run.stream(given, every=every, progress=stops.progress)
 
 
-def _on_the_grid(run: Run, end: float, every: int, size: int) -> Array:
-    """Return the grid times that a run has not passed; raise MemoryError if they are too many."""
+def _remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
+    """Return the grid times that a run has not passed yet.
+
+    Raises MemoryError if their states do not fit in memory.
+    """
     whole = time_array(end, run.step, parse_every(run._options.method, every), size)
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]
 
 
 def _read_run(file: str, max_steps: int | None) -> Run:
-    """Read the run in a file, or in standard input."""
+    """Read a saved run from a file, or from standard input if `file` is -."""
     try:
         if file == "-":
             data = sys.stdin.buffer.read(_LONGEST)

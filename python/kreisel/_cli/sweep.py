@@ -1,4 +1,4 @@
-"""kreisel sweep: a plan's tops, part by part, and how they stand."""
+"""kreisel sweep: commands that compute the parts of a sweep and report their status."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from .._utils.optional import optional_dependency
 from .parsers import UsageError, translate_errors
 
 _OPTIONS = "parts", "folder"
-_SHOWN = 6  # ranges of parts
+_SHOWN = 6  # maximal number of ranges of parts in a line
 Watch = Callable[[float], object]
 
 
 class _Sweep(click.Group):
-    """The group of what can be done with a sweep, in which a plan needs no word before it."""
+    """The group of the commands of kreisel sweep, in which the word `run` can be omitted."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if args and args[0] not in self.commands and args[0] not in ("-h", "--help"):
@@ -39,14 +39,14 @@ class _Sweep(click.Group):
 
 @click.group("sweep", cls=_Sweep)
 def sweep() -> None:
-    """Many tops in parts on the disk: kreisel sweep PLAN --folder FOLDER.
+    """Compute many tops in parts, stored on disk: kreisel sweep PLAN --folder FOLDER.
 
-    The word run may be left out. The same line goes on where a sweep was ended.
+    The word run can be omitted. Repeating the command resumes an interrupted sweep.
     """
 
 
-def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
-    """Parse A:B, the parts from A on and without B."""
+def _parse_parts(_: click.Context, __: click.Parameter, word: str | None) -> range | None:
+    """Parse A:B, which means the parts A to B - 1."""
     if word is None:
         return None
     first, colon, last = word.partition(":")
@@ -62,7 +62,7 @@ def _parts(_: click.Context, __: click.Parameter, word: str | None) -> range | N
 @click.option("--folder", required=True, type=click.Path(), help="The folder of the parts.")
 @click.option(
     "--parts",
-    callback=_parts,
+    callback=_parse_parts,
     metavar="A:B",
     help="Compute only these parts, as in one of many jobs; 0:0 writes the plan alone.",
 )
@@ -94,7 +94,7 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
 
 @contextmanager
 def _translate_folder_errors() -> Iterator[None]:
-    """Return a context that turns errors of the folder and the executor into messages."""
+    """Return a context that turns exceptions about the folder or the executor into CLI errors."""
     try:
         yield
     except (FileExistsError, FileNotFoundError) as error:
@@ -105,7 +105,7 @@ def _translate_folder_errors() -> Iterator[None]:
 
 @contextmanager
 def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
-    """Create the executor of the parts; None: threads of this process."""
+    """Return a context with the executor that computes the parts; None: threads of this process."""
     if dask is not None:
         with optional_dependency("'kreisel[dask]'"):
             import distributed
@@ -128,9 +128,9 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
 
 
 def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
-    """Report an exception of a thread, except one of the process pool at the end.
+    """Report an exception of a thread, except InvalidStateError.
 
-    The pool may fail when a worker ends after its task was cancelled.
+    A process pool can raise it while shutting down, if a worker ends after its task was cancelled.
     """
     if failure.exc_type is not InvalidStateError:
         threading.__excepthook__(failure)
@@ -143,9 +143,10 @@ def ignore_sigint() -> None:
 
 @contextmanager
 def _progress() -> Iterator[Watch | None]:
-    """Return a context with a bar of the time left, if standard error is a terminal.
+    """Return a context with the function that updates a progress bar.
 
-    It counts all parts that this call has made.
+    The value is None if standard error is not a terminal. The remaining time is estimated from the
+    average speed since the start of this call.
     """
     console = Console(stderr=True)
     columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
@@ -161,7 +162,7 @@ def _progress() -> Iterator[Watch | None]:
 @sweep.command()
 @click.argument("folder", type=click.Path())
 def status(folder: str) -> None:
-    """Report the state of the parts in a FOLDER after verifying each of them."""
+    """Verify the parts in a FOLDER, and report how many are done, missing or damaged."""
     with translate_errors(_OPTIONS), _translate_folder_errors():
         found = read_sweep(folder, partial=True)
         stand, there = found._verify_found()
@@ -188,13 +189,13 @@ def _summary_text(found: SweepResult, done: list[int]) -> str:
 
 
 def _split_ranges(numbers: list[int]) -> Iterator[range]:
-    """Yield ascending `numbers` as ranges."""
+    """Yield the ranges of consecutive integers in ascending `numbers`."""
     breaks = [k for k in range(1, len(numbers)) if numbers[k] != numbers[k - 1] + 1]
     for a, b in pairwise([0, *breaks, len(numbers)]):
         yield range(numbers[a], numbers[b - 1] + 1)
 
 
 def _ranges_text(runs: Iterator[range]) -> str:
-    """Return the first ranges as text: 3:7 is without 7."""
+    """Return the first ranges as text, as in 3:7, which excludes 7."""
     first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
     return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

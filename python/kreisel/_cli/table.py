@@ -1,4 +1,4 @@
-"""Tables of states on standard output, and angles that go on beyond a turn."""
+"""Tables of states on standard output, and unwrapping of angles across the pieces of a path."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .._results.path import Path
 from .._results.tables import columns, units
 from .._utils.validation import Array
 
-_ENDS = 20  # rows at either end of a table that is not printed whole
-_WIDTH = 14  # of a column with 8 digits, a sign and an exponent
+_ENDS = 20  # rows printed from each end of a table, unless all rows are printed
+_WIDTH = 14  # minimal width of a column, for 8 digits, a sign and an exponent
 Row = tuple[float, ...]
 
 
 class AngleOptions:
-    """Conversion of the quantities of a path, piece by piece, to columns in the units asked for.
+    """Conversion of the quantities of a path to columns, piece by piece, with options for angles.
 
-    degrees  whether angles are in degrees
-    unwrap   whether angles go on beyond a turn, from piece to piece as within one
+    degrees  True: angles are in degrees
+    unwrap   True: jumps of whole turns are removed, also between consecutive pieces
     """
 
     def __init__(self, degrees: bool, unwrap: bool) -> None:
@@ -33,7 +33,7 @@ class AngleOptions:
         self._before: dict[str, float] = {}
 
     def columns(self, piece: Path, names: Iterable[str]) -> dict[str, Array]:
-        """Return t and the components of the quantities of these names."""
+        """Return t and the components of the quantities in `names` as columns."""
         table = columns(piece, names, self.degrees)
         if self.unwrap and len(piece):
             period = 360.0 if self.degrees else 2.0 * np.pi
@@ -46,9 +46,9 @@ class AngleOptions:
 
 
 class StateTable:
-    """Rows of states for standard output: all of them, or as many at both ends.
+    """A table of states for standard output, with all rows or with the first and last rows.
 
-    is_whole  whether all rows are printed, and kept until then
+    is_whole  True: all rows are printed, and kept in memory until then
     """
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:
@@ -82,7 +82,7 @@ class StateTable:
             self._before[name] = values[-1:]
 
     def show(self) -> None:
-        """Print the rows: two or fewer as columns with all digits, others in lines."""
+        """Print the table; up to two states are printed as columns in full precision."""
         if self.rows <= 2:
             self._show_ends()
             return

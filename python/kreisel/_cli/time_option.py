@@ -1,4 +1,4 @@
-"""Times on the command line: numbers and grids, separated by commas."""
+"""Times on the command line: numbers and grids start:end:step, separated by commas."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _COUNTABLE = 2.0**53
 
 @dataclass(frozen=True)
 class Grid:
-    """The times first + k step for k below count.
+    """The times first + k * step for 0 <= k < count.
 
-    Each is computed by one multiplication, so that roundings do not add up.
+    Each time is computed by one multiplication, so that rounding errors do not accumulate.
     """
 
     first: float
@@ -32,20 +32,20 @@ class Grid:
         return self.first + k * self.step
 
     def beyond(self, t: float) -> Grid:
-        """Return the times further from 0 than `t`."""
+        """Return the times of the grid with |time| > |t|."""
         k = bisect.bisect_right(range(self.count), abs(t), key=lambda k: abs(self[k]))
         return Grid(self[k], self.step, self.count - k) if k else self
 
 
 @dataclass(frozen=True)
 class Times:
-    """Grids one after the other, which lead away from 0 in one direction.
+    """A sequence of grids whose times lead away from 0 in one direction.
 
-    A number is a grid of one time.
+    A single number is stored as a grid with one time.
     """
 
     grids: tuple[Grid, ...]
-    one: bool  # whether a single number was given, the time to reach
+    one: bool  # True if the user gave a single number, the time to reach
 
     def __len__(self) -> int:
         return sum(grid.count for grid in self.grids)
@@ -55,31 +55,31 @@ class Times:
 
     @property
     def end(self) -> float:
-        """The last."""
+        """The last time."""
         return self.grids[-1][self.grids[-1].count - 1]
 
     def array(self) -> Array:
-        """Return the times as an array; raise MemoryError if they do not fit."""
+        """Return the times as an array. Raises MemoryError if they do not fit in memory."""
         return np.concatenate([g.first + np.arange(g.count) * g.step for g in self.grids])
 
     def argument(self) -> float | Array:
-        """Return the times as an argument of kreisel.solve."""
+        """Return the times as the argument t of kreisel.solve."""
         return self.end if self.one else self.array()
 
     def beyond(self, t: float) -> Times:
-        """Return the times further from 0 than `t`."""
+        """Return the times with |time| > |t|."""
         left = (grid.beyond(t) for grid in self.grids)
         return Times(tuple(grid for grid in left if grid.count), self.one)
 
 
 def times(words: str) -> Times:
-    """Parse numbers and grids start:end:step."""
-    grids = tuple(map(_grid, words.split(",")))
+    """Parse numbers and grids start:end:step, separated by commas."""
+    grids = tuple(map(_parse_grid, words.split(",")))
     _refuse_disorder([t for grid in grids for t in (grid[0], grid[grid.count - 1])])
     return Times(grids, len(grids) == 1 and ":" not in words)
 
 
-def _grid(word: str) -> Grid:
+def _parse_grid(word: str) -> Grid:
     try:
         given = [float(part) for part in word.split(":")]
     except ValueError:
@@ -92,11 +92,11 @@ def _grid(word: str) -> Grid:
         raise click.BadParameter(f"t must be finite, not {word!r}")
     if len(given) == 1:
         return Grid(given[0], 0.0, 1)
-    return _parse_step(word, *given)
+    return _make_grid(word, *given)
 
 
-def _parse_step(word: str, start: float, end: float, step: float) -> Grid:
-    """Return the grid from start to end, with the end if a whole number of steps leads there."""
+def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
+    """Return the grid from start to end, which includes the end if a whole number of steps fits."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
         raise click.BadParameter(f"the step of {word!r} does not lead from {start:g} to {end:g}")

@@ -23,20 +23,20 @@ from .broadcasting import (
 
 _IndexKey = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
 _M = TypeVar("_M")
-_PLACEHOLDER = np.False_  # placeholder for a member when only shapes matter
+_PLACEHOLDER = np.False_  # stands in for each member when only shapes matter
 
 
 class Batch(Generic[_M]):
-    """Members of one shape, stored as columns.
+    """An array of members, such as scenes or bodies, whose parameters are stored as columns.
 
-    Each column has the shape of the members, followed by the shape of one value. Along dimensions
-    in which it does not vary its stride is zero.
+    The shape of a column is the shape of the batch followed by the shape of one value. Along a
+    dimension in which the values do not vary, the stride is zero.
     """
 
     shape: Shape
     _names: tuple[str | None, ...]
     _columns: Mapping[str, Column]
-    _varied: Mapping[str, Column]  # the parameters that vary, as given
+    _varied: Mapping[str, Column]  # the parameters that vary, as the user gave them
 
     def _set_columns(
         self,
@@ -51,7 +51,7 @@ class Batch(Generic[_M]):
         raise NotImplementedError
 
     def _map_columns(self, change: ColumnMap, shape: Shape, names: tuple[str | None, ...]) -> Self:
-        """Return the members that result from applying `change` to each column."""
+        """Return the batch that results from applying `change` to each column."""
         made, change = type(self).__new__(type(self)), memoize_by_buffer(change)
         columns = {name: change(column) for name, column in self._columns.items()}
         varied = {name: change(column) for name, column in self._varied.items()}
@@ -60,15 +60,18 @@ class Batch(Generic[_M]):
 
     @property
     def _axes(self) -> tuple[str, ...]:
-        """A name for each dimension: its only scalar parameter, else 'top' or 'dim_0' and so on."""
+        """A name for each dimension: the only parameter that varies along it, if that is a scalar.
+
+        Any other dimension k is called 'dim_k', or 'top' if it is the only dimension.
+        """
         lone = len(self.shape) == 1
         return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))
 
     @property
     def coords(self) -> Mapping[str, Column]:
-        """The parameters that vary, as arrays that broadcast to the shape.
+        """The parameters that vary, as arrays that broadcast to the shape of the batch.
 
-        Vector parameters keep their components as the last dimension.
+        An array of vectors has the components as an additional last dimension.
         """
         dims = len(self.shape)
         return MappingProxyType(
@@ -83,7 +86,7 @@ class Batch(Generic[_M]):
         ]
 
     def _forget_variation(self) -> Self:
-        """Forget which parameters vary, and the names of dimensions with them."""
+        """Forget which parameters vary, and the names of the dimensions."""
         self.__dict__.update(_names=(None,) * len(self.shape), _varied={})
         return self
 
@@ -103,7 +106,10 @@ class Batch(Generic[_M]):
         return self.shape[0]
 
     def __iter__(self) -> Iterator[Any]:
-        """Iterate over the first dimension: members if it is the only one, else groups."""
+        """Iterate over the first dimension: over members if it is the only one, else over batches.
+
+        Raises TypeError if the batch has no dimensions.
+        """
         if not self.shape:
             raise TypeError(f"{type(self).__name__} of shape () cannot be iterated")
         return (self[i] for i in range(self.shape[0]))
@@ -113,7 +119,7 @@ class Batch(Generic[_M]):
     @overload
     def __getitem__(self, key: object) -> Any: ...
     def __getitem__(self, key: object) -> _M | Self:
-        """Return a member, or the members at slices, index arrays or masks, as NumPy does."""
+        """Return a member for integers, and a batch for slices, index arrays or masks."""
         if type(key) is int and len(self.shape) == 1 and -len(self) <= key < len(self):
             return self._member((key % len(self),))
         if not _is_basic(key):
@@ -132,7 +138,7 @@ class Batch(Generic[_M]):
         return self._map_columns(lambda column: np.asarray(column[places]), left.shape, tuple(kept))
 
     def _fancy_index(self, key: object) -> _M | Self:
-        """Index with arrays or masks."""
+        """Return the member or the batch that index arrays or masks select."""
         order: Any = _index_array(np.arange(self.size).reshape(self.shape), key)
         if not isinstance(order, np.ndarray):
             return self._member(tuple(map(int, np.unravel_index(int(order), self.shape))))
@@ -152,7 +158,7 @@ class Batch(Generic[_M]):
         return self._map_columns(take, order.shape, self._names)
 
     def _take(self, order: npt.NDArray[np.int64], names: tuple[str | None, ...]) -> Self:
-        """Return the members with these flat indices, in C order."""
+        """Return the batch of the members whose flat indices (in C order) are `order`."""
         dims = len(self.shape)
         where = np.unravel_index(order, self.shape) if dims else ()
 
@@ -168,7 +174,7 @@ class Batch(Generic[_M]):
         return self._map_columns(gather, order.shape, names)
 
     def reshape(self, *shape: Any) -> Self:
-        """Return the same members in C order in another shape, without names of dimensions.
+        """Return the same members, in C order, in another shape; dimensions lose their names.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.vary(gravity=[1, 2, 3, 4])
@@ -225,7 +231,7 @@ class Batch(Generic[_M]):
 
 
 def _describe(word: Parameter) -> str:
-    """Describe a parameter that varies; for scalars, with its first and last value."""
+    """Describe a parameter that varies: its name and, for a scalar, its least and largest value."""
     if word.value or not word.values.size:
         return word.name
     return f"{word.name} {word.values.min():.6g} .. {word.values.max():.6g}"
@@ -239,14 +245,14 @@ def _index_array(array: Column, key: Any) -> Any:
 
 
 def _is_basic(key: object) -> bool:
-    """Return True if indexing with `key` yields views: integers, slices, Ellipsis and None."""
+    """Return True if NumPy returns a view for `key`: integers, slices, Ellipsis and None."""
     return all(
-        part is None or part is ... or isinstance(part, slice) or _is_number(part)
+        part is None or part is ... or isinstance(part, slice) or _is_integer(part)
         for part in (key if isinstance(key, tuple) else (key,))
     )
 
 
-def _is_number(part: object) -> bool:
+def _is_integer(part: object) -> bool:
     return isinstance(part, int | np.integer) and not isinstance(part, bool)
 
 
@@ -263,7 +269,7 @@ def _index_entry(i: Any, n: int) -> int:
 
 
 def _expand_row_key(key: object, dims: int) -> tuple[Any, ...] | None:
-    """Expand a key of slices and one 1-D array; return None for any other key."""
+    """Expand a key that consists of slices and one 1-D array; return None for any other key."""
     parts = _expand_key(key, dims)
     arrays = [part for part in parts if not isinstance(part, slice)]
     is_one = len(parts) == dims and len(arrays) == 1 and np.ndim(arrays[0]) == 1

@@ -1,4 +1,4 @@
-"""Many bodies: the constructors of Body with arrays, checked together."""
+"""Many bodies: the constructors of Body for arrays, whose members are checked together."""
 
 from __future__ import annotations
 
@@ -38,16 +38,18 @@ _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 class Bodies(BodiesConstructors, Batch[Body]):
     """Many bodies: the parameters of kr.Body, as values or arrays that broadcast to one shape.
 
-    mass     [M], a number or an array
-    inertia  [M L^2] about the fixed point: (..., 3) moments or (..., 3, 3) matrices. An array whose
-             last two dimensions are both 3 holds matrices. Three bodies of three moments each are
-             refused as ambiguous. Alternatively, inertia_about_com
-    com      (..., 3), seen from the fixed point [L]
-    inertia_rtol, unphysical   as in Body, or arrays
+    mass          [M], a number or an array
+    inertia       inertia about the fixed point [M L^2]: (..., 3) moments or (..., 3, 3) matrices.
+                  An array whose last two dimensions are both 3 is read as matrices, so three bodies
+                  need three matrices. Alternatively, inertia_about_com
+    com           (..., 3) centre of mass, seen from the fixed point [L]
+    inertia_rtol  as in Body, a number or an array
+    unphysical    as in Body, a bool or an array
 
-    The constructors of Body take arrays in the same way. Each member has the bits that Body gives
-    it. `bodies[i]` is a Body; slices, index arrays and masks give other Bodies. Raises TypeError
-    and ValueError as Body does, with the index of the first invalid member, and warns as Body does.
+    The other constructors of Body exist for arrays, too. Each member equals to the last bit the
+    body that kr.Body makes of its parameters. `bodies[i]` is a Body; slices, index arrays and masks
+    return Bodies. Raises TypeError and ValueError as Body does; the message contains the index of
+    the first invalid member. Warns as Body does.
 
     >>> import kreisel as kr
     >>> tops = kr.Bodies.cone(radius=[1, 2, 3], height=2, pivot=(0, 0, 0), mass=1)
@@ -92,7 +94,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
         inertia_rtol: ArrayLike = 0.0,
         unphysical: ArrayLike = False,
     ) -> Self:
-        """Store the columns of the parameters; `make` constructs one member for error messages."""
+        """Validate the parameters and store them as columns.
+
+        `make` constructs one member from the parameters `words` and provides the error messages.
+        """
         slacks, made = (
             parse_parameter("inertia_rtol", inertia_rtol),
             _parse_flags("unphysical", unphysical),
@@ -124,7 +129,11 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _check(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Raise if a member is not a body; store the principal columns of matrices."""
+        """Return an array that is True for members with an inertia that bodies can have.
+
+        Stores the principal moments and axes if the inertia is given as matrices. Raises ValueError
+        for the first member that is not a rigid body.
+        """
         columns = dict(self._columns)
         if matrices:
             flat = columns["inertia"]
@@ -144,7 +153,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _member_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
-        """Return the error that constructing the member at an index alone would raise."""
+        """Return the error that the constructor `make` raises for the member at the index `at`."""
         own = {each.name: to_python(each.broadcast_to(self.shape)[at]) for each in given}
         try:
             make(**own)._block  # noqa: B018  raises the error of an invalid body
@@ -180,8 +189,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Build Lagrange tops, as Body.symmetric does.
 
-        The moments at the fixed point are i1, i1, i3 [M L^2]; the centre of mass is at (0, 0,
-        height) [L].
+        The moments at the fixed point are i1, i1, i3 [M L^2]. The centre of mass is at
+        (0, 0, height) [L].
 
         >>> import kreisel as kr
         >>> kr.Bodies.symmetric(1, i1=2, i3=[1, 2, 3], height=0.5)[0].kind
@@ -215,7 +224,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Build bodies from the inertia about their centres of mass, as Body.from_com does.
 
-        The inertia [M L^2] is as in Bodies; com and pivot are (..., 3) [L].
+        The inertia [M L^2] is as in Bodies. `com` and `pivot` have the shape (..., 3) [L].
         """
         heavy, tensor = (
             parse_parameter("mass", mass),
@@ -242,7 +251,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         height: Array,
         pivot: Parameter,
     ) -> Self:
-        """Build bodies from moments about a centre of mass on the third axis."""
+        """Build bodies from central moments and the height of the centre of mass."""
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
             com = stack_components(nothing, nothing, height) - pivot.values
@@ -253,47 +262,47 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
     @property
     def mass(self) -> Array:
-        """(...,) [M]."""
+        """(...,) masses [M]."""
         return self._columns["mass"]
 
     @property
     def inertia(self) -> Array:
-        """(..., 3) or (..., 3, 3) about the fixed point, as given [M L^2]."""
+        """(..., 3) moments or (..., 3, 3) matrices of inertia about the fixed point [M L^2]."""
         return self._columns["inertia"]
 
     @property
     def com(self) -> Array:
-        """(..., 3) seen from the fixed point [L]."""
+        """(..., 3) centres of mass, seen from the fixed point [L]."""
         return self._columns["com"]
 
     @property
     def inertia_rtol(self) -> Array:
-        """(...,) as in Body."""
+        """(...,) relative tolerances of the triangle inequality, as in Body."""
         return self._columns["inertia_rtol"]
 
     @property
     def unphysical(self) -> Column:
-        """(...,) True if no distribution of mass has this inertia, or if the user said so."""
+        """(...,) True if no distribution of mass has this inertia, or if the user passed True."""
         return self._columns["unphysical"]
 
     @property
     def moments(self) -> Array:
-        """(..., 3) principal moments at the fixed point [M L^2], along N, B, T."""
+        """(..., 3) principal moments at the fixed point, along N, B, T [M L^2]."""
         return self._columns.get("moments", self._columns["inertia"])
 
     @property
     def principal_com(self) -> Array:
-        """(..., 3) centre of mass along N, B, T [L]."""
+        """(..., 3) centres of mass, in components along N, B, T [L]."""
         return self._columns.get("principal_com", self._columns["com"])
 
     @property
     def axes(self) -> Array:
-        """(..., 4) rotations from the principal axes to the frames of description."""
+        """(..., 4) rotations (w, x, y, z) from the principal axes to the frame of description."""
         return self._columns.get("axes", np.broadcast_to(_UPRIGHT, (*self.shape, 4)))
 
     @classmethod
     def _from_list(cls, bodies: Sequence[Body], shape: Shape) -> Body | Self:
-        """Build the bodies of a list, or return the one body if all are equal."""
+        """Build bodies from a list, or return the first body if all are equal."""
         first = bodies[0]
         if all(body is first or (body == first and body._block == first._block) for body in bodies):
             return first
@@ -308,7 +317,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         return made._forget_variation()
 
     def _broadcast_to(self, shape: Shape) -> Bodies:
-        """Broadcast the bodies to `shape`."""
+        """Return the bodies broadcast to `shape`."""
         front = len(shape) - len(self.shape)
         if not front and shape == self.shape:
             return self
@@ -320,7 +329,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
 
 def parse_tensors(name: str, given: object) -> Parameter:
-    """Parse moments, or matrices if the last two dimensions are both 3."""
+    """Return a parameter of moments, or of matrices if the last two dimensions are both 3.
+
+    Raises ValueError for the first matrix that is not symmetric.
+    """
     what = "3 moments or a symmetric 3x3 matrix, or an array of them"
     if isinstance(given, Parameter):
         made = given
@@ -332,11 +344,11 @@ def parse_tensors(name: str, given: object) -> Parameter:
         return made
     with np.errstate(over="ignore"):
         skew = np.abs(made.values - made.values.swapaxes(-1, -2)).max(axis=(-1, -2))
-    made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _symmetric)
+    made.raise_at_first(skew > INPUT_RTOL * np.abs(made.values).max(axis=(-1, -2)), _check_matrix)
     return made
 
 
-def _symmetric(name: str, matrix: object) -> None:
+def _check_matrix(name: str, matrix: object) -> None:
     try:
         parse_tensor(name, matrix)
     except ValueError as error:
@@ -345,7 +357,10 @@ def _symmetric(name: str, matrix: object) -> None:
 
 
 def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
-    """Return tensors plus those of point masses, as moments if no tensor has products."""
+    """Return the tensors of inertia plus the inertia of point masses at `at`.
+
+    The result consists of moments if all tensors are diagonal, else of matrices.
+    """
     x, y, z = split_components(at)
     with np.errstate(all="ignore"):
         xx, yy, zz = mass * (x * x), mass * (y * y), mass * (z * z)

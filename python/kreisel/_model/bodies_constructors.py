@@ -1,4 +1,4 @@
-"""Constructors of many homogeneous bodies: those of Body, with arrays."""
+"""Constructors of many homogeneous bodies: the constructors of Body for arrays."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class BodiesConstructors:
         height: Array,
         pivot: Parameter,
     ) -> Self:
-        """Build bodies from moments about a centre of mass on the third axis.
+        """Build bodies from central moments and the height of the centre of mass on the third axis.
 
-        `make` constructs one body from the same parameters and provides the error messages.
+        `make` constructs one body from the parameters `words` and provides the error messages.
         """
         raise NotImplementedError
 
@@ -52,7 +52,7 @@ class BodiesConstructors:
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
-        """Build homogeneous bodies of one shape."""
+        """Build homogeneous bodies of one kind of shape, with masses or densities."""
         shapes.check_exactly_one(shape.name, mass, density)
         at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
@@ -80,7 +80,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build homogeneous cuboids, as Body.cuboid does.
 
-        `half` and `pivot` are (..., 3) [L]; give density [M L^-3], by default 1, or mass [M].
+        `half` and `pivot` have the shape (..., 3) [L]. Give either density [M L^-3], by default 1,
+        or mass [M].
 
         >>> import kreisel as kr
         >>> kr.Bodies.cuboid(half=[(1, 1, 2), (1, 2, 3)], pivot=(0, 0, -3)).mass
@@ -120,8 +121,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build solid cylinders, as Body.cylinder does.
 
-        `radius` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density [M
-        L^-3].
+        `radius` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Give either
+        mass [M] or density [M L^-3].
         """
         r, h = parse_positive("radius", radius), parse_positive("height", height)
         shape_of(r, h)
@@ -142,8 +143,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build hollow cylinders, as Body.tube does.
 
-        `inner`, `outer` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density
-        [M L^-3].
+        `inner`, `outer` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Give
+        either mass [M] or density [M L^-3].
         """
         hole, r = parse_parameter("inner", inner), parse_positive("outer", outer)
         h = parse_non_negative("height", height)
@@ -159,7 +160,10 @@ class BodiesConstructors:
 
     @classmethod
     def disk(cls, radius: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
-        """Build thin disks, as Body.disk does: `radius` [L], `pivot` (..., 3) [L], `mass` [M]."""
+        """Build thin disks, as Body.disk does.
+
+        `radius` is a length [L], `pivot` has the shape (..., 3) [L], and `mass` is in [M].
+        """
         r = parse_positive("radius", radius)
         with np.errstate(all="ignore"):
             shape = shapes.disk(r.values)
@@ -167,9 +171,10 @@ class BodiesConstructors:
 
     @classmethod
     def rod(cls, length: ArrayLike, pivot: ArrayLike, *, mass: ArrayLike) -> Self:
-        """Build thin rods, as Body.rod does: `length` [L], `pivot` (..., 3) [L], `mass` [M].
+        """Build thin rods, as Body.rod does.
 
-        Raises ValueError for a pivot on a rod's own line, about which the rod has no moment.
+        `length` is a length [L], `pivot` has the shape (..., 3) [L], and `mass` is in [M]. Raises
+        ValueError if a pivot lies on the line of its rod, because the rod has no moment about it.
         """
         whole = parse_positive("length", length)
         with np.errstate(all="ignore"):
@@ -188,7 +193,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build solid spheres, or thin shells, as Body.sphere does.
 
-        `radius` is a length, `pivot` is (..., 3) [L]; give mass [M] or density [M L^-3].
+        `radius` is a length [L], and `pivot` has the shape (..., 3) [L]. Give either mass [M] or
+        density [M L^-3].
         """
         r, thin = parse_positive("radius", radius), as_bool("shell", shell)
         with np.errstate(all="ignore"):
@@ -207,7 +213,7 @@ class BodiesConstructors:
     ) -> Self:
         """Build solid ellipsoids, as Body.ellipsoid does.
 
-        `half` and `pivot` are (..., 3) [L]; give mass [M] or density [M L^-3].
+        `half` and `pivot` have the shape (..., 3) [L]. Give either mass [M] or density [M L^-3].
         """
         axes = parse_parameter("half", half, (3,))
         bad = ~(axes.values > 0.0).all(axis=-1)
@@ -229,8 +235,8 @@ class BodiesConstructors:
     ) -> Self:
         """Build solid cones on their tips, as Body.cone does.
 
-        `radius` and `height` are lengths, `pivot` is (..., 3) [L]; give mass [M] or density [M
-        L^-3].
+        `radius` and `height` are lengths [L], and `pivot` has the shape (..., 3) [L]. Give either
+        mass [M] or density [M L^-3].
         """
         r, h = parse_positive("radius", radius), parse_positive("height", height)
         shape_of(r, h)

@@ -47,37 +47,39 @@ class Body(BodyConstructors):
     """A rigid body that turns about the origin of the frame in which it is described.
 
     mass          [M], positive
-    inertia       about the fixed point, the origin [M L^2]: three moments along the axes of the
-                  frame, or a symmetric 3x3 matrix. Alternatively, inertia_about_com: about the
+    inertia       inertia about the fixed point [M L^2]: three moments along the axes of the frame,
+                  or a symmetric 3x3 matrix. Alternatively, inertia_about_com: the inertia about the
                   centre of mass
     com           centre of mass, seen from the fixed point [L]
     inertia_rtol  relative amount by which the largest principal moment may exceed the sum of the
                   other two, 0 <= inertia_rtol < 1, for rounded values from the literature. The
                   moments are used as given
-    unphysical    True if no distribution of mass needs to have this inertia, as in models where
-                  only mass * gravity * |com| matters
+    unphysical    True to allow an inertia that no distribution of mass has, as in models where only
+                  mass * gravity * |com| matters
 
-    The principal moments must be positive, and none may exceed the sum of the other two (with a
-    relative tolerance of 1e-12, so plates and rods are bodies). A matrix that is not diagonal needs
-    a least moment above 2e-10 of the largest; below that, rounding leaves six digits or fewer.
-    Raises TypeError for what is not a number and ValueError for what is not a body. Warns
-    (UserWarning) if no distribution of mass has this inertia about the fixed point, unless
-    unphysical is True. `body.unphysical` is then True.
+    The principal moments must be positive, and none may exceed the sum of the other two. The
+    relative tolerance of 1e-12 admits plates and rods. If the inertia is a matrix that is not
+    diagonal, its least principal moment must exceed 2e-10 times the largest one. A smaller moment
+    would keep at most six digits after rounding.
+
+    Raises TypeError for arguments that are not numbers, and ValueError if the values describe no
+    rigid body. Warns (UserWarning) if no distribution of mass has this inertia about the fixed
+    point, unless `unphysical` is True. After the warning, `body.unphysical` is True.
 
     >>> import kreisel as kr
     >>> kr.Body(mass=0.5, inertia_about_com=(2e-4, 2e-4, 1e-4), com=(0, 0, 0.1)).kind
     'lagrange'
     """
 
-    # The core has the same constructors with the same bits, but it stores principal axes only. A
-    # Body also stores the inertia as described, so its constructors are written here.
+    # The core has the same constructors, whose results are equal to the last bit. But the core
+    # stores principal moments and axes only, and a Body also stores the inertia as described.
 
     mass: float
     inertia: Vector | tuple[Vector, Vector, Vector]
     com: Vector
     inertia_rtol: float = 0.0
     unphysical: bool = field(default=False, compare=False)
-    # kr_body: mass, moments, com, axes, inertia_rtol (its `rounded`)
+    # bytes of a kr_body: mass, moments, com, axes, and inertia_rtol, which kr_body calls `rounded`
     _block: bytes = field(init=False, compare=False)
 
     def __init__(
@@ -126,9 +128,9 @@ class Body(BodyConstructors):
     ) -> Self:
         """Build a homogeneous cuboid from half its edges [L] and its density or mass.
 
-        half     half the edges, along the axes [L]
-        pivot    the fixed point, seen from the centre [L]; it may lie outside
-        density  [M L^-3], 1 by default; or mass [M]
+        half     half the lengths of the edges along the three axes [L]
+        pivot    the fixed point, seen from the centre [L]; it may lie outside the cuboid
+        density  [M L^-3], 1 by default; alternatively, mass [M]
         """
         a, b, c = (as_positive("half", x) for x in as_vector("half", half))
         if mass is not None and density is not None:
@@ -144,10 +146,10 @@ class Body(BodyConstructors):
 
     @classmethod
     def rod(cls, length: float, pivot: ArrayLike, *, mass: float) -> Body:
-        """Build a thin straight rod along the third axis [L], of this mass [M].
+        """Build a thin straight rod of given length [L] and mass [M] along the third axis.
 
-        pivot  the fixed point, seen from the middle [L]. A rod has no moment about its own line:
-               with a pivot on that line it can only be added to another body
+        pivot  the fixed point, seen from the middle of the rod [L]. A rod has no moment about its
+               own line, so a rod whose pivot lies on that line can only be added to another body
 
         >>> import kreisel as kr
         >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
@@ -190,9 +192,9 @@ class Body(BodyConstructors):
     ) -> Self:
         """Build a body from its inertia about the centre of mass [M L^2].
 
-        `com` and `pivot`, the fixed point, are seen from any common origin [L]; `inertia_rtol` and
-        `unphysical` are as in Body. Steiner's theorem (Bodack 2008, 2.14):
-        J = J_com + mass (|a|^2 1 - a a^t), a = com - pivot.
+        `com` and the fixed point `pivot` are positions relative to any common origin [L];
+        `inertia_rtol` and `unphysical` are as in Body. Steiner's theorem (Bodack 2008, 2.14) says
+        J = J_com + mass * (|a|^2 1 - a a^t) with a = com - pivot.
         """
         tensor = parse_tensor("inertia_about_com", inertia_about_com)
         a = np.subtract(as_vector("com", com), as_vector("pivot", pivot))
@@ -200,7 +202,7 @@ class Body(BodyConstructors):
         return cls(mass, moved, a, inertia_rtol=inertia_rtol, unphysical=unphysical)
 
     def __add__(self, other: Body) -> Body:
-        """Join two bodies that are described in one frame with one fixed point."""
+        """Join two bodies that are described in the same frame and share the fixed point."""
         if not isinstance(other, Body):
             return NotImplemented
         mass = self.mass + other.mass
@@ -209,7 +211,7 @@ class Body(BodyConstructors):
         return _join_parts(mass, tensor, com / mass, self, other)
 
     def shift(self, by: ArrayLike) -> Body:
-        """Return the body moved along the axes of its frame [L], while the fixed point stays.
+        """Return the body shifted by the vector `by` [L] in its frame; the fixed point stays.
 
         >>> import kreisel as kr
         >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shift((0, 0, 3)).moments
@@ -220,7 +222,7 @@ class Body(BodyConstructors):
         return _join_parts(self.mass, tensor, com + way, self)
 
     def turn(self, by: ArrayLike | Rotation) -> Body:
-        """Return the body turned about the fixed point in its frame of description.
+        """Return the body rotated about the fixed point within its frame of description.
 
         by  a unit quaternion (w, x, y, z) or a single scipy Rotation
 
@@ -249,8 +251,9 @@ class Body(BodyConstructors):
     def axes(self) -> Quaternion:
         """The rotation (w, x, y, z) from the principal axes N, B, T to the frame of description.
 
-        A diagonal inertia is its own principal frame. Otherwise the principal axes nearest the
-        described ones are taken, right-handed, with T along the symmetry axis of a Lagrange top.
+        If the inertia is diagonal, the given axes are used as principal axes. Otherwise the
+        principal axes are right-handed and as near as possible to the given axes. For a Lagrange
+        top, T is along the symmetry axis.
         """
         *_, w, x, y, z, _ = unpack("12d", self._block)
         return w, x, y, z
@@ -265,13 +268,14 @@ class Body(BodyConstructors):
     def kind(self) -> str:
         """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
 
-        The kind holds up to 7e-15 relative, the effect of rounding in a description.
+        The conditions of a kind hold to a relative tolerance of 7e-15, the effect of rounding in
+        the description of a body.
         """
         return body_kind(self._block, KIND_RTOL)
 
     @property
     def _near_kind(self) -> str:
-        """The kind that the body has only up to 1e-8 relative, with that tolerance; else empty."""
+        """The kind that the body has only to a tolerance of about 1e-8, as text; else empty."""
         near = KIND_RTOL
         while near < 1e-8:
             near *= 2.0
@@ -282,7 +286,7 @@ class Body(BodyConstructors):
 
     @property
     def is_symmetric(self) -> bool:
-        """True if two of the principal moments are equal, up to 7e-15 relative."""
+        """True if two of the principal moments are equal to a relative tolerance of 7e-15."""
         return any(abs(a - b) <= KIND_RTOL * max(a, b) for a, b in combinations(self.moments, 2))
 
 

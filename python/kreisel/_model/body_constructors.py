@@ -1,4 +1,4 @@
-"""Constructors of homogeneous bodies from their lengths, with a fixed point anywhere."""
+"""Constructors of homogeneous bodies from their dimensions, with any fixed point."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class BodyConstructors:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """Build a solid cylinder with its axis along the third axis [L].
+        """Build a solid cylinder whose axis is the third axis.
 
-        Give either mass [M] or density [M L^-3].
+        `radius` and `height` are lengths [L]. Give either mass [M] or density [M L^-3].
 
         pivot  the fixed point, seen from the centre [L]
 
@@ -58,10 +58,11 @@ class BodyConstructors:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """Build a hollow cylinder between two radii, with its axis along the third axis [L].
+        """Build a hollow cylinder whose axis is the third axis.
 
-        Give either mass [M] or density [M L^-3]. Equal radii make a thin wall, the height 0 makes a
-        flat ring, and both together a hoop. Thin bodies need a mass.
+        `inner` and `outer` are the radii [L], and `height` is a length [L]. Give either mass [M] or
+        density [M L^-3]. Equal radii make a thin-walled tube, the height 0 makes a flat ring, and
+        both together make a hoop. Such thin bodies need a mass.
 
         pivot  the fixed point, seen from the centre [L]
         """
@@ -74,7 +75,7 @@ class BodyConstructors:
 
     @classmethod
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
-        """Build a thin round disk across the third axis [L], of this mass [M].
+        """Build a thin round disk of this radius [L] and mass [M], perpendicular to the third axis.
 
         pivot  the fixed point, seen from the centre [L]
 
@@ -98,9 +99,10 @@ class BodyConstructors:
         density: float | None = None,
         shell: bool = False,
     ) -> Self:
-        """Build a solid sphere from mass [M] or density [M L^-3], or a thin shell from its mass.
+        """Build a solid sphere from its radius [L] and mass [M] or density [M L^-3].
 
         pivot  the fixed point, seen from the centre [L]
+        shell  True: build a thin spherical shell, which needs a mass
         """
         r = as_positive("radius", radius)
         return cls._from_shape(shapes.sphere(r, as_bool("shell", shell)), pivot, mass, density)
@@ -131,12 +133,12 @@ class BodyConstructors:
         mass: float | None = None,
         density: float | None = None,
     ) -> Self:
-        """Build a solid round cone on its tip, with its base at `height` on the third axis [L].
+        """Build a solid round cone with its tip at the origin and its base at `height` [L].
 
-        Give either mass [M] or density [M L^-3].
+        The axis of the cone is the third axis, and its centre of mass lies at three quarters of the
+        height. Give either mass [M] or density [M L^-3].
 
-        pivot  the fixed point, seen from the tip [L]: (0, 0, 0) for a top that spins on its tip.
-               The centre of mass lies at three quarters of the height
+        pivot  the fixed point, seen from the tip [L]: (0, 0, 0) for a top that spins on its tip
 
         >>> import kreisel as kr
         >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com

@@ -1,7 +1,7 @@
 """Broadcasting of parameters over the members of an ensemble.
 
-A column is an array whose shape is that of the members, followed by the shape of one value, such as
-() or (3,). Along dimensions in which it does not vary its stride is zero, so shared values are
+The shape of a column is the shape of the ensemble followed by the shape of one value, such as () or
+(3,). Along a dimension in which the values do not vary, the stride is zero. Hence shared values are
 stored once.
 """
 
@@ -30,7 +30,7 @@ Index = tuple[int, ...]
 Validator = Callable[[str, Any], object]  # validates (name, value)
 Column = npt.NDArray[Any]
 ColumnMap = Callable[[Column], Column]
-_BLOCK = 4096  # number of members in a block; their data fits into the cache
+_BLOCK = 4096  # members per block, so that the data of a block fits into the cache
 
 
 class Parameter(NamedTuple):
@@ -46,11 +46,11 @@ class Parameter(NamedTuple):
         return self.values.shape[: self.values.ndim - len(self.value)]
 
     def broadcast_to(self, shape: Shape) -> Array:
-        """Broadcast the values to the members' shape."""
+        """Return the values broadcast to members of this shape."""
         return np.broadcast_to(self.values, shape + self.value)
 
     def raise_at_first(self, bad: Any, validate: Validator) -> None:
-        """Raise the error of the first value that is flagged in `bad`, with its index."""
+        """Raise the error of the first value that `bad` flags; the message contains its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
             raise self.error_at(index, validate)
@@ -67,14 +67,15 @@ class Parameter(NamedTuple):
 
 
 def to_python(value: Any) -> Any:
-    """Convert a value to Python numbers, and vectors to tuples of them."""
+    """Convert a NumPy scalar to a Python number, and an array to nested tuples of numbers."""
     return tuple(map(to_python, value)) if np.ndim(value) else value.item()
 
 
 def parse_parameter(name: str, given: object, value: Shape = (), what: str = "") -> Parameter:
-    """Build a parameter of finite numbers, each value of the shape `value`.
+    """Return a parameter whose values are finite and have the shape `value`.
 
-    A `Parameter` is finite already and is returned as it is.
+    If `given` is a Parameter, it was validated before and is returned unchanged. `what` describes
+    the expected form in error messages.
     """
     if isinstance(given, Parameter):
         return given
@@ -108,21 +109,24 @@ def select_validator(value: Shape) -> Validator:
 
 
 def parse_positive(name: str, given: object) -> Parameter:
-    """Build a parameter of positive numbers."""
+    """Return a parameter whose values are positive numbers; raise ValueError otherwise."""
     made = parse_parameter(name, given)
     made.raise_at_first(~(made.values > 0.0), as_positive)
     return made
 
 
 def parse_non_negative(name: str, given: object) -> Parameter:
-    """Build a parameter of numbers that are not negative."""
+    """Return a parameter whose values are not negative; raise ValueError otherwise."""
     made = parse_parameter(name, given)
     made.raise_at_first(~(made.values >= 0.0), as_non_negative)
     return made
 
 
 def drop_broadcast(values: Column, lead: int | None = None) -> Column:
-    """Reduce broadcast dimensions to a single entry, among the first `lead` dimensions or all."""
+    """Return a view in which dimensions of stride zero have length 1.
+
+    Only the first `lead` dimensions are reduced; all of them if `lead` is None.
+    """
     strides = values.strides[:lead]
     if 0 not in strides or not values.size:
         return values
@@ -130,7 +134,7 @@ def drop_broadcast(values: Column, lead: int | None = None) -> Column:
 
 
 def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
-    """Memoize `change` so that columns which share one buffer are transformed once."""
+    """Memoize `change`, so that it is applied only once to columns that share a buffer."""
     made: dict[tuple[object, ...], Column] = {}
 
     def change_once(held: Column) -> Column:
@@ -144,7 +148,10 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:
-    """Broadcast `values` over the members; its last `trailing` dimensions belong to one value."""
+    """Return a read-only column: `values` broadcast to members of this shape.
+
+    The last `trailing` dimensions of `values` are the shape of one value.
+    """
     lead = values.ndim - trailing
     kept = np.asarray(values).view()
     kept.flags.writeable = False
@@ -152,12 +159,12 @@ def make_column(values: Column, shape: Shape, trailing: int) -> Column:
 
 
 def make_columns(named: Iterable[tuple[str, Column, int]], shape: Shape) -> dict[str, Column]:
-    """Broadcast named values over the members; see `make_column` for the number beside them."""
+    """Return the columns of triples (name, values, trailing); see `make_column`."""
     return {name: make_column(values, shape, trailing) for name, values, trailing in named}
 
 
 def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
-    """Return the common shape of named shapes; raise ValueError if they do not broadcast."""
+    """Return the shape to which `shapes` broadcast; raise ValueError if they do not broadcast."""
     try:
         return np.broadcast_shapes(*shapes)
     except ValueError:
@@ -172,9 +179,9 @@ def shape_of(*words: Parameter) -> Shape:
 
 
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
-    """Name each dimension by the only scalar parameter that varies along it, or None.
+    """Return a name for each dimension: the only parameter that varies along it, or None.
 
-    A parameter that varies along several dimensions names none of them.
+    The parameter must be a scalar, and must not vary along any other dimension.
     """
     if not shape:
         return ()
@@ -202,7 +209,7 @@ def stack_components(*components: Array) -> Array:
 
 
 def split_components(values: Array) -> tuple[Array, ...]:
-    """Split vectors into their components."""
+    """Return the components of vectors, whose last dimension is split."""
     return tuple(np.moveaxis(values, -1, 0))
 
 
@@ -211,7 +218,7 @@ def map_blocks(
 ) -> Array:
     """Apply `compute` to columns block by block and return a column of vectors of length `width`.
 
-    Each column is passed as its components. The numbers of a block fit into the cache.
+    `compute` receives the components of each column. The data of a block fits into the cache.
     """
     out = np.empty((*shape, width))
     rows = out if shape else out[None]

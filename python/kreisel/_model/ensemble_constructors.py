@@ -1,6 +1,6 @@
 """Constructors of ensembles from Euler's angles, their rates, and steady precession.
 
-The formulas and their bits are those of the constructors of one scene.
+The formulas are those of the constructors of a single scene, and the results agree to the last bit.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from .euler_angles import (
 
 Components = tuple[Array, Array, Array]
 _DEGREE = math.pi / 180.0
-_REST = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # t, attitude, momentum of a start
+_REST = np.array([[0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])  # state at rest: t, attitude, momentum
 
 
 class EnsembleConstructors(EnsembleData[S]):
@@ -59,8 +59,8 @@ class EnsembleConstructors(EnsembleData[S]):
     ) -> Self:
         """Build tops from Euler's angles z-x-z and their rates, as Scene.from_euler does.
 
-        `angles` and `rates` are (..., 3): precession, nutation and spin, in radians and [T^-1];
-        gravity and damping are as in Ensemble.
+        `angles` [rad] and `rates` [T^-1] have the shape (..., 3): precession, nutation and spin.
+        With degrees=True they are in degrees. `gravity` and `damping` are as in Ensemble.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -86,7 +86,10 @@ class EnsembleConstructors(EnsembleData[S]):
         damping: ArrayLike | None,
         one: Callable[..., S],
     ) -> Self:
-        """Build the tops with these angles and rates, which come from the parameters `told`."""
+        """Build tops from angles and rates that were computed from the parameters `told`.
+
+        `one` constructs a single top from the same parameters and provides the error messages.
+        """
         down, (drag, along) = parse_parameter("gravity", gravity), parse_damping(damping)
         broadcast_shape(body, [*told, down, drag])
         turned, own = stack_components(*quaternion_from_euler(angles)), cls._frame_quaternions(body)
@@ -106,7 +109,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
-        """Return the (..., 4) quaternions of Euler's angles of the bodies as described."""
+        """Return quaternions (..., 4) of the Euler angles that bodies have before any rotation."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))
@@ -132,8 +135,8 @@ class EnsembleConstructors(EnsembleData[S]):
     ) -> Self:
         """Build symmetric tops that spin about their axes, as Scene.spinning does.
 
-        spin, tilt, precession and gravity are numbers or arrays, damping is as in Ensemble; steady,
-        fast and degrees apply to all tops.
+        `spin`, `tilt`, `precession` and `gravity` are numbers or arrays, and `damping` is as in
+        Ensemble. `steady`, `fast` and `degrees` apply to all tops.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -164,7 +167,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
 
 def array_to_radians(values: Array, degrees: bool) -> Array:
-    """Return angles or rates in radians, with the bits of math.radians."""
+    """Return angles or rates in radians, equal to those of math.radians to the last bit."""
     return values * _DEGREE if degrees else values
 
 
@@ -175,7 +178,7 @@ def split_three(vector: Array) -> Components:
 
 
 def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
-    """Build the parameter of angles with the vertical."""
+    """Return the parameter `tilt`; raise ValueError if an angle is not within 0 .. pi."""
     made = parse_parameter("tilt", given)
     angle = array_to_radians(made.values, degrees)
     bad = ~((angle >= 0.0) & (angle <= math.pi))
@@ -185,7 +188,10 @@ def parse_tilt(given: ArrayLike, degrees: bool) -> Parameter:
 
 
 def moments_about_axes(body: Body | Bodies) -> tuple[Array, Array]:
-    """Return the moments across and along the axes of symmetric bodies."""
+    """Return the moments of inertia across and along the axes of symmetric bodies.
+
+    Raises ValueError with the index of the first body that is not symmetric about its apex.
+    """
     if isinstance(body, Body):
         across, along = moments_about_axis(body)
         return np.asarray(across), np.asarray(along)
@@ -213,9 +219,9 @@ def steady_rates(
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
-    """Return the rates of steady precession of the parameters spin, tilt and gravity.
+    """Return the rates of steady precession; `told` holds spin, tilt and gravity.
 
-    Raises ValueError with the index of the first member that has none.
+    Raises ValueError with the index of the first member that has no steady precession.
     """
     shape = broadcast_shape(body, told)
     spin, tilt, gravity = (each.values for each in told)

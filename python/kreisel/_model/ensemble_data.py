@@ -1,4 +1,4 @@
-"""Ensemble data: parameters of many tops, broadcast to one shape and checked together."""
+"""Ensemble data: the parameters of many tops, broadcast to one shape and checked together."""
 
 from __future__ import annotations
 
@@ -80,7 +80,10 @@ class EnsembleData(Batch[S]):
         columns: Mapping[str, Array],
         one: Callable[..., S],
     ) -> Self:
-        """Store columns; raise the error of the first member that the constructor `one` refuses."""
+        """Store the columns of the ensemble.
+
+        Raises the error of the constructor `one`, with the index, for the first invalid member.
+        """
         shape = broadcast_shape(body, told)
         for name, held in columns.items():
             shape = np.broadcast_shapes(shape, held.shape if name == "gravity" else held.shape[:-1])
@@ -101,7 +104,7 @@ class EnsembleData(Batch[S]):
 
     @classmethod
     def of(cls, scenes: Sequence[Any]) -> Self:
-        """Build an ensemble from a list of scenes; nested lists of equal lengths add dimensions.
+        """Build an ensemble from a list of scenes; each level of nested lists adds a dimension.
 
         >>> import kreisel as kr
         >>> kr.Ensemble.of([[kr.scenes.thesis], [kr.scenes.cusps]]).shape
@@ -166,12 +169,15 @@ class EnsembleData(Batch[S]):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """A name for each dimension: its only scalar parameter, else 'top' or 'dim_0' and so on."""
+        """A name for each dimension: the only parameter that varies along it, if that is a scalar.
+
+        Any other dimension k is called 'dim_k', or 'top' if it is the only dimension.
+        """
         return self._axes
 
     @property
     def body(self) -> Body | Bodies:
-        """The body of all members, or bodies of the ensemble's shape."""
+        """The body that all members share, or bodies of the shape of the ensemble."""
         return self._bodies
 
     @property
@@ -210,14 +216,14 @@ class EnsembleData(Batch[S]):
 
 
 def check_body(body: object) -> Body | Bodies:
-    """Check that `body` is a Body or Bodies and return it."""
+    """Return `body` if it is a Body or Bodies; raise TypeError otherwise."""
     if isinstance(body, Body | Bodies):
         return body
     raise TypeError(f"body must be a kreisel.Body or kreisel.Bodies, not {short_repr(body)}")
 
 
 def broadcast_shape(body: Body | Bodies, told: Sequence[Parameter]) -> Shape:
-    """Return the common shape of the bodies and all parameters."""
+    """Return the shape to which bodies and parameters broadcast; raise ValueError without one."""
     own = body.shape if isinstance(body, Bodies) else ()
     shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in told]
     try:
@@ -234,7 +240,10 @@ def member_error(
     at: Index,
     text: str = "not a top",
 ) -> Exception:
-    """Build the error that constructing the member at an index alone would raise."""
+    """Return the error that the constructor `one` raises for the member at the index `at`.
+
+    If `one` raises none, the message of the returned ValueError is `text`.
+    """
     words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in told}
     own = body._broadcast_to(shape)._member(at) if isinstance(body, Bodies) else body
     place = f"top{list(at)}: " if at else ""
@@ -246,7 +255,10 @@ def member_error(
 
 
 def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
-    """Return the one parameter that gives the momentum or the velocity."""
+    """Return the one given parameter that determines the momentum.
+
+    Raises ValueError unless exactly one of the parameters in ONE_OF is given.
+    """
     chosen = [name for name, value in given.items() if value is not None]
     if len(chosen) != 1:
         raise ValueError(
@@ -256,7 +268,10 @@ def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
 
 
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
-    """Return the parameter for the attitudes, and unit quaternions (w, x, y, z)."""
+    """Return the parameter that gives the attitudes, and the attitudes (..., 4) as (w, x, y, z).
+
+    Raises ValueError if both parameters are given, or for a quaternion that is not a unit one.
+    """
     if given is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")
     if xyzw is None and hasattr(given, "as_quat"):
@@ -280,7 +295,7 @@ def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
 
 
 def parse_damping(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array]:
-    """Return the damping parameter, and the damping along the principal axes."""
+    """Return the parameter `damping`, and the damping (..., 3) along the principal axes."""
     if given is None:
         return Parameter("damping", _ZERO, (3,)), _ZERO
     if isinstance(given, Parameter):
@@ -303,7 +318,7 @@ def parse_damping(given: ArrayLike | Parameter | None) -> tuple[Parameter, Array
 
 
 def compute_momenta(body: Body | Bodies, start: Parameter, q: Array) -> Array:
-    """Compute the momenta in space from the parameter `start` and the attitudes."""
+    """Return the momenta (..., 3) in space for the parameter `start` and the attitudes `q`."""
     if start.name == "momentum":
         return start.values
     moments, axes = np.asarray(body.moments), np.asarray(body.axes)

@@ -25,23 +25,23 @@ if TYPE_CHECKING:
 
 
 def to_radians(name: str, value: object, degrees: bool) -> Vector:
-    """Return three angles or rates in radians."""
+    """Return three angles or rates in radians; `degrees` says whether they are in degrees."""
     x, y, z = as_vector(name, value)
     return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
 
 
 def cos(x: R) -> R:
-    """Return the cosine, with the same bits for a float and for an array."""
+    """Return the cosine, which is the same to the last bit for a float and for an array."""
     return math.cos(x) if isinstance(x, float) else np.asarray(cosine(x))
 
 
 def sin(x: R) -> R:
-    """Return the sine, with the same bits for a float and for an array."""
+    """Return the sine, which is the same to the last bit for a float and for an array."""
     return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
 
 
 def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
-    """Return the quaternion of Euler's angles z-x-z: precession, nutation and spin."""
+    """Return the quaternion for Euler's angles z-x-z: precession, nutation and spin."""
     precession, nutation, spin = angles
     c, s = cos(0.5 * nutation), sin(0.5 * nutation)
     total, apart = 0.5 * precession + 0.5 * spin, 0.5 * precession - 0.5 * spin
@@ -51,8 +51,8 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
     """Return the attitude with these angles, for a body whose scene at rest is `unturned`.
 
-    The angles belong to a frame of the body whose third axis is the apex. The angles of the
-    unturned body locate that frame within the frame of description.
+    Euler's angles describe a frame of the body whose third axis is the apex. The angles of the
+    unturned body give the rotation of this frame within the frame of description.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]
@@ -62,7 +62,7 @@ def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quater
 
 
 def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return the angular velocity in space."""
+    """Return the angular velocity in space for Euler's angles and their rates."""
     precession, nutation, _ = angles
     turning, nodding, spinning = rates
     c, s = cos(precession), sin(precession)
@@ -71,7 +71,10 @@ def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[
 
 
 def check_tilt(tilt: object, degrees: bool) -> float:
-    """Return `tilt`, an angle with the vertical, in radians; raise ValueError if it is not one."""
+    """Return `tilt`, the angle with the vertical, in radians.
+
+    Raises ValueError if it is not within 0 .. pi.
+    """
     given = as_float("tilt", tilt)
     angle = math.radians(given) if degrees else given
     if not 0.0 <= angle <= math.pi:
@@ -81,7 +84,10 @@ def check_tilt(tilt: object, degrees: bool) -> float:
 
 
 def check_steady(steady: object, fast: object, precession: object, damping: object) -> bool:
-    """Return True if a steady precession is requested; check the arguments that go with it."""
+    """Return True if a steady precession is requested.
+
+    Raises TypeError or ValueError if the other arguments contradict the request.
+    """
     if as_bool("fast", fast) and not steady:
         raise ValueError("fast chooses between two steady precessions: pass steady=True too")
     if not as_bool("steady", steady):
@@ -92,7 +98,10 @@ def check_steady(steady: object, fast: object, precession: object, damping: obje
 
 
 def moments_about_axis(body: Body) -> tuple[float, float]:
-    """Return the moments across and along the axis of a symmetric body that carries its apex."""
+    """Return the moments of inertia across and along the axis of a symmetric body.
+
+    Raises ValueError for a body that is not symmetric about its apex.
+    """
     moments, com = body.moments, body.principal_com
     reach = max(map(abs, com))
     along = [abs(x) > KIND_RTOL * reach for x in com] if reach else [False, False, True]
@@ -121,10 +130,11 @@ def steady_rate(
 ) -> float:
     """Return the rate W of steady precession.
 
-    W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0, with the moments I1 across and I3 along the
-    axis and the torque m g l on a level axis (Goldstein, Classical Mechanics, 5.7). The larger root
-    is computed without cancellation, the smaller one from their product. Raises ValueError if no
-    steady precession exists, with the least spin that has one.
+    W solves I1 cos(tilt) W^2 - I3 spin W + m g l = 0 (Goldstein, Classical Mechanics, 5.7). Here
+    I1 is the moment across the axis, I3 the moment along it, and m g l the torque on a horizontal
+    axis. The larger root is computed without cancellation, and the smaller one from the product of
+    both roots. Raises ValueError if no steady precession exists; the message then contains the
+    least spin for which one exists.
     """
     if abs(math.sin(tilt)) < 1e-15:
         return 0.0

@@ -22,7 +22,7 @@ _TENSOR_FORM = "3 moments or a symmetric 3x3 matrix"
 
 
 def parse_tensor(name: str, value: object) -> Array:
-    """Return the 3x3 tensor of three moments or of a matrix."""
+    """Return the 3x3 tensor of inertia that three moments or a symmetric matrix describe."""
     given = as_finite_array(name, value, _TENSOR_FORM)
     if given.shape not in ((3,), (3, 3)):
         raise ValueError(f"{name} must be {_TENSOR_FORM}, not {short_repr(value)}")
@@ -46,14 +46,14 @@ def compact_tensor(tensor: Array) -> Vector | tuple[Vector, Vector, Vector]:
 
 
 def principal_moments(tensor: Array) -> list[float]:
-    """Return the principal moments."""
+    """Return the principal moments: the eigenvalues of a tensor of inertia."""
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     moments: list[float] = (tensor.diagonal() if diagonal else np.linalg.eigvalsh(tensor)).tolist()
     return moments
 
 
 def ill_conditioned_error(tensor: Array) -> ValueError | None:
-    """Return the error for a matrix whose rounding errors reach its least moment, or None."""
+    """Return an error if rounding of the matrix hides its least principal moment, else None."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
@@ -66,7 +66,7 @@ def ill_conditioned_error(tensor: Array) -> ValueError | None:
 
 
 def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
-    """Describe which condition the principal moments violate."""
+    """Describe the condition for a rigid body that the principal moments violate."""
     moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:
@@ -90,7 +90,7 @@ def unphysical_message(mass: float, tensor: Array, com: Vector) -> str:
 
 
 def add_point_mass(tensor: Array, mass: float, at: Array) -> Array:
-    """Return the tensor plus that of a point mass at `at`: mass (|a|^2 1 - a a^t)."""
+    """Return the tensor plus the inertia of a point mass at a = `at`: mass * (|a|^2 1 - a a^t)."""
     with np.errstate(over="ignore", invalid="ignore"):
         products = mass * np.outer(at, at)
         xx, yy, zz = products.diagonal()
@@ -111,7 +111,10 @@ def parallel_axis_term(mass: float, com: Array, by: Array) -> Array:
 def inertia_at_fixed_point(
     mass: float, inertia: ArrayLike | None, about_com: ArrayLike | None, com: ArrayLike
 ) -> Array:
-    """Return the tensor at the fixed point from either `inertia` or `about_com`."""
+    """Return the tensor at the fixed point from either `inertia` or `about_com`.
+
+    Raises ValueError unless exactly one of them is given.
+    """
     if (inertia is None) == (about_com is None):
         both = "not none" if about_com is None else "not both"
         raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
@@ -122,7 +125,10 @@ def inertia_at_fixed_point(
 
 
 def check_tolerance(inertia_rtol: object) -> float:
-    """Validate the relative tolerance of the triangle inequality."""
+    """Return the relative tolerance of the triangle inequality for the principal moments.
+
+    Raises ValueError unless it is at least 0 and less than 1.
+    """
     given = as_float("inertia_rtol", inertia_rtol)
     if not 0.0 <= given < 1.0:
         raise ValueError(

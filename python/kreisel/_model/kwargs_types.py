@@ -1,4 +1,4 @@
-"""Types of the keyword arguments that derive scenes and ensembles from a scene."""
+"""Types of the keyword arguments of methods that derive scenes and ensembles from a scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class VaryKwargs(TypedDict, total=False):
-    """Keyword arguments of Ensemble, of its constructors, and of Bodies."""
+    """Keyword arguments of Scene.vary: those of Ensemble, of its constructors, and of Bodies."""
 
     body: Body | Bodies
     mass: ArrayLike
@@ -39,7 +39,7 @@ class VaryKwargs(TypedDict, total=False):
 
 
 class SceneKwargs(TypedDict, total=False):
-    """Keyword arguments of Scene."""
+    """Keyword arguments of Scene.replace: those of Scene."""
 
     body: Body
     momentum: ArrayLike

@@ -1,6 +1,6 @@
 """Angular momentum in space from any parameter that determines it.
 
-One top passes floats. An ensemble passes arrays of components.
+For one top the components are floats; for an ensemble they are arrays.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ def angular_momentum(
     q: tuple[R, R, R, R],
     v: tuple[R, R, R],
 ) -> tuple[R, R, R]:
-    """Compute the momentum from the parameter `name` with value `v`, at the attitude `q`.
+    """Return the momentum in space for the value `v` of the parameter `name` at the attitude `q`.
 
     The body has the principal moments `moments` along the principal axes `axes`.
     """

@@ -36,7 +36,7 @@ from .variation import scatter, vary
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-_COUNTABLE = 2.0**53  # radians up to which doubles resolve whole radians
+_COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole radians
 
 
 @refuse_assignment("scene.replace({}=...) makes another scene")
@@ -47,17 +47,18 @@ class Scene:
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
               one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
               (seen from the frame in which the body is described)
-    attitude  unit quaternion (w, x, y, z), scalar first, from that frame into space, or a single
-              scipy Rotation; or attitude_xyzw, scalar last
+    attitude  unit quaternion (w, x, y, z), scalar first, from the frame of the body into space, or
+              a single scipy Rotation. Alternatively, attitude_xyzw, scalar last
     gravity   acceleration along -e3, of either sign [L T^-2]
-    damping   linear drag: the torque is -damping times the angular velocity, for each principal
-              axis, or one number for all three [M L^2 T^-1]
+    damping   linear drag [M L^2 T^-1], one number for each principal axis or one for all: the
+              torque about an axis is -damping times the angular velocity about it
 
-    A scene stores momentum and attitude, whatever the constructor was given. The momentum is
-    rounded: for a needle given by its velocity, the error is I1 / I3 roundings of the velocity
-    about its axis. Raises TypeError for what is not a number, and ValueError for values that are
-    not finite, of the wrong shape, or not a unit quaternion. The squared norm of a quaternion may
-    be off by 1e-12; single precision is normalized in double precision.
+    A scene always stores momentum and attitude, whichever parameters the constructor was given.
+    The momentum is rounded: if a needle is given by its velocity, the velocity about its axis has
+    an error of I1 / I3 roundings. Raises TypeError for arguments that are not numbers. Raises
+    ValueError for values that are not finite, of the wrong shape, or not a unit quaternion. The
+    squared norm of a quaternion may differ from 1 by 1e-12. A quaternion in single precision is
+    normalized in double precision.
     """
 
     body: Body
@@ -65,7 +66,7 @@ class Scene:
     attitude: Quaternion
     gravity: float
     damping: Vector
-    # kr_scene: body, gravity, t, q, m, damping
+    # bytes of a kr_scene: body, gravity, t, q, m, damping
     _block: bytes = field(init=False, repr=False, compare=False)
 
     def __init__(
@@ -106,29 +107,29 @@ class Scene:
 
     @cached_property
     def _rate_bound(self) -> float:
-        """A bound of the rate of turning: by the momentum, or as a pendulum [T^-1]."""
+        """An estimate of the rate of rotation [T^-1], from the momentum or as for a pendulum."""
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
         return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
 
     @cached_property
     def _within(self) -> float:
-        """A time before which doubles certainly resolve the top's turns [T]."""
+        """A time [T] below which `check_horizon` certainly accepts the angle of rotation."""
         return 0.5 * _COUNTABLE / self._rate_bound if self._rate_bound > 0.0 else math.inf
 
     @cached_property
     def _start(self) -> Array:
-        """(1, 8) the state at t = 0: t, q, m."""
+        """The state at t = 0 as an array (1, 8): t, q, m."""
         return np.array([(0.0, *self.attitude, *self.momentum)])
 
     @property
     def attitude_xyzw(self) -> Quaternion:
-        """The attitude with the scalar last."""
+        """The attitude as a quaternion (x, y, z, w), scalar last."""
         w, x, y, z = self.attitude
         return x, y, z, w
 
     def replace(self, **changes: Unpack[SceneKwargs]) -> Self:
-        """Return a copy of the scene with the given parameters of the constructor changed."""
+        """Return a copy of the scene in which some parameters of the constructor are changed."""
         words: dict[str, object] = {
             "body": self.body,
             "momentum": self.momentum,
@@ -140,23 +141,24 @@ class Scene:
             del words["momentum"]
         if "attitude_xyzw" in changes:
             del words["attitude"]
-        make: Callable[..., Self] = type(self)  # which validates the parameters
+        make: Callable[..., Self] = type(self)  # the constructor validates the parameters
         return make(**{**words, **changes})
 
     def vary(self, **words: Unpack[VaryKwargs]) -> Ensemble:
         """Return an ensemble of this scene in which some parameters vary.
 
-        Parameters are broadcast as in kr.Ensemble and are those of
+        Parameters are broadcast as in kr.Ensemble. They are the parameters of
         - Scene: gravity, damping, body (a Body or kr.Bodies), attitude or attitude_xyzw, and one of
-          momentum, velocity, body_momentum, body_velocity; without any of these the momentum in
-          space stays the same
-        - Body: mass, inertia, com; momentum and attitude stay the same
-        - Scene.spinning: spin, tilt, precession, steady, fast, for any body unless steady; missing
-          values, the other Euler angles and the rate of the nutation are those of the scene
-        - Scene.from_euler: angles, rates
+          momentum, velocity, body_momentum, body_velocity. If none of these four is given, the
+          momentum in space stays the same
+        - Body: mass, inertia, com. Momentum and attitude stay the same
+        - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric,
+          unless steady=True. Missing values, the other Euler angles and the rate of the nutation
+          are those of the scene
+        - Scene.from_euler: angles, rates. A missing one is that of the scene
 
-        degrees applies to the last two. Each dimension of the ensemble is named by the only scalar
-        parameter that varies along it: see tops.axes and tops.coords.
+        `degrees` applies to the parameters of the last two. If exactly one scalar parameter varies
+        along a dimension of the ensemble, the dimension has its name: see tops.axes, tops.coords.
 
         >>> import kreisel as kr, numpy as np
         >>> top = kr.scenes.sleeping
@@ -175,15 +177,17 @@ class Scene:
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
     ) -> Ensemble:
-        """Return an ensemble of `n` uncertain starts: this scene with normal deviations.
+        """Return an ensemble of `n` uncertain starts: this scene with normally distributed errors.
 
-        momentum  width of the momentum in space: one for all components, or 3 [M L^2 T^-1]
-        attitude  width of the rotation vector by which the body is turned first, seen from the
-                  body: one, or 3 [rad]; the momentum in space stays the same
-        gravity   width of gravity [L T^-2]
+        momentum  standard deviation of the momentum in space [M L^2 T^-1]: one number for all
+                  components, or 3
+        attitude  standard deviation of a rotation vector, seen from the body [rad]: one number for
+                  all components, or 3. The body is rotated by this vector before the attitude of
+                  the scene is applied; the momentum in space stays the same
+        gravity   standard deviation of gravity [L T^-2]
 
-        Top i depends on `seed` and i alone, whatever `n` is, and each scattered parameter depends
-        on its own width alone.
+        Top i depends only on `seed` and i, for any `n`. Each scattered parameter is independent of
+        the standard deviations of the others.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.scatter(1000, seed=7, attitude=0.01)
@@ -205,11 +209,12 @@ class Scene:
     ) -> Self:
         """Build a scene from Euler's angles z-x-z (precession, nutation, spin) and their rates.
 
-        The angles are those of path.precession_angle, .nutation and .spin_angle, in radians; the
-        rates are theirs [T^-1]. Precession turns about e3, nutation about the line of nodes, and
-        spin about the apex, the direction of the centre of mass. If the apex is the third axis of
-        the frame in which the body is described, attitude = Rz(precession) Rx(nutation) Rz(spin).
-        Any other frame is first turned to the apex, as paths do.
+        The angles are path.precession_angle, .nutation and .spin_angle at the start [rad], and the
+        rates are their derivatives [T^-1]. Precession is a rotation about e3, nutation about the
+        line of nodes, and spin about the apex, the direction of the centre of mass. If the apex is
+        the third axis of the frame of description, the attitude is
+            Rz(precession) Rx(nutation) Rz(spin).
+        Otherwise the frame is first rotated so that its third axis becomes the apex, as in a path.
 
         degrees  True: angles and rates are in degrees; gravity and damping are as in Scene
 
@@ -244,17 +249,17 @@ class Scene:
         """Build a symmetric top that spins about its axis, tilted from the vertical.
 
         spin        component of the angular velocity along the axis, from the fixed point towards
-                    the centre of mass: path.spin, constant without damping [T^-1]
-        tilt        angle between the axis and the vertical, 0 .. pi; the tilt is about e1
-        precession  initial rate of the axis about the vertical [T^-1]; by default 0: the axis is
-                    released from rest
-        steady      True: the precession without nutation, the slow one or, with fast=True, the fast
-                    one; at a pole, where none exists, the top stands or hangs
+                    the centre of mass, as path.spin [T^-1]. It is constant without damping
+        tilt        angle between the axis and the vertical, 0 .. pi; the axis is tilted about e1
+        precession  initial rate of the axis about the vertical [T^-1]. By default it is 0: the axis
+                    is released from rest
+        steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
+                    tilt 0 or pi no precession exists, and the top stands or hangs
         degrees     True: tilt is in degrees, spin and precession in degrees per unit of time;
                     gravity and damping are as in Scene
 
-        Raises ValueError for other bodies, and if no precession is steady, with the least spin that
-        has one.
+        Raises ValueError for a body that is not symmetric about its apex, and if no steady
+        precession exists. The message then contains the least spin for which one exists.
 
         >>> import kreisel as kr
         >>> top = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -280,10 +285,11 @@ class Scene:
     def from_toml(cls, source: str | os.PathLike[str]) -> Scene:
         r"""Read a scene from a TOML file, or from TOML text.
 
-        A str with several lines is TOML text; any other argument names a file. The keys are the
-        parameters of the constructors. A table [from_euler] or [spinning] replaces the keys of
-        Scene by those of that constructor; tables such as [body.cuboid] do the same for Body.
-        Raises ValueError for other keys.
+        A str of several lines is TOML text; any other argument is the name of a file. The keys are
+        the parameters of Scene and, in the table [body], of Body. A table [from_euler] or
+        [spinning] with the parameters of this constructor may replace the keys of Scene. In the
+        same way, a table such as [body.cuboid] may replace the keys of Body. Raises ValueError for
+        other keys.
 
         >>> import kreisel as kr
         >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"
@@ -293,9 +299,9 @@ class Scene:
         return read(source, parse_toml)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the scene as TOML, and write it to a file if one is named.
+        """Return the scene as TOML text, and write it to the file `path` if that is given.
 
-        Scene.from_toml reads equal doubles from it.
+        Scene.from_toml returns an equal scene for this text.
         """
         body = self.body
         start: dict[str, object] = {
@@ -318,23 +324,26 @@ class Scene:
 class Ensemble(EnsembleConstructors[Scene]):
     """Many tops: a body or bodies, gravity, damping, and the states at t = 0.
 
-    Each parameter of kr.Scene is one value or an array of values, and all broadcast to one shape,
-    such as (n,), (500, 500) or ().
+    Each parameter of kr.Scene is a single value or an array of values. All parameters broadcast to
+    one shape, such as (n,), (500, 500) or ().
 
-    body      a kr.Body for all, or kr.Bodies
-    momentum  (..., 3) in space [M L^2 T^-1]; or velocity, body_momentum, body_velocity (..., 3)
-    attitude  (..., 4) unit quaternions (w, x, y, z), or an array of scipy Rotations; or
+    body      a kr.Body for all tops, or kr.Bodies
+    momentum  (..., 3) in space [M L^2 T^-1]. Alternatively, velocity, body_momentum or
+              body_velocity (..., 3)
+    attitude  (..., 4) unit quaternions (w, x, y, z), or an array of scipy Rotations. Alternatively,
               attitude_xyzw (..., 4)
-    gravity   (...,) along -e3 [L T^-2]
-    damping   one number for all, or (..., 3) along the principal axes, or (..., 1) for all three
-              axes alike [M L^2 T^-1]
+    gravity   (...,) acceleration along -e3 [L T^-2]
+    damping   one number for all tops, or (..., 3) along the principal axes, or (..., 1) if the
+              three axes of a top have the same damping [M L^2 T^-1]
 
-    `tops[i, j]` is a kr.Scene; slices, index arrays and masks give ensembles. Iteration yields
-    scenes, or ensembles along the first of several dimensions. Each member has the bits that Scene
-    gives it; attitudes in single precision agree up to the last place. Values that do not vary are
-    stored once. Two ensembles are equal if their bodies and states are.
+    `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
+    scenes or, if there are several dimensions, ensembles. Each member equals to the last bit the
+    scene that kr.Scene makes of its parameters; attitudes in single precision may differ in the
+    last place. Values that do not vary are stored once. Two ensembles are equal if their bodies,
+    gravity, damping and states are equal.
 
-    Raises TypeError and ValueError as Scene does, for the first invalid value, with its index.
+    Raises TypeError and ValueError as Scene does; the message contains the index of the first
+    invalid value.
 
     >>> import kreisel as kr
     >>> body = kr.scenes.thesis.body
@@ -356,12 +365,12 @@ _BELOW = {word: "below [body]" for word in [*signature(Body).parameters, *MAKERS
 
 
 def parse_toml(text: str) -> Scene:
-    """Return the scene in a TOML text."""
+    """Return the scene that a TOML text describes."""
     return build_from_table(parse_tables(text))
 
 
 def build_from_table(table: dict[str, object]) -> Scene:
-    """Return the scene in a TOML table; the table's keys are consumed."""
+    """Return the scene that a TOML table describes; the key "body" is removed from the table."""
     if "body" not in table:
         raise ValueError("the table [body] is missing")
     body = body_from_table(table.pop("body"), _ABOVE)

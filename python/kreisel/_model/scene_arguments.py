@@ -1,6 +1,6 @@
 """Validation of the arguments of a scene.
 
-Plain numbers cross into the core once. Anything else is checked argument by argument.
+Plain numbers are validated by the core. All other arguments are checked one by one.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .momentum import angular_momentum
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-# momentum, attitude, gravity, damping, and the block
+# momentum, attitude, gravity, damping, and the bytes of a kr_scene
 SceneData = tuple[Vector, Quaternion, float, Vector, bytes]
 
 
@@ -50,7 +50,7 @@ def parse_checked(
     gravity: float,
     damping: ArrayLike | None,
 ) -> SceneData:
-    """Return the data of a scene after checking each argument on its own."""
+    """Check the arguments of a scene one by one and return the data of the scene."""
     g = check_gravity(gravity)
     if attitude_xyzw is not None:
         if attitude is not None:

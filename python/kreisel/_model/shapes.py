@@ -1,7 +1,7 @@
 """Homogeneous shapes: volume, second moments and centre of mass, for floats or arrays.
 
-With s = <x^2>, <y^2>, <z^2> about the centre of mass, the moments of inertia are mass (s_y + s_z)
-and so on (Goldstein, Classical Mechanics, ch. 5).
+Let s_x, s_y, s_z be the means of x^2, y^2, z^2 over the volume, about the centre of mass. The
+moments of inertia are then mass * (s_y + s_z) and so on (Goldstein, Classical Mechanics, ch. 5).
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ from .._utils.validation import Array, R, as_positive
 
 
 class Shape(NamedTuple, Generic[R]):
-    """A shape whose axis is the third axis."""
+    """The data of a shape whose axis is the third axis."""
 
     name: str
     volume: R  # [L^3]; 0 for a thin shape
-    squares: tuple[R, R, R]  # <x^2>, <y^2>, <z^2> about the centre of mass [L^2]
-    height: R  # height of the centre of mass above the origin of the pivot [L]
+    squares: tuple[R, R, R]  # means of x^2, y^2, z^2 about the centre of mass [L^2]
+    height: R  # height of the centre of mass above the point from which the pivot is seen [L]
 
 
 def central_moments(shape: Shape[R], mass: R) -> tuple[R, R, R]:
-    """Return the moments of inertia about the centre of mass."""
+    """Return the three moments of inertia about the centre of mass."""
     x, y, z = shape.squares
     xx, yy, zz = mass * x, mass * y, mass * z
     return yy + zz, zz + xx, xx + yy
@@ -48,24 +48,24 @@ def check_exactly_one(name: str, mass: object, density: object) -> None:
 
 
 def thin_body_message(name: str) -> str:
-    """Return the message that a thin shape has no volume."""
+    """Return the error message for a density of a thin shape, which has no volume."""
     return f"the {name} is thin and has no volume: give its mass"
 
 
 def central_inertia(shape: Shape[float], mass: float) -> Array:
-    """Return the tensor about the centre of mass."""
+    """Return the tensor of inertia about the centre of mass."""
     return np.diag(central_moments(shape, mass))
 
 
 def cylinder(radius: R, height: R) -> Shape[R]:
-    """Return a solid cylinder with its axis along the third axis."""
+    """Return the shape of a solid cylinder whose axis is the third axis."""
     r, h = radius, height
     side = r * r / 4.0
     return Shape("cylinder", math.pi * r * r * h, (side, side, h * h / 12.0), 0.0 * h)
 
 
 def tube(inner: R, outer: R, height: R) -> Shape[R]:
-    """Return a cylinder with a round hole along its axis, 0 <= inner <= outer."""
+    """Return the shape of a cylinder with a round hole along its axis, 0 <= inner <= outer."""
     hole, r, h = inner, outer, height
     side = (r * r + hole * hole) / 4.0
     volume = math.pi * (r - hole) * (r + hole) * h
@@ -73,24 +73,24 @@ def tube(inner: R, outer: R, height: R) -> Shape[R]:
 
 
 def tube_error_message(inner: float, outer: float) -> str:
-    """Return the message that no tube has these radii."""
+    """Return the error message for radii that no tube has."""
     return f"inner must lie between 0 and outer = {outer!r}, not {inner!r}"
 
 
 def disk(radius: R) -> Shape[R]:
-    """Return a thin round disk across the third axis."""
+    """Return the shape of a thin round disk perpendicular to the third axis."""
     side = radius * radius / 4.0
     return Shape("disk", 0.0 * radius, (side, side, 0.0 * radius), 0.0 * radius)
 
 
 def rod(length: R) -> Shape[R]:
-    """Return a thin straight rod along the third axis."""
+    """Return the shape of a thin straight rod along the third axis."""
     nothing = 0.0 * length
     return Shape("rod", nothing, (nothing, nothing, length * length / 12.0), nothing)
 
 
 def sphere(radius: R, shell: bool) -> Shape[R]:
-    """Return a solid ball, or a thin shell."""
+    """Return the shape of a solid sphere, or of a thin spherical shell."""
     r = radius
     side = r * r / (3.0 if shell else 5.0)
     volume = 0.0 * r if shell else 4.0 / 3.0 * math.pi * r * r * r
@@ -98,13 +98,13 @@ def sphere(radius: R, shell: bool) -> Shape[R]:
 
 
 def ellipsoid(a: R, b: R, c: R) -> Shape[R]:
-    """Return a solid ellipsoid with these half axes."""
+    """Return the shape of a solid ellipsoid with the half axes a, b, c."""
     volume = 4.0 / 3.0 * math.pi * a * b * c
     return Shape("ellipsoid", volume, (a * a / 5.0, b * b / 5.0, c * c / 5.0), 0.0 * c)
 
 
 def cone(radius: R, height: R) -> Shape[R]:
-    """Return a solid round cone, from its tip up to its base."""
+    """Return the shape of a solid round cone with its tip at the origin, below its base."""
     r, h = radius, height
     side, along = 0.15 * r * r, 0.0375 * h * h
     return Shape("cone", math.pi / 3.0 * r * r * h, (side, side, along), 0.75 * h)

@@ -1,12 +1,15 @@
 """Starts with a given energy and vertical momentum, as needed for Poincaré sections.
 
-With the vertical P seen from the body, the momentum M = m_v J P / (P J P) + w, w across P, has the
-vertical part m_v and the energy U(P) + w J^-1 w / 2, where
-    U(P) = mass gravity <com, P> + m_v^2 / (2 P J P)
-is the amended potential (Smale 1970). So a start exists for each P with U <= energy and for each
-direction of w; only the length of w is solved for, without cancellation. The volume of the energy
-surface is dP dalpha / sqrt(P J P), alpha the angle of J^-1/2 w; random starts are drawn from it.
-The apex' height <apex, P> is at rest where w lies across J^-1 (apex x P): in two directions.
+Let P be the vertical and M the momentum, both seen from the body, and J the inertia. Let
+    M = m_v J P / <P, J P> + w    with <w, P> = 0.
+The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
+    U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
+is the amended potential (Smale 1970). Hence a start exists for each P with U(P) <= energy and for
+each direction of w. The energy determines the length of w, which is computed without cancellation.
+
+Let alpha be the angle of J^(-1/2) w. The volume element of the energy surface is
+dP dalpha / sqrt(<P, J P>), and random starts are drawn from this distribution. The height of the
+apex, <apex, P>, is stationary for the two directions of w that are orthogonal to J^-1 (apex x P).
 """
 
 from __future__ import annotations
@@ -24,16 +27,16 @@ from ..quaternion import turn_back
 from .body import Body
 from .scene import Ensemble
 
-_TRIALS = 1 << 14  # draws for a start, at most
-_ROWS, _WORDS = 1 << 12, 8  # starts that are drawn at once, and random words of a draw
-_GRID = 48  # heights, and half of the angles, of the grid for the least potential
-_LARGEST = 1e150  # energy whose square is a double
-_CELLS, _HALVINGS = 1024, 120  # cells that cover the possible verticals; most halvings of a cell
+_TRIALS = 1 << 14  # largest number of draws for one start
+_ROWS, _WORDS = 1 << 12, 8  # starts drawn in one batch; random words per draw
+_GRID = 48  # heights of the grid for the minimum of U; the grid has twice as many angles
+_LARGEST = 1e150  # energies below this have squares within the range of doubles
+_CELLS, _HALVINGS = 1024, 120  # number of cells that suffices; largest number of splittings
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 class _EnergySurface(NamedTuple):
-    """The energy surface of a body in principal axes, with lever = mass gravity com."""
+    """The energy surface of a body in principal axes, with lever = mass * gravity * com."""
 
     moments: Array
     lever: Array
@@ -41,12 +44,12 @@ class _EnergySurface(NamedTuple):
     vertical: float
 
     def potential(self, P: Array) -> Array:
-        """Return U at the verticals (n, 3)."""
+        """Return U at the verticals P (n, 3)."""
         made: Array = P @ self.lever + 0.5 * self.vertical**2 / (P * P @ self.moments)
         return made
 
     def momentum(self, P: Array, alpha: Array) -> Array:
-        """Return M at the angles alpha (n,) and the verticals P (n, 3)."""
+        """Return M for the verticals P (n, 3) and the angles alpha (n,)."""
         across, root = self.moments * P, np.sqrt(self.moments)
         first, second = self._momentum_basis(P)
         left = np.maximum(self.energy - self.potential(P), 0.0)
@@ -56,19 +59,25 @@ class _EnergySurface(NamedTuple):
         return made
 
     def _momentum_basis(self, P: Array) -> tuple[Array, Array]:
-        """Return a basis of y = J^-1/2 w, which is across J^1/2 P; the energy of w is y^2 / 2."""
+        """Return an orthonormal basis of the vectors y = J^(-1/2) w.
+
+        These vectors are orthogonal to J^(1/2) P, and |y|^2 / 2 is the energy of w.
+        """
         normal = np.sqrt(self.moments) * P
         return _tangent_basis(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def angle_at_rest(self, P: Array, apex: Array) -> Array:
-        """Return one of the angles alpha at which the apex neither rises nor falls."""
+        """Return one of the two angles alpha at which the apex neither rises nor falls."""
         first, second = self._momentum_basis(P)
         fast = np.cross(apex, P) / np.sqrt(self.moments)
         made: Array = np.arctan2(-(fast * first).sum(axis=1), (fast * second).sum(axis=1))
         return made
 
     def lower_bound(self, P: Array, reach: Array) -> Array:
-        """Return a lower bound of U within these angles of P, from its slope and curvature."""
+        """Return a lower bound of U within the angle `reach` of P.
+
+        The bound follows from the slope of U at P and from a bound of the curvature of U.
+        """
         about = P * P @ self.moments
         k = (self.vertical / about) ** 2
         slope = self.lever - k[:, None] * self.moments * P
@@ -81,15 +90,16 @@ class _EnergySurface(NamedTuple):
         return made
 
     def min_potential(self) -> float:
-        """Return the least value of U: the best points of a grid, refined by Newton's method."""
+        """Return the minimum of U: the best points of a grid are refined by Newton's method."""
         P = _verticals(*_cell_middles((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
 
     def _newton_minimum(self, P: Array) -> float:
-        """Return the least U near P by Newton's method on the sphere.
+        """Return a local minimum of U near P by Newton's method on the sphere.
 
-        Where U is not convex the step is reversed, and shortened until U falls.
+        Each step uses the absolute values of the curvatures, so that its direction is downhill. It
+        is halved repeatedly, and the length with the smallest U is chosen.
         """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):
@@ -123,21 +133,22 @@ def starts(
     seed: int = 0,
     gravity: float = 1.0,
 ) -> Ensemble:
-    """Return an ensemble of tops that share an energy and a vertical momentum.
+    """Return an ensemble of tops with the same energy and the same vertical momentum.
 
-    energy    kinetic plus potential, path.energy [M L^2 T^-2]
-    vertical  <m, e3>, path.vertical_momentum [M L^2 T^-1]
-    n         number of random starts, uniform in the (Liouville) volume of the energy surface;
-              start i depends on `seed` and i alone
-    grid      alternative to n. Two integers: numbers of heights of the apex and of angles about it;
-              each top begins at a highest or lowest point of its apex, where kreisel.section cuts,
-              once with each of the two possible momenta. Three integers: numbers of heights of the
-              vertical along the body's third axis, of angles about that axis, and of directions of
-              the momentum. Starts lie in the middle of cells of equal size; impossible cells are
-              left out
+    energy    kinetic plus potential energy, as path.energy [M L^2 T^-2]
+    vertical  vertical momentum <m, e3>, as path.vertical_momentum [M L^2 T^-1]
+    n         number of random starts, uniformly distributed in the (Liouville) volume of the energy
+              surface; start i depends only on `seed` and i
+    grid      alternative to n: two or three integers. Two integers are the numbers of heights of
+              the apex and of angles about the apex. Each top then starts at a highest or lowest
+              point of its apex, as in kreisel.section, once with each of the two possible momenta.
+              Three integers are the numbers of heights of the vertical along the body's third axis,
+              of angles about that axis, and of directions of the momentum. Starts lie at the
+              centres of cells of equal size; impossible cells are omitted
 
-    The heading, which changes neither, is that of the shortest turn from upright. Raises ValueError
-    if no start exists, with the least energy that has one.
+    Each attitude is the shortest rotation from upright, since the heading affects neither energy
+    nor vertical momentum. Raises ValueError if no start exists; the message contains the least
+    possible energy.
 
     >>> import kreisel as kr
     >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=3, seed=7)
@@ -172,7 +183,7 @@ def starts(
 
 
 def _refuse_overflow(surface: _EnergySurface) -> None:
-    """Raise ValueError if the squares of a start's numbers are beyond the range of doubles."""
+    """Raise ValueError if the squares of energies would exceed the range of doubles."""
     vertical, energy, lever = surface.vertical, surface.energy, np.abs(surface.lever).max()
     about = vertical * vertical / float(surface.moments.min())
     if not about < _LARGEST:
@@ -186,7 +197,7 @@ def _refuse_overflow(surface: _EnergySurface) -> None:
 def _grid_starts(
     surface: _EnergySurface, grid: object, to_principal: Array, body: Body
 ) -> tuple[Array, Array]:
-    """Return verticals in principal axes and angles of the momentum on a grid."""
+    """Return the verticals, in principal axes, and the angles alpha of starts on a grid."""
     sizes = array_of("grid", grid, "2 or 3 whole numbers")
     if sizes.shape not in {(2,), (3,)}:
         raise ValueError(f"grid must be 2 or 3 whole numbers, not {short_repr(grid)}")
@@ -212,7 +223,7 @@ def _grid_starts(
 
 
 def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> tuple[Array, Array]:
-    """Return random verticals in principal axes and random angles of the momentum."""
+    """Return random verticals, in principal axes, and random angles alpha."""
     cover = _cover_verticals(surface)
     P, alpha = np.empty((n, 3)), np.empty(n)
     for begin in range(0, n, _ROWS):
@@ -235,9 +246,9 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
 
 
 def _uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
-    """Return uniform numbers in [0, 1); row i belongs to start begin + i alone.
+    """Return uniformly distributed numbers in [0, 1) of shape (end - begin, 8).
 
-    The counter-based generator Philox has no other state.
+    Row i depends only on `seed`, `trial` and begin + i, since Philox is a counter-based generator.
     """
     counter = [begin * _WORDS // 4, 0, trial + 1, 0]
     raw = np.random.Philox(key=seed, counter=counter).random_raw((end - begin) * _WORDS)
@@ -246,7 +257,7 @@ def _uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _SphereCells(NamedTuple):
-    """Cells on the sphere, each with its lowest height and angle, and their cumulative areas."""
+    """Cells on the sphere: their lowest heights and angles, and their extents in both."""
 
     height: Array
     angle: Array
@@ -254,14 +265,14 @@ class _SphereCells(NamedTuple):
     wide: Array
 
     def verticals(self, drawn: Array) -> Array:
-        """Return uniform points in the cells from three random numbers each."""
+        """Return uniformly distributed points in the cells, each from three random numbers."""
         parts = np.cumsum(self.tall * self.wide)
         cell = np.searchsorted(parts / parts[-1], drawn[:, 0], side="right")
         height = self.height[cell] + self.tall[cell] * drawn[:, 1]
         return _verticals(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
     def middles(self) -> tuple[Array, Array]:
-        """Return the middle of each cell and the largest distance of any of its points."""
+        """Return the centre of each cell and a bound of the angle from it to any other point."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
@@ -269,7 +280,7 @@ class _SphereCells(NamedTuple):
         return _verticals(middle, self.angle + 0.5 * self.wide), up + aside
 
     def split(self) -> _SphereCells:
-        """Split each cell across its longer side."""
+        """Return the halves of each cell, which is cut across its longer side."""
         height = self.height + 0.5 * self.tall
         level = np.sqrt(np.maximum((1.0 - height) * (1.0 + height), self.tall))
         lower = self.tall / level > self.wide * level
@@ -283,7 +294,7 @@ class _SphereCells(NamedTuple):
 
 
 def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
-    """Return few cells that cover all possible verticals tightly."""
+    """Return cells that cover all verticals P with U(P) <= energy, and few others."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
@@ -297,7 +308,7 @@ def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
 
 
 def _shortest_rotations(P: Array) -> Array:
-    """Return the attitudes (n, 4) that see the verticals P, by the shortest rotations."""
+    """Return the shortest rotations (n, 4) for which the vertical, seen from the body, is P."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
         up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation
@@ -308,7 +319,7 @@ def _shortest_rotations(P: Array) -> Array:
 
 
 def _cell_middles(counts: tuple[int, int]) -> tuple[Array, Array]:
-    """Return heights and angles of the middles of cells of equal size on the sphere."""
+    """Return the heights and angles of the centres of cells of equal size on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")
     return height.ravel(), angle.ravel()

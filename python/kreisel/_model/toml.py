@@ -1,4 +1,4 @@
-"""TOML input and output of scenes: tables for constructors, and text with all digits."""
+"""TOML input and output of scenes: constructors called with tables, and numbers with all digits."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .._utils.validation import short_repr
 _T = TypeVar("_T")
 
 
-_MAX_BYTES = 1 << 20  # far above any scene, so that a device without end is refused
+_MAX_BYTES = 1 << 20  # far above any scene: refuses a device whose data has no end
 
 
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
-    """Parse TOML text of several lines, or the file called `source`.
+    """Parse `source`: TOML text if it has several lines, otherwise the file of that name.
 
-    TypeError and ValueError of a file begin with its name.
+    Messages of TypeError and ValueError begin with the name of the file.
     """
     if isinstance(source, str) and "\n" in source:
         return parse(source)
@@ -30,7 +30,10 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
 
 
 def read_limited(file: BinaryIO) -> str:
-    """Read a file, device or pipe; raise ValueError if it is not text or too long."""
+    """Return the text of a file, device or pipe.
+
+    Raises ValueError if it is longer than 1 MiB or is not UTF-8.
+    """
     data = file.read(_MAX_BYTES + 1)
     if len(data) > _MAX_BYTES:
         raise ValueError(f"a scene has at most {_MAX_BYTES} bytes")
@@ -38,7 +41,7 @@ def read_limited(file: BinaryIO) -> str:
 
 
 def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
-    """Call `make`; prefix its TypeError or ValueError with `name`."""
+    """Return the result of `make`; let messages of TypeError and ValueError begin with `name`."""
     try:
         return make()
     except (TypeError, ValueError) as error:
@@ -47,7 +50,7 @@ def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
 
 
 def parse_tables(text: str) -> dict[str, object]:
-    """Parse TOML text into tables and values."""
+    """Return the tables and values of a TOML text."""
     import tomllib  # imported here to keep `import kreisel` fast
 
     try:
@@ -70,10 +73,10 @@ def call_constructor(
     elsewhere: Mapping[str, str],
     others: Iterable[str] = (),
 ) -> _T:
-    """Call the constructor `make` with the keys of a table.
+    """Call the constructor `make` with the keys of a table as its arguments.
 
-    Unknown keys raise ValueError: `elsewhere` says where a misplaced key belongs, and `others` are
-    further keys that are valid in this table.
+    Raises ValueError for unknown and missing keys. For a misplaced key, `elsewhere` contains the
+    place where it belongs. `others` are further keys that the message for an unknown key suggests.
     """
     parameters = inspect.signature(make).parameters
     for word in words:
@@ -88,14 +91,14 @@ def call_constructor(
 
 
 def dump(words: Mapping[str, object]) -> str:
-    """Return a line of TOML for each key, with all digits of numbers."""
-    return "".join([f"{name} = {_value(value)}\n" for name, value in words.items()])
+    """Return a line of TOML for each key; numbers keep all digits."""
+    return "".join([f"{name} = {_format_value(value)}\n" for name, value in words.items()])
 
 
-def _value(value: object) -> str:
+def _format_value(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if not isinstance(value, tuple):
         return repr(value)
-    texts = map(repr if set(map(type, value)) == {float} else _value, value)
+    texts = map(repr if set(map(type, value)) == {float} else _format_value, value)
     return f"[{', '.join(texts)}]"

@@ -1,4 +1,4 @@
-"""Bodies in TOML: the parameters of Body, or those of one of its constructors."""
+"""Bodies in TOML: a table with the parameters of Body or of one of its constructors."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ MAKERS: dict[str, Callable[..., Body]] = {
 
 
 def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
-    """Build the body of a TOML table.
+    """Build the body that a TOML table describes.
 
-    The table has the parameters of Body, or one table with those of a constructor; `elsewhere` says
-    where misplaced keys belong.
+    The table contains either the parameters of Body, or a table with the parameters of one
+    constructor. For misplaced keys, `elsewhere` contains the place where they belong.
     """
     words = check_table("body", table)
     if not MAKERS.keys() & words.keys():

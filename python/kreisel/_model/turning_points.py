@@ -1,4 +1,4 @@
-"""Turning points of the apex of a closed form: the roots of its cubic."""
+"""Turning points of the apex, by the closed form: they are roots of its cubic polynomial."""
 
 from __future__ import annotations
 
@@ -14,10 +14,13 @@ from .scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class TurningPoints:
-    """Turning points of n scenes; each field is an array (n,).
+    """Turning points of n scenes. Each field is an array (n,), except `rows`.
 
-    Least and greatest nutation [rad], the first times at which they occur [T], the critical spin
-    [T^-1], the type of motion, and the coefficients of the potential.
+    least, greatest      least and greatest nutation [rad]
+    t_least, t_greatest  first times at which they occur [T]
+    critical_spin        [T^-1]
+    motion_type          the type of motion, as text
+    rows                 the core's rows (n, 10): these numbers and coefficients of the potential
     """
 
     least: Array
@@ -30,7 +33,7 @@ class TurningPoints:
 
 
 def turning_points_from_rows(rows: Array, motion_type: npt.NDArray[np.str_]) -> TurningPoints:
-    """Build the turning points from the rows of the core and the types of motion."""
+    """Build turning points from the rows that the core computed, and the types of motion."""
     least, greatest, t_least, t_greatest, spin = (read_only(x.copy()) for x in rows.T[:5])
     motion_type.flags.writeable = False
     return TurningPoints(least, greatest, t_least, t_greatest, spin, motion_type, rows)
@@ -45,7 +48,7 @@ def compute_turning_points(scene: Scene) -> TurningPoints:
 
 
 def explain_no_turning_points(status: str, scene: Scene) -> str:
-    """Explain why a scene has no turning points, from the core's status."""
+    """Return text that explains, by the status of the core, why a scene has no turning points."""
     if status != "ERR_METHOD":
         return f"{statuses[status][1]}: {scene!r}"
     what = "a damped top" if scene._is_damped else f"this one, of kind {scene.body.kind!r},"

@@ -1,9 +1,9 @@
 """Ensembles built from one scene: varied parameters, or random deviations.
 
-The textbook parameters of a scene follow from its angular velocity w and Euler's angles. With u =
-w_1 sin(precession) - w_2 cos(precession), the rate of the nutation is w_1 cos(precession) + w_2
-sin(precession), and the rate of the precession is (w_3 sin(nutation) - u cos(nutation)) /
-sin(nutation).
+Euler's angles and the angular velocity w of a scene determine the rates of the angles:
+    rate of the nutation    w_1 cos(precession) + w_2 sin(precession)
+    rate of the precession  (w_3 sin(nutation) - u cos(nutation)) / sin(nutation)
+with u = w_1 sin(precession) - w_2 cos(precession).
 """
 
 from __future__ import annotations
@@ -42,20 +42,21 @@ _SPINNING = "spin", "tilt", "precession"
 _EULER = "angles", "rates"
 _FLAGS = "steady", "fast", "degrees"
 _KNOWN = ("body", *_BODY, *_PLAIN, *_SPINNING, *_EULER, *_FLAGS, "gravity", "damping")
-_DRAWS, _ROWS = 8, 1 << 12  # random numbers of a member, whatever is scattered; members at once
+_DRAWS = 8  # random numbers per member, whichever parameters are scattered
+_ROWS = 1 << 12  # members whose numbers are drawn in one batch
 
 
 class _EulerState(NamedTuple):
     """Euler's angles and rates of a scene, in radians."""
 
     angles: tuple[float, float, float]  # precession, nutation, spin
-    precession: float
-    nutation: float  # the rate
-    spin: float  # about the apex
+    precession: float  # rate
+    nutation: float  # rate
+    spin: float  # angular velocity about the apex
 
 
 def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
-    """Build the ensemble of `scene` in which the parameters `words` vary."""
+    """Build an ensemble from `scene` in which the parameters `words` vary."""
     for name in words:
         if name not in _KNOWN:
             raise TypeError(unknown_name_message("parameter", name, _KNOWN))
@@ -94,7 +95,7 @@ def vary(many: type[E], scene: Any, words: Mapping[str, Any]) -> E:
 
 
 def _accept_any(_: object, **__: object) -> None:
-    """Accept any arguments; the null constructor for parameters without an error of their own."""
+    """Accept any arguments and do nothing, in place of the constructor of one member."""
 
 
 def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
@@ -112,7 +113,7 @@ def _vary_body(scene: Any, given: Mapping[str, Any]) -> Body | Bodies:
 
 
 def _euler_state(scene: Any) -> _EulerState:
-    """Compute Euler's angles and rates of the start; rates at rounding level become zero."""
+    """Return Euler's angles and rates at t = 0, with rates at rounding level set to zero."""
     names = "precession_angle", "nutation", "spin_angle", "spin"
     phi, theta, psi, spin = [float(values(n, scene._block, scene._start)[0]) for n in names]
     x, y, z = values("velocity", scene._block, scene._start)[0].tolist()
@@ -136,9 +137,10 @@ def _start_from_spin(
     degrees: bool,
     steady: tuple[bool, bool],
 ) -> _Start:
-    """Compute parameters, angles and rates from spin, tilt and precession.
+    """Return the parameters `given`, and Euler's angles and rates for spin, tilt and precession.
 
-    Values that are not given are those of the scene.
+    Values that are not given are those of the scene. `steady` holds two flags: whether the
+    precession is steady, and whether the fast one is requested.
     """
     now = _euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
@@ -172,7 +174,10 @@ def _parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
 
 
 def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
-    """Compute parameters, angles and rates from Euler's; missing values are those of the scene."""
+    """Return the parameters `given`, and Euler's angles and rates.
+
+    Values that are not given are those of the scene.
+    """
     now = _euler_state(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
     own = {"angles": now.angles, "rates": (now.precession, now.nutation, spinning)}
@@ -196,9 +201,10 @@ def scatter(
     gravity: float | None,
     begin: int = 0,
 ) -> E:
-    """Build an ensemble of `n` scenes with normal deviations of the given widths.
+    """Build an ensemble of `n` variants of `scene` with normally distributed deviations.
 
-    Its members are those of a larger ensemble from index `begin` on.
+    `momentum`, `attitude` and `gravity` are standard deviations. The members are those with the
+    indices begin .. begin + n - 1 of any larger ensemble with the same seed.
     """
     count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
@@ -221,7 +227,7 @@ def scatter(
 
 
 def _parse_width(name: str, given: ArrayLike, numbers: int) -> Array:
-    """Parse a width: one number for all components, or one for each."""
+    """Return a standard deviation: one number for all components, or one for each component."""
     made = parse_parameter(name, given, () if np.ndim(given) == 0 or numbers == 1 else (3,))
     if made.shape or (made.values < 0.0).any():
         many, are = ("1 or 3 numbers", "are") if numbers == 3 else ("a number", "is")
@@ -233,13 +239,13 @@ def _parse_width(name: str, given: ArrayLike, numbers: int) -> Array:
 
 
 def _normal_numbers(seed: int, first: int, n: int) -> Array:
-    """Return (n, 8) normal numbers; row i belongs to member first + i, whatever `n` is.
+    """Return normally distributed numbers (n, 8); row i depends only on `seed` and first + i.
 
-    Each member takes the same number of random words from the counter-based generator Philox. Box
-    and Muller's transform turns them into normal numbers.
+    Each member uses 8 random words of the counter-based generator Philox. The transform of Box and
+    Muller converts these words to normally distributed numbers.
     """
     drawn = np.empty((n, _DRAWS))
-    philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # it counts by fours
+    philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # 4 words per count
     for begin in range(0, n, _ROWS):
         rows = drawn[begin : begin + _ROWS]
         raw = philox.random_raw(rows.size).reshape(len(rows), 2, _DRAWS // 2)
@@ -252,7 +258,7 @@ def _normal_numbers(seed: int, first: int, n: int) -> Array:
 
 
 def _rotate_first(q: Four, r: Components) -> Four:
-    """Rotate the body by the rotation vectors `r` before the attitudes `q`."""
+    """Return the attitudes of bodies rotated by the vectors `r` first, then by `q`."""
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)
     half = 0.5 * size

@@ -1,1 +1,1 @@
-"""Options of the verbs, validated before anything runs: methods, quantities, times and the plan."""
+"""Options that are validated before any run: methods, quantities, times and plans."""

@@ -1,4 +1,4 @@
-"""Validated options of an ensemble: those of a solve, times, reductions and threads."""
+"""Validated options of an ensemble: options of a solve, times, reductions and threads."""
 
 from __future__ import annotations
 
@@ -22,21 +22,22 @@ from .solve_options import SolveOptions, make_options
 from .times import COUNTABLE, check_times, time_grid, too_many_steps_message, total_memory
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
-ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # quantities with the kinds of reduction
+ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # kinds of reduction by quantity
 CoreEvents = list[
     tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
 ]
 Index = tuple[int, ...]
 Shape = tuple[int, ...]
 _TIMES_FORM = "a number, a list of times, or an array of times of each top"
-_MAX_ROWS = 1 << 20  # times that are validated at once
+_MAX_ROWS = 1 << 20  # largest number of times that are validated in one batch
 _MAX_THREADS = 1024
 
 
 class Reduction(NamedTuple):
-    """A component reduced over the times of a top.
+    """A reduction of one component of a quantity over the times of a top.
 
-    `kind` is its number in the core, `name` the quantity or component that the user named.
+    `component` is the index of the component, and `kind` the number of the kind in the core. `name`
+    is the quantity or component that the user named.
     """
 
     quantity: str
@@ -49,9 +50,9 @@ class Reduction(NamedTuple):
 class EnsembleOptions:
     """The options of an ensemble.
 
-    solve        of all tops; its method is that of tops without a closed form where `is_auto`
-    is_auto      True if tops with a closed form use it
-    reductions   what is reduced of each top in place of its states
+    solve        options of all tops; if `is_auto`, its method applies to tops without a closed form
+    is_auto      True if tops with a closed form use the closed form
+    reductions   the reductions that replace the states of each top in the result
     core_events  the events to search for, as arguments of the core
     """
 
@@ -67,29 +68,29 @@ class EnsembleOptions:
 
     @property
     def is_scalar(self) -> bool:
-        """True if the tops run one by one: with events, and with more than 16 digits."""
+        """True if tops are computed one by one, because of events or of more than 16 digits."""
         return self.core_events is not None or self.solve.has_low_words
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
-        """The first arguments of the core's worker; None as the method stands for 'auto'."""
+        """The first arguments of a worker of the core, where the method None means 'auto'."""
         name, step, tol, digits, most, leave_heading = self.solve.core
         return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
     @cached_property
     def core_reductions(self) -> list[tuple[str, int, int]]:
-        """The reductions as an argument of the core's worker."""
+        """The reductions as an argument of a worker of the core."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
     def size(self) -> int:
-        """The bytes of a state."""
+        """The number of bytes of a state; 0 with reductions."""
         if self.reductions:
             return 0
         return self.solve.size * (2 if self.solve.has_low_words else 1)
 
     def options_for(self, scene: Scene) -> SolveOptions:
-        """Return the options of one top."""
+        """Return the options for one top of the ensemble."""
         one, requested = self.solve, self.solve.requested_method
         if not self.is_auto:
             return one
@@ -99,7 +100,7 @@ class EnsembleOptions:
         )
 
     def limit_steps(self, max_steps: int) -> EnsembleOptions:
-        """Return the options with at most `max_steps` steps of each top."""
+        """Return these options with at most `max_steps` steps for each top."""
         steps = min(self.solve.max_steps or max_steps, max_steps)
         return replace(self, solve=replace(self.solve, max_steps=steps))
 
@@ -110,22 +111,22 @@ def format_index(index: Index) -> str:
 
 
 def unravel_index(i: int, shape: Shape) -> Index:
-    """Return the index of the i-th member in C order."""
+    """Return the index of member i, counted in C order, in an ensemble of this shape."""
     return tuple(map(int, np.unravel_index(i, shape))) if shape else ()
 
 
 def member(tops: Ensemble, i: int) -> Scene:
-    """Return the i-th member in C order."""
+    """Return member i of an ensemble, counted in C order."""
     return tops._member(unravel_index(i, tops.shape))
 
 
 def method_for_all(name: object, tops: Ensemble) -> Method:
     """Return the method called `name`.
 
-    Raises ValueError for the first member that it does not suit.
+    Raises ValueError if it does not suit all members; the message names the first of the rest.
     """
     method = get_method(name)
-    if method.name == FALLBACK:  # it suits every top
+    if method.name == FALLBACK:  # suits every top
         return method
     first, count = unsuited(tops._core_scenes, method.name)
     if count:
@@ -150,7 +151,10 @@ def parse_ensemble_options(
     every: object = None,
     has_events: bool = False,
 ) -> EnsembleOptions:
-    """Return the options of an ensemble. Raises TypeError or ValueError for an invalid argument."""
+    """Return the validated options of an ensemble.
+
+    Raises TypeError or ValueError for an invalid argument.
+    """
     is_auto = isinstance(method, str) and method == "auto"
     chosen = method_for_all(FALLBACK if is_auto else method, tops)
     reductions = parse_reductions(reduce)
@@ -174,14 +178,18 @@ _COMPONENTS = {
 
 @lru_cache
 def list_components(name: str) -> list[tuple[str, int]]:
-    """Return the components of a quantity, or the one called `name`, as quantity and number."""
+    """Return pairs (quantity, index of a component).
+
+    If `name` is a quantity, there is a pair for each of its components. If `name` is a component,
+    there is one pair.
+    """
     if name in QUANTITIES:
         return [(name, i) for i in range(QUANTITIES[name].doubles)]
     return [_COMPONENTS[name]]
 
 
 def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
-    """Return the reductions that a mapping such as {"nutation": ("min", "max")} names."""
+    """Return the reductions that a mapping such as {"nutation": ("min", "max")} requests."""
     if reduce is None:
         return ()
     if not isinstance(reduce, Mapping):
@@ -206,7 +214,7 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
 
 
 def _parse_kinds(name: str, given: object) -> list[str]:
-    """Return the kinds of reduction of a quantity, each once."""
+    """Return the requested kinds of reduction of a quantity, without duplicates."""
     kinds = [given] if isinstance(given, str) else given
     if not isinstance(kinds, Iterable):
         raise TypeError(
@@ -226,9 +234,9 @@ def _parse_kinds(name: str, given: object) -> list[str]:
 
 
 def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
-    """Return (k,) times of all tops, or (n, k) where each has its own.
+    """Return the times (k,) of all tops, or (n, k) if each top has its own times.
 
-    Raises ValueError if the times are not monotonic or the steps up to them are not countable.
+    Raises ValueError if the times are not monotonic, or if reaching them takes 2**53 steps or more.
     """
     step, every = options.solve.step, options.solve.every
     times = as_finite_array("t", t, _TIMES_FORM)
@@ -247,7 +255,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
 
 
 def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) -> None:
-    """Raise MemoryError if the states do not fit into memory."""
+    """Raise MemoryError if the states of all tops do not fit into memory."""
     needed = tops.size * times.shape[-1] * options.size
     if needed > total_memory():
         raise MemoryError(
@@ -257,7 +265,10 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
 
 
 def _parse_own_times(tops: Ensemble, times: Array) -> Array:
-    """Return the (n, k) times in an array (*shape, k), each row monotonic away from 0."""
+    """Return times (n, k) from an array that broadcasts to (*shape, k).
+
+    Raises ValueError if it does not broadcast, or if a row does not lead away from 0 monotonically.
+    """
     wanted = (*tops.shape, times.shape[-1])
     try:
         given = np.broadcast_to(times, wanted)
@@ -274,7 +285,10 @@ def _parse_own_times(tops: Ensemble, times: Array) -> Array:
 
 
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
-    """Raise ValueError, naming the top, if a row of times does not lead away from 0."""
+    """Raise ValueError with the index of the top if a row does not lead away from 0.
+
+    The first row belongs to top number `first`, counted in C order.
+    """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0
     if not wrong.any():
@@ -289,7 +303,10 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
 
 
 def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOptions) -> Array | None:
-    """Return the array that receives the states, as (n, k, 8)."""
+    """Return a view (n, k, 8) of the array `out` that receives the states, or None without one.
+
+    Raises TypeError or ValueError if `out` is not a suitable array.
+    """
     if out is None:
         return None
     if options.reductions or options.solve.want is not None:
@@ -307,7 +324,10 @@ def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOption
 
 
 def parse_threads(threads: object, executor: object) -> int:
-    """Return the number of threads; an executor brings its own."""
+    """Return the number of threads, by default the number of available processors.
+
+    Raises TypeError or ValueError for an invalid argument, or if both arguments are given.
+    """
     if executor is not None:
         if threads is not None:
             raise ValueError("give either threads or an executor, not both")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, cast
 
-from .._core import KIND_RTOL, body_kind, kowalewski_plan, method_applies, method_suits
+from .._core import KIND_RTOL, body_kind, method_applies, method_suits, torus_plan
 from .._core import flags as FLAGS
 from .._core import methods as core_methods
 from .._model.body import Body
@@ -14,22 +14,23 @@ from .._utils.errors import unknown_name_message as unknown_name
 from .._utils.literals import MethodName
 from .._utils.validation import check_type, short_repr
 
-# flags of methods for some bodies only
+# flags of methods that apply to some bodies only
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
-# 'auto' is the first of these where it suits the scene, else the second.
+# The method 'auto' is EXACT if that suits the scene, else FALLBACK.
 EXACT: Final = "exact"
 FALLBACK: Final = "taylor"
 
 
 @dataclass(frozen=True)
 class Method:
-    """A way to step from one state to the next.
+    """A method of integration, or the closed form.
 
-    order      of the error of a path in the step; 0: chosen on the way
-    conserves  the invariants that it conserves to rounding
-    adaptive   controls its steps by a tolerance; other methods need a step
-    algebraic  uses + - * / and square roots only: the same bits from every compiler and machine
-    digits     accepts more digits than a double has
+    order      p if the error of a path is proportional to step^p; 0 if the method chooses it
+    conserves  the invariants that the method conserves up to rounding
+    adaptive   True if a tolerance controls the steps; other methods need a step
+    algebraic  True if only + - * / and square roots are used, so that results are equal to the last
+               bit for all compilers and machines
+    digits     True if more digits than those of a double can be requested
     """
 
     name: MethodName
@@ -61,17 +62,20 @@ class Method:
 
     @property
     def digits(self) -> bool:
-        """True if it accepts more digits than a double has."""
+        """True if more digits than those of a double can be requested."""
         return bool(self.flags & FLAGS["digits"])
 
     @property
     def splitting(self) -> bool:
-        """True if it consists of kicks and drifts; a drift is exact where two moments are equal."""
+        """True if each step consists of kicks and drifts.
+
+        A drift is exact if two moments are equal.
+        """
         return bool(self.flags & FLAGS["splitting"])
 
     @property
     def skips_heading(self) -> bool:
-        """True if it can leave out the heading of the top, its turn about the vertical."""
+        """True if the heading of the top, its rotation about the vertical, can be left out."""
         return bool(self.flags & FLAGS["skips_heading"])
 
     @property
@@ -84,38 +88,39 @@ class Method:
 
     @property
     def damped(self) -> bool:
-        """True if it moves damped tops, too."""
+        """True if the method applies to damped tops, too."""
         return bool(self.flags & FLAGS["damped"])
 
     @property
     def tangents(self) -> bool:
-        """True if it computes derivatives of the state."""
+        """True if the method can compute derivatives of the state."""
         return bool(self.flags & FLAGS["tangents"])
 
     @property
     def tops(self) -> str:
-        """The bodies that it applies to, as text."""
+        """A description of the bodies that the method applies to."""
         lagrange = "two equal moments and the centre of mass on the third axis"
         kinds = {
             FLAGS["lagrange_only"]: lagrange,
             FLAGS["integrable"]: lagrange
-            + ", for Kowalewski tops, and for any body without torque",
+            + ", for Kowalewski tops, for Goryachev-Chaplygin tops without vertical momentum, "
+            "and for any body without torque",
             FLAGS["symmetric_only"]: "two equal moments",
             FLAGS["euler_only"]: "the centre of mass at the fixed point",
         }
         return next((text for flag, text in kinds.items() if self.flags & flag), "any body")
 
     def applies_to(self, body: Body) -> bool:
-        """Return True if the method applies to this body under any gravity.
+        """Return True if the method applies to this body for any gravity.
 
-        `tops` describes its bodies.
+        `tops` describes the bodies for which this holds.
         """
         return method_applies(self.name, check_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to this scene.
 
-        Without gravity more bodies have a closed form. Few methods move damped tops.
+        Without gravity, more bodies have a closed form. Few methods apply to damped tops.
         """
         damped = check_type("scene", scene, Scene)._is_damped
         any_body = not self.flags & _SOME and not damped
@@ -123,7 +128,10 @@ class Method:
 
 
 class Methods(dict[MethodName, Method]):
-    """The methods by name. A KeyError suggests the nearest name; printed, they are a table."""
+    """The methods by name; print it to see a table.
+
+    The KeyError for an unknown name suggests the nearest known name.
+    """
 
     def __repr__(self) -> str:
         """Return a line for each method: its name, its order and a description."""
@@ -131,7 +139,7 @@ class Methods(dict[MethodName, Method]):
         wide = max((len(name) for name, _, _ in rows), default=0)
         return "\n".join(f"{name:<{wide}} {order:>2}  {text}" for name, order, text in rows)
 
-    if TYPE_CHECKING:  # any text may be looked up
+    if TYPE_CHECKING:  # any str may be looked up
 
         def __getitem__(self, name: str, /) -> Method: ...
 
@@ -140,7 +148,7 @@ class Methods(dict[MethodName, Method]):
 
 
 def unknown_method_message(name: str) -> str:
-    """Return the message for a method that does not exist."""
+    """Return the error message for a method that does not exist."""
     if name == "geometric":
         return "method='geometric' needs trial runs: only kreisel.solve accepts it"
     if name in ("gsl_rk8pd", "gsl_bsimp"):
@@ -155,34 +163,38 @@ def unknown_method_message(name: str) -> str:
 methods = Methods({row["name"]: Method(**row) for row in core_methods})
 
 
+TORUS_KINDS = {"kowalewski": "Kowalewski", "goryachev_chaplygin": "Goryachev-Chaplygin"}
+
+
 def describe_kind(scene: Scene) -> str:
-    """Return a description of the body of a scene by its kind."""
+    """Return text that describes the body of a scene by its kind."""
     damped, near = "damped " if scene._is_damped else "", scene.body._near_kind
     which = f", which is {near}" if near else ""
     return f"this {damped}body of kind {scene.body.kind!r}{which}"
 
 
-def is_kowalewski(scene: Scene) -> bool:
-    """Return True if gravity acts on a Kowalewski top.
+def has_torus(scene: Scene) -> bool:
+    """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 
-    Its closed form is used only on request: setting it up takes as long as some hundred units of
-    time by a series.
+    The method 'auto' does not use the closed form of such a top. Setting it up costs as much as
+    integrating some hundred units of time by the Taylor series.
     """
-    # Ask the core directly: this check is part of every solve.
-    return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) == "kowalewski"
+    # This check is part of every solve, so it calls the core directly.
+    return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS
 
 
 def explain_no_closed_form(scene: Scene) -> str:
-    """Return the reason why a scene has no closed form."""
+    """Return the reason why the closed form is not used for a scene."""
     if scene._is_damped:
         return f"no closed form is known for {describe_kind(scene)} with damping"
     if not methods[EXACT].applies_to(scene.body):
         return f"no closed form is known for {describe_kind(scene)} under gravity"
-    if is_kowalewski(scene):
-        status, refusal = kowalewski_plan(scene._block, 0.0)[:2]
+    if has_torus(scene):
+        top = TORUS_KINDS[body_kind(scene.body._block, KIND_RTOL)]
+        status, refusal = torus_plan(scene._block, 0.0)[:2]
         if status == "OK":
-            return "the closed form of a Kowalewski top is available for single scenes only"
-        return f"this motion of a Kowalewski top has no closed form: {refusal}"
+            return f"the closed form of a {top} top is available for single scenes only"
+        return f"this motion of a {top} top has no closed form: {refusal}"
     return (
         "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
         "the start, and yet does not stand"
@@ -190,7 +202,7 @@ def explain_no_closed_form(scene: Scene) -> str:
 
 
 def get_method(name: object) -> Method:
-    """Return the method called `name`. Raises TypeError or ValueError if there is none."""
+    """Return the method called `name`; raise TypeError or ValueError if there is none."""
     if not isinstance(name, str):
         raise TypeError(f"method must be a name in kreisel.methods, not {short_repr(name)}")
     method = methods.get(cast(MethodName, name))
@@ -200,12 +212,12 @@ def get_method(name: object) -> Method:
 
 
 def resolve_method(name: object, scene: Scene) -> Method:
-    """Return the method called `name`, or that of 'auto'.
+    """Return the method called `name`; for 'auto', the method that suits the scene best.
 
-    Raises ValueError if there is none, or if it does not apply to the scene.
+    Raises ValueError if there is no such method, or if it does not apply to the scene.
     """
     if isinstance(name, str) and name == "auto":
-        closed = not is_kowalewski(scene) and methods[EXACT].suits(scene)
+        closed = not has_torus(scene) and methods[EXACT].suits(scene)
         return methods[EXACT if closed else FALLBACK]
     method = get_method(name)
     if not method.suits(scene):

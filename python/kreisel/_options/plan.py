@@ -1,4 +1,4 @@
-"""The plan of a solve: what a run of a scene uses, what it leaves out, and why."""
+"""The plan of a solve: what a run of a scene computes, what it leaves out, and why."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .quantities import HEADING_DEPENDENT, count_components
 from .solve_options import SolveOptions
 from .times import CHUNK_SIZE
 
-GEOMETRIC: str = "geometric"  # a value of method= that names no method
+GEOMETRIC: str = "geometric"  # value of `method` for which trial runs choose the method
 Reasons = tuple[tuple[str, str], ...]
 
 
@@ -22,12 +22,13 @@ class StepChoice:
     """The method and step that method='geometric' chose, and the cost of the choice.
 
     step          [T]
-    target        the error allowed [rad]
-    error         the largest attitude error on [0, t], by a reference: the closed form or the
-                  Taylor series with 20 digits [rad]
-    conditioning  how far one rounding of the state moves the attitude, approximately [rad]
-    run, trials   evaluations of the torque: of the final run, and of all others, where a term of
-                  the reference's series counts as one
+    target        the largest error allowed [rad]
+    error         the largest attitude error on [0, t], compared with a reference: the closed form
+                  or the Taylor series with 20 digits [rad]
+    conditioning  approximate change of the attitude caused by one rounding of the state [rad]
+    run           evaluations of the torque in the final run
+    trials        evaluations of the torque in all other runs; each term of the Taylor series of the
+                  reference counts as one evaluation
     budget        the largest number of steps of all runs together
     """
 
@@ -53,18 +54,21 @@ class StepChoice:
 
 @dataclass(frozen=True)
 class Plan:
-    """The plan of a run: what it uses and what it leaves out; print it.
+    """The plan of a run, to be printed: what it computes, what it leaves out, and why.
 
-    method, why   its name and the reason for it; step and order: None and 0 where it has none, or
-                  chooses them
-    form          the equations that are integrated
-    kernel        the instruction set of taylor's series, else empty
-    columns       what is recorded of a state, and `bytes`, their size
-    left_out      (what, why) of all that neither the scene nor the options need
-    kept          (what, why) of what is computed without need
-    choice        of method='geometric': its target, error, conditioning and cost; else None
-    turn          how far the top turns in a step, approximately: as fast as at the start, or as a
-                  pendulum would; None where the method chooses its steps [rad]
+    method    the name of the method
+    why       the reason for this method
+    step      [T], or None if the method has none or chooses it
+    order     the order of the method, or 0 if it has none or chooses it
+    form      the equations that are integrated
+    kernel    the instruction set of the Taylor series; empty for other methods
+    columns   the quantities that are recorded for each state
+    bytes     the size of these quantities
+    left_out  pairs (what, why) for all that is left out because nothing needs it
+    kept      pairs (what, why) for all that is computed although nothing needs it
+    choice    the choice that method='geometric' made; None for other methods
+    turn      approximate angle by which the top turns in a step, at the rate of the start or of a
+              pendulum [rad]; None if the method chooses its steps
     """
 
     method: str
@@ -109,7 +113,7 @@ class Plan:
 def make_plan(
     scene: Scene, options: SolveOptions, states: int | None = None, choice: StepChoice | None = None
 ) -> Plan:
-    """Return the plan of a solve of this scene, for so many states."""
+    """Return the plan of a solve of `scene` that records `states` states."""
     kernel, order = "", options.method.order
     if options.method.suits(scene):
         _, top = start(scene._block, *options.core)
@@ -134,7 +138,10 @@ def make_plan(
 
 
 def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
-    """Return how far the top turns in a fixed step. From a radian on few methods can follow it."""
+    """Return the approximate angle by which the top turns in a fixed step, or None without one.
+
+    Few methods can follow a top that turns by a radian or more in a step.
+    """
     if options.step is None or options.method.adaptive:
         return None
     velocity = float(np.linalg.norm(values("velocity", scene._block, scene._start)))

@@ -1,4 +1,4 @@
-"""The quantities of a path: the core's table of quantities, times and low words."""
+"""The quantities of a path: those in the core's table, the times, and the low words."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from .._core import quantities
 class Quantity(NamedTuple):
     """A named function of the state.
 
-    doubles     the number of its components, whose names are `components`
-    turns       True if it changes when the top is turned about the vertical
-    dimension   in [M L T], empty for a pure number; text: a description
+    doubles     the number of components
+    components  the names of the components
+    turns       True if the quantity changes when the top is rotated about the vertical
+    dimension   in terms of M, L and T; empty for a pure number
+    text        a description
     """
 
     name: str
@@ -42,7 +44,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 
 
 def _low_quantity(name: str) -> Quantity:
-    """Return the quantity of the low words of `name`."""
+    """Return the quantity that consists of the low words of the quantity `name`."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
     text = f"what the doubles of {name} leave out; zero up to 16 digits"
@@ -50,10 +52,10 @@ def _low_quantity(name: str) -> Quantity:
 
 
 LOW = {low.name: low for low in map(_low_quantity, ("q", "m"))}
-RECORDABLE = QUANTITIES | LOW  # what `want` can name
+RECORDABLE = QUANTITIES | LOW  # the quantities that `want` may contain
 TIME = Quantity("t", 1, ["t"], False, "T", "times")
 HEADING_DEPENDENT = frozenset(name for name, quantity in RECORDABLE.items() if quantity.turns)
-# as the table says in words, since an angle is a pure number
+# An angle is a pure number, so only the description tells that it is one.
 ANGLES = frozenset(name for name, quantity in QUANTITIES.items() if "in radians" in quantity.text)
 
 

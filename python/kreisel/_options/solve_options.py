@@ -1,4 +1,4 @@
-"""Options of a solve: the method, what controls it and what it records, as validated."""
+"""Validated options of a solve: the method, its parameters, and the quantities it records."""
 
 from __future__ import annotations
 
@@ -22,13 +22,12 @@ Progress = Callable[[float], object]
 
 @dataclass(frozen=True)
 class SolveOptions:
-    """The validated arguments of a solve, whatever the scene.
+    """The validated arguments of a solve, independent of the scene.
 
-    `step`, `tol` and `digits` are None where the method has none or chooses its own. `error` is
-    that of method='geometric', for which `method` is a placeholder. `events` are
-    kreisel.events.Event objects; those of a path that was loaded are empty. `tangents` names what
-    the derivatives are by.
-
+    `step`, `tol` and `digits` are None if the method has no such parameter or chooses it. `error`
+    is the error allowed with method='geometric'; `method` is then a placeholder. `events` are
+    kreisel.events.Event objects; the events of a loaded path are empty. `tangents` names the
+    parameters by which the state is differentiated.
     """
 
     method: Method
@@ -45,7 +44,7 @@ class SolveOptions:
 
     @property
     def has_events(self) -> bool:
-        """True if events are searched for, which may need more than the quantities in `want`."""
+        """True if events are searched for, which may need quantities that are not in `want`."""
         return self.events is not None
 
     @cached_property
@@ -55,7 +54,7 @@ class SolveOptions:
 
     @cached_property
     def core(self) -> tuple[str, float, float, int, int, bool]:
-        """Name, step, tol, digits, max_steps and leave_heading, as arguments of the core."""
+        """The arguments of the core: name, step, tol, digits, max_steps and leave_heading."""
         level = self.want is not None and HEADING_DEPENDENT.isdisjoint(self.want)
         precise = self.has_low_words or self.has_events
         leave_heading = level and self.method.skips_heading and not precise
@@ -64,29 +63,29 @@ class SolveOptions:
 
     @cached_property
     def path_options(self) -> SolveOptions:
-        """The options of a path with all its states: without those that control a single run."""
+        """The options of a path with all its states, without options that concern one run only."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options
 
     @property
     def leave_heading(self) -> bool:
-        """True if the states may stay undetermined up to a turn about the vertical."""
+        """True if the states need to be determined only up to a rotation about the vertical."""
         return self.core[-1]
 
     @cached_property
     def safe_horizon(self) -> float:
-        """A time before which the steps are certainly countable by a double [T]."""
+        """A time [T] up to which a double can certainly count the steps."""
         return math.inf if self.step is None else 0.5 * COUNTABLE * self.step
 
     @cached_property
     def chunk_size(self) -> int:
-        """The largest number of states recorded at once."""
+        """The largest number of states that are held in memory at a time."""
         return sys.maxsize if self.want is None else CHUNK_SIZE
 
     @property
     def size(self) -> int:
-        """The bytes of a state, without its time."""
+        """The number of bytes of a state, without the time."""
         return 64 if self.want is None else 8 * sum(map(count_components, self.want))
 
     @property
@@ -95,7 +94,7 @@ class SolveOptions:
         return (self.digits or 0) > 16
 
     def step_with_sign(self, is_back: bool) -> float | None:
-        """Return the step, negative if `is_back`."""
+        """Return the step, negative if `is_back`; None if there is no step."""
         return -self.step if is_back and self.step is not None else self.step
 
 
@@ -110,9 +109,10 @@ def parse_options(
     every: object = None,
     requested: object = None,
 ) -> SolveOptions:
-    """Return the options of a solve of `scene`; `requested` is the method that the user named.
+    """Return the validated options of a solve of `scene`.
 
-    Raises TypeError or ValueError for an invalid argument.
+    `requested` is the method that the user named, by default `method`. Raises TypeError or
+    ValueError for an invalid argument.
     """
     top = scene if type(scene) is Scene else check_type("scene", scene, Scene)
     chosen = resolve_method(FALLBACK if method == "auto" and digits is not None else method, top)
@@ -130,7 +130,7 @@ def options_for_method(
     want: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the options of `method`, whatever the scene.
+    """Return the validated options of a solve by `method`, for any scene.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -159,7 +159,7 @@ def make_options(
     want: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return options_for_method of these arguments, memoized where they can be."""
+    """Return `options_for_method` of these arguments, memoized if they are hashable."""
     if want is None or type(want) is tuple:
         try:
             return _memoized(method, step, tol, digits, max_steps, requested, want, every)
@@ -169,7 +169,10 @@ def make_options(
 
 
 def parse_want(want: object) -> tuple[QuantityName, ...] | None:
-    """Return names of quantities, each once; None for all."""
+    """Return the names of the quantities to record, without duplicates; None means the states.
+
+    Raises TypeError or ValueError for invalid names.
+    """
     if want is None:
         return None
     if isinstance(want, str) or not isinstance(want, Iterable):
@@ -189,7 +192,10 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
 
 
 def parse_step(method: Method, step: object) -> float | None:
-    """Return the step, or None if the method has none."""
+    """Return the step, or None if the method chooses its steps or has none.
+
+    Raises ValueError if a method of fixed step is given none.
+    """
     if step is not None:
         h = as_positive("step", step)
         return None if method.exact else h
@@ -199,7 +205,10 @@ def parse_step(method: Method, step: object) -> float | None:
 
 
 def parse_tol(method: Method, tol: object) -> float | None:
-    """Return the tolerance, or None if the method has none."""
+    """Return the tolerance, or None for the default or the closed form.
+
+    Raises ValueError if the method has no tolerance, or if `tol` is not between 0 and 1.
+    """
     if tol is None:
         return None
     if not (method.adaptive or method.implicit):
@@ -213,7 +222,10 @@ def parse_tol(method: Method, tol: object) -> float | None:
 
 
 def parse_digits(method: Method, digits: object, tol: object) -> int | None:
-    """Return the digits, rounded up to 16, 20 or 30."""
+    """Return the number of digits, rounded up to 16, 20 or 30, or None if `digits` is None.
+
+    Raises ValueError if the method has a fixed precision, or for `digits` together with `tol`.
+    """
     if digits is None:
         return None
     if not method.digits:
@@ -229,7 +241,10 @@ def parse_digits(method: Method, digits: object, tol: object) -> int | None:
 
 
 def parse_every(method: Method, every: object) -> int | None:
-    """Return the number of steps between two states. Raises ValueError for an adaptive method."""
+    """Return the number of steps between two recorded states, or None if `every` is None.
+
+    Raises ValueError for an adaptive method.
+    """
     if every is None:
         return None
     if method.adaptive:
@@ -241,7 +256,7 @@ def parse_every(method: Method, every: object) -> int | None:
 
 
 def parse_progress(progress: Progress | None) -> Progress | None:
-    """Return `progress`. Raises TypeError if it is neither a function nor None."""
+    """Return `progress`; raise TypeError if it is neither callable nor None."""
     if progress is not None and not callable(progress):
         raise TypeError(
             f"progress must be a function that takes the time reached, not {short_repr(progress)}"

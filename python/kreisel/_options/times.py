@@ -1,4 +1,4 @@
-"""Requested times: their validation, and grids of steps, whole or in chunks."""
+"""Requested times: their validation, and grids of steps as one array or in chunks."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ import numpy as np
 from .._model.scene import Scene
 from .._utils.validation import Array, Numbers, as_finite_array, as_float
 
-CHUNK_SIZE = 1 << 14  # states that are computed, used and dropped at a time
+CHUNK_SIZE = 1 << 14  # largest number of states that are held in memory at a time
 COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
 _TIMES_FORM = "a number or a list of times"
 
 
 def time_array(t: object, step: float | None, every: int | None, size: int = 64) -> Array:
-    """Return the times that `t` stands for: a list, the start and the end, or every so many steps.
+    """Return the times that `t` specifies: a list, or an end time as in `time_grid`.
 
-    `size` is the bytes of a state. Raises MemoryError if the states do not fit into memory.
+    `size` is the number of bytes of a state. Raises MemoryError if the states do not fit into
+    memory.
     """
     times = as_finite_array("t", t, _TIMES_FORM)
     if times.ndim == 0:
@@ -34,21 +35,24 @@ def time_array(t: object, step: float | None, every: int | None, size: int = 64)
 
 
 def time_grid(end: float, step: float | None, every: int | None, size: int = 64) -> Array:
-    """Return the start and `end`, or the times of each `every` steps."""
+    """Return the times 0 and `end` or, if `every` is given, the time of every `every`-th step."""
     if step is None or every is None:
         return np.array([0.0, end])
     return _make_grid(end, step, every, size + 8)
 
 
 def check_times(times: Array, every: int | None) -> None:
-    """Raise ValueError if a list of times is not monotonic, or comes with `every`."""
+    """Raise ValueError if a list of times is not monotonic, or if `every` is given with it."""
     if every is not None:
         raise ValueError("every needs t as a number; a list has its own times")
     check_monotonic(times, 0.0, times.size > 0 and bool(times[-1] < 0.0))
 
 
 def check_monotonic(times: Array, last: float, back: bool) -> None:
-    """Raise ValueError if the times do not lead away from `last`, back in time if `back`."""
+    """Raise ValueError unless the times start at or after `last` and do not decrease.
+
+    If `back` is True, they must start at or before `last` and must not increase.
+    """
     steps = (times[1:] > times[:-1]) if back else (times[1:] < times[:-1])
     if times.size and (times[0] > last if back else times[0] < last):
         i, there = 0, f"the run's {last!r}" if last else "the start at 0"
@@ -68,9 +72,9 @@ def time_chunks(
     size: int,
     after: float | None,
 ) -> Iterator[Array]:
-    """Return the times that `t` stands for in chunks of `size`; of a grid those later than `after`.
+    """Return the times that `t` specifies in chunks of `size`.
 
-    `t` may be any iterable, also an endless one.
+    `t` may also be an infinite iterator. If `t` is a number, all times are beyond the time `after`.
     """
     if isinstance(t, Iterator):
         if every is not None:
@@ -89,9 +93,10 @@ def time_chunks(
 
 
 def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return True if `t` leads back in time, and `t` itself.
+    """Return a flag, which is True if `t` leads back in time, and `t` itself.
 
-    An iterator is read up to the first time other than 0; the returned one has all its times.
+    An iterator is read up to its first time other than 0. The iterator that is returned still
+    yields all times.
     """
     if isinstance(t, Iterator):
         begun, back = [], False
@@ -117,7 +122,7 @@ def _iterator_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
 
 
 def _count_steps(end: float, step: float) -> int:
-    """Return the number of whole steps from 0 to `end`, up to its rounding."""
+    """Return the number of whole steps from 0 to `end`, which may have a rounding error."""
     length = abs(end)
     if not length / step < COUNTABLE:
         raise ValueError(too_many_steps_message(end, step))
@@ -126,7 +131,7 @@ def _count_steps(end: float, step: float) -> int:
 
 
 def _make_grid(end: float, step: float, every: int, size: int) -> Array:
-    """Return every `every`-th point of the grid of steps from 0 to `end`."""
+    """Return the times of every `every`-th step from 0 to `end`."""
     steps = _count_steps(end, step)
     states = steps // every + 1
     check_memory(states, size)
@@ -149,7 +154,7 @@ def _grid_chunks(
 
 
 def check_memory(states: int, size: int) -> None:
-    """Raise MemoryError if so many states of `size` bytes do not fit into memory."""
+    """Raise MemoryError if `states` states of `size` bytes each do not fit into memory."""
     if size * states > total_memory():
         needed = f"{1e-9 * size * states:.3g} GB"
         raise MemoryError(
@@ -159,7 +164,7 @@ def check_memory(states: int, size: int) -> None:
 
 
 def total_memory() -> int:
-    """Return the bytes of memory of this machine, or no limit where that is unknown."""
+    """Return the memory of this machine in bytes, or 2**63 if it is unknown."""
     try:
         return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     except (AttributeError, OSError, ValueError):
@@ -176,7 +181,7 @@ def too_many_steps_message(end: float, step: float) -> str:
 def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     """Raise ValueError if a double cannot resolve the state at `end`.
 
-    The steps up to `end` must be countable, and the top's angle must be below 2**53 rad.
+    There must be fewer than 2**53 steps up to `end`, and the top must turn by less than 2**53 rad.
     """
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps_message(end, abs(step)))

@@ -1,1 +1,1 @@
-"""Pictures with matplotlib, without its pyplot, so that no state is left behind."""
+"""Pictures by matplotlib. They do not use pyplot, so its global state is unchanged."""

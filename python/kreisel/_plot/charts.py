@@ -1,4 +1,4 @@
-"""Paths as pictures: the trace of the apex on a sphere, nutation and precession over the time."""
+"""Charts of paths: the trace of the apex on a sphere, and nutation and precession over time."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ class Plottable(Protocol):
 class Picture(tuple[Axes, ...]):
     """The axes of a picture, three for each path: trace, nutation, precession.
 
-    A notebook shows it; `picture.figure.savefig("top.png")` writes a file.
+    A notebook shows it as an image; `picture.figure.savefig("top.png")` writes it to a file.
     """
 
     __slots__ = ()
 
     @property
     def figure(self) -> Figure:
-        """The figure that they stand in, whose savefig makes a file."""
+        """The figure that contains the axes; its method savefig writes a file."""
         figure = self[0].get_figure()
         assert isinstance(figure, Figure)
         return figure
@@ -57,7 +57,7 @@ class Picture(tuple[Axes, ...]):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """Raise AttributeError, and name what makes a file."""
+            """Raise AttributeError; for names such as save, suggest `figure.savefig`."""
             hint = ": picture.figure.savefig(file) makes a file" if "save" in name else ""
             raise AttributeError(f"a picture has no {short_repr(name)}{hint}")
 
@@ -68,17 +68,17 @@ class Picture(tuple[Axes, ...]):
 
 
 def new_axes() -> Axes:
-    """Axes in a figure of their own."""
+    """Return axes in a new figure."""
     return Figure(figsize=(6.0, 4.0), layout="constrained").add_subplot()
 
 
 def plot_paths(
     paths: Sequence[tuple[Plottable, Plottable | None]], axes: Iterable[Axes] | None, degrees: bool
 ) -> Picture:
-    """Plot each path with the states at its events, in three axes of its own or in a new figure."""
+    """Plot each path and the states at its events in three axes, by default in a new figure."""
     if not all(len(path.t) for path, _ in paths):
         raise ValueError("a path without states cannot be drawn: solve for times")
-    picture = _lay_out(len(paths)) if axes is None else _draw_picture(axes, 3 * len(paths))
+    picture = _create_axes(len(paths)) if axes is None else _check_axes(axes, 3 * len(paths))
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
         _draw(one, path, events, degrees)
@@ -88,7 +88,7 @@ def plot_paths(
     return picture
 
 
-def _lay_out(n: int) -> Picture:
+def _create_axes(n: int) -> Picture:
     if n == 1:
         figure = Figure(figsize=(8.4, 3.9), layout="constrained")
         grid = figure.add_gridspec(2, 2, width_ratios=(3, 4))
@@ -104,7 +104,7 @@ def _lay_out(n: int) -> Picture:
     return Picture(axes)
 
 
-def _draw_picture(axes: Iterable[Axes], n: int) -> Picture:
+def _check_axes(axes: Iterable[Axes], n: int) -> Picture:
     try:
         picture = Picture(axes)
     except TypeError:
@@ -131,7 +131,7 @@ def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degre
     for angle in [] if limits is None else [limits.least[0], limits.greatest[0]]:
         above.axhline(unit * float(angle), color=ORANGE, linewidth=0.9, linestyle="--", zorder=1)
     around = np.unwrap(path.precession_angle)
-    below.plot(*_break_jumps(path.t, unit * around, _jumps(around)), color=BLUE, linewidth=1.2)
+    below.plot(*_break_jumps(path.t, unit * around, _find_jumps(around)), color=BLUE, linewidth=1.2)
     if events is not None and len(events.t):
         _mark(axes, path.t, around, events, unit)
     above.set_ylabel(f"nutation [{sign}]")
@@ -142,11 +142,11 @@ def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degre
         _apply_style(chart)
 
 
-def _jumps(around: Array) -> npt.NDArray[np.intp]:
-    """Return the intervals in which a precession angle jumps.
+def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
+    """Return the indices of the intervals in which the precession angle jumps.
 
-    The apex passes close to the vertical there: the angle changes by more than half a radian and
-    far more than elsewhere.
+    In such an interval the apex passes close to the vertical. The angle changes by more than 0.5
+    rad there, and by more than 8 times the median change.
     """
     change = np.abs(np.diff(around))
     usual = float(np.median(change)) if len(change) else 0.0
@@ -154,7 +154,7 @@ def _jumps(around: Array) -> npt.NDArray[np.intp]:
 
 
 def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return a line that is interrupted in some of its intervals."""
+    """Return times and values with NaN inserted into these intervals, to interrupt the line."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
@@ -180,7 +180,7 @@ def _limits(scene: Scene) -> TurningPoints | None:
 
 
 def _least_range(chart: Axes, unit: float) -> None:
-    """Widen the range of a nutation that is steady to rounding, so that it is a level line."""
+    """Widen the vertical range if the nutation is constant up to rounding, to show it as level."""
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:
         middle, half = 0.5 * (low + high), 0.05 * unit
@@ -219,9 +219,9 @@ def _parallel(axes: Axes, height: float, elevation: float, colour: str, style: s
 def draw_trace(
     axes: Axes, trace: Array, elevation: float = 20.0, limits: Iterable[float] = ()
 ) -> None:
-    """Draw a trace (n, 3) on the unit sphere, faint where it is behind.
+    """Draw a trace (n, 3) on the unit sphere, faint on the far side of the sphere.
 
-    The dot is the start, and the arrow points up. Broken lines are the heights in `limits`.
+    A dot marks the start, and an arrow points upwards. Dashed lines show the heights in `limits`.
     """
     draw_sphere(axes, elevation)
     for height in limits:

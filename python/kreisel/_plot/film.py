@@ -1,6 +1,6 @@
-"""Films of a body in motion, as a GIF, an MP4 or a page of HTML.
+"""Films of a body in motion, as GIF, MP4 or HTML.
 
-A film is made in memory, so that its file is complete or absent.
+A film is completed in memory before its file is written, so the file is never incomplete.
 """
 
 from __future__ import annotations
@@ -30,12 +30,13 @@ with optional_dependency("'kreisel[plot]'"):
     from matplotlib.figure import Figure
     from PIL import Image
 
-MOST_POINTS = 2**28  # of all frames; a GIF keeps a byte of each
-BETWEEN = 8  # points of the trace from one frame to the next
+MOST_POINTS = 2**28  # largest number of pixels of all frames; a GIF needs a byte of memory for each
+BETWEEN = 8  # points of the trace per frame
 SECONDS = 8.0
 _DPI = 100
-_REACH = 0.8  # of the sphere's radius, up to which the body is drawn
-_LEAN, _ASIDE = 0.2, 30.0  # sine of a lean that shows where the axis points; angle [degrees]
+_REACH = 0.8  # size of the drawn body, as a fraction of the radius of the sphere
+_LEAN = 0.2  # sine of a lean that is large enough to be seen
+_ASIDE = 30.0  # angle by which the lean is turned towards the eye [degrees]
 
 
 class Animatable(Protocol):
@@ -54,10 +55,10 @@ class Animatable(Protocol):
 
 @refuse_assignment("path.animate({}=...) makes another film")
 class Film:
-    """A film of a path: save it, or let a notebook show it.
+    """A film of a path, to be saved to a file or shown in a notebook.
 
-    t    (n,) times of its frames, evenly spaced [T]
-    fps  how many of them are shown in a second
+    t    (n,) evenly spaced times of the frames [T]
+    fps  number of frames per second
     """
 
     t: Array
@@ -68,7 +69,7 @@ class Film:
     _size: int
 
     def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
-        """`apex` has BETWEEN points for each step from frame to frame."""
+        """Store the data of a film; `apex` has BETWEEN points for each frame after the first."""
         self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
 
     def __len__(self) -> int:
@@ -81,7 +82,7 @@ class Film:
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the film to a file that ends in .gif, .mp4 (needs ffmpeg) or .html, atomically.
 
-        Raises ValueError for other names, OSError if the file cannot be written.
+        Raises ValueError for other names, and OSError if the file cannot be written.
         """
         make = writer_for(file)
         atomic_write(file, make(self))
@@ -94,7 +95,7 @@ class Film:
         return _html(self).decode()
 
     def _figures(self) -> Iterator[Figure]:
-        """One figure, drawn anew for each frame."""
+        """Yield one figure, redrawn for each frame."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         draw_sphere(axes)
@@ -107,7 +108,7 @@ class Film:
         axes.plot([0.0], [0.0], "o", color=FAINT, markersize=5, zorder=1.6)
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project(self._apex)
-        quads, colours = _solid(self._body)
+        quads, colours = _body_faces(self._body)
         heights = quads @ _matrix(self._q[0]).T @ self._apex[0]  # along the apex
         begin, out = max(float(heights.min()), 0.0), float(heights.max())
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
@@ -121,7 +122,7 @@ class Film:
                 lever.set_data([0.0, begin * x[now]], [0.0, begin * y[now]])
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
-            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # than the body's
+            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # 2.0 is that of the body
             solid = draw_faces(axes, quads @ _matrix(q).T, colours)
             solid.set_zorder(2.0)
             clock.set_text(f"t = {t:.4g}")
@@ -136,9 +137,9 @@ def make_film(
     fps: int,
     size: int,
 ) -> Film:
-    """Return a film of a path, and save it if a file is named.
+    """Return a film of a path; if `file` is given, save the film.
 
-    All arguments are validated before anything runs.
+    All arguments are validated before any state is computed.
     """
     make = None if file is None else writer_for(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
@@ -162,9 +163,9 @@ def make_film(
 
 
 def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Turn states about the vertical so that the view is from the side.
+    """Rotate states about the vertical so that the lean of the axis is seen from the side.
 
-    The axis leans to the right, and a little towards the eye, at the first state with a clear lean.
+    At the first state with a clear lean, the axis leans to the right and a little towards the eye.
     """
     lean = np.hypot(apex[:, 0], apex[:, 1])
     at = int(np.argmax(lean > min(_LEAN, float(lean.max()))))
@@ -184,22 +185,25 @@ def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
 
 
 def _ends(t: Array) -> tuple[float, float]:
-    """Return the first and the last time of a path, whatever the order of the others."""
+    """Return the earliest and the latest time of a path, in the order in which the path runs."""
     low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
     if not low < high:
         raise ValueError("a film needs a path of positive duration: solve to a later time")
     return (low, high) if t[-1] >= t[0] else (high, low)
 
 
-def _solid(body: Body) -> tuple[Array, Array]:
-    """Faces along the frame of description, scaled into the sphere, and their colours."""
+def _body_faces(body: Body) -> tuple[Array, Array]:
+    """Return the faces of a body, scaled to fit into the sphere, and their colours.
+
+    The corners of the faces are given in the frame of description.
+    """
     quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
     quads = quads @ _matrix(np.array(body.axes)).T
     return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
 
 
 def _matrix(q: Array) -> Array:
-    """Return the rotation matrix of a unit quaternion (w, x, y, z); columns are the turned axes."""
+    """Return the rotation matrix of a unit quaternion (w, x, y, z)."""
     w, x, y, z = q
     return np.array(
         [
@@ -211,7 +215,10 @@ def _matrix(q: Array) -> Array:
 
 
 def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
-    """Return the writer for a film file of this name, or raise before anything is computed."""
+    """Return the function that encodes a film for a file of this name.
+
+    Raises ValueError for an unknown suffix, and OSError if the file cannot be written.
+    """
     suffix = File(file).suffix.lower()
     if suffix not in _MAKERS:
         raise ValueError(f"file must end in one of {', '.join(_MAKERS)}, not {os.fspath(file)!r}")
@@ -222,17 +229,17 @@ def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
 
 
 def _gif(film: Film) -> bytes:
-    """Frames go to the palette of the first one and are kept in it, a byte a point."""
+    """Encode a film as a GIF whose frames share the palette of the first one, a byte per pixel."""
     images = _images(film)
     full = next(images)
     first = full.quantize(128)
     ground = np.array(full.getpixel((0, 0)))
     colours = np.array(first.getpalette()).reshape(-1, 3)
-    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # else it is taken for a neighbour
+    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # keeps the background
     first.putpalette(colours.ravel().tolist())
     rest = (image.quantize(palette=first, dither=Image.Dither.NONE) for image in images)
     file = BytesIO()
-    pause = 10 * max(2, round(100.0 / film.fps))  # a GIF counts hundredths of a second
+    pause = 10 * max(2, round(100.0 / film.fps))  # a GIF has whole hundredths of a second
     first.save(file, "GIF", save_all=True, append_images=rest, duration=pause, loop=0)
     return file.getvalue()
 
@@ -261,7 +268,7 @@ def _mp4(film: Film) -> bytes:
 
 
 def _write_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
-    """Return the bytes that a matplotlib writer makes of the frames, through a temporary folder."""
+    """Return the bytes of the file that a matplotlib writer makes, in a temporary folder."""
     frames = film._figures()
     with tempfile.TemporaryDirectory() as folder:
         out = File(folder, f"film{suffix}")

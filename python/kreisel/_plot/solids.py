@@ -1,4 +1,4 @@
-"""Solids seen from a little above: lit faces, rods, and bodies with given moments."""
+"""Drawings of solids seen from slightly above: shaded faces, rods, bodies with given moments."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ with optional_dependency("'kreisel[plot]'"):
 BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
 _LIGHT = np.array((-0.4, -0.5, 0.77))
 _SLICES = 96
-_ROUND = 16  # sides of a tube
+_ROUND = 16  # flat sides that approximate a round tube
 
 
 def project(
     points: Array, elevation: float = 20.0, azimuth: float = 0.0
 ) -> tuple[Array, Array, Array]:
-    """Return the coordinates across, up, and towards the eye of points (..., 3).
+    """Return the coordinates of points (..., 3) to the right, upwards, and towards the eye.
 
-    The eye looks from `elevation` above the plane and `azimuth` about the vertical [degrees].
+    The eye is at the angle `elevation` above the horizontal plane, and at the angle `azimuth` about
+    the vertical [degrees].
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
@@ -32,7 +33,7 @@ def project(
 
 
 def drawable(axes: object) -> Axes:
-    """Return the axes if they can be drawn in; raise TypeError otherwise."""
+    """Return `axes` if they are axes of matplotlib; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
         raise TypeError(
             f"axes must be matplotlib's, as of figure.add_subplot(), not {short_repr(axes)}"
@@ -48,11 +49,11 @@ def draw_faces(
     azimuth: float = 0.0,
     edge: float = 0.0,
 ) -> PolyCollection:
-    """Draw the faces (n, 4, 3) of a solid, each counterclockwise from outside.
+    """Draw the faces (n, 4, 3) of a solid, whose corners run counterclockwise seen from outside.
 
-    Only faces towards the eye are drawn, the farthest first. A face is the brighter, the more it
-    faces the light. `colour` is one of all faces, or (n, 3) one of each; `edge` is the width of
-    their outline [pt].
+    Only faces towards the eye are drawn, the farthest first. The more a face is turned towards the
+    light, the brighter it is. `colour` is one colour for all faces, or an array (n, 3) with the
+    colour of each. `edge` is the width of their outlines [pt].
     """
     x, y, depth = project(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
@@ -62,7 +63,7 @@ def draw_faces(
     order = np.flatnonzero(towards)[np.argsort(depth[towards].mean(axis=-1))]
     x, y, corners, base = x[order], y[order], corners[order], base[order]
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # what is seen has an area
+    facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # a visible face has an area
     shade = 0.45 + 0.55 * np.clip(0.5 + 0.6 * facing, 0.0, 1.0)
     colours = np.clip(shade[:, None] * base, 0.0, 1.0)
     outline = {"edgecolors": 0.55 * base, "linewidths": edge} if edge else {"edgecolors": colours}
@@ -72,7 +73,7 @@ def draw_faces(
 
 
 def hide_axes(axes: Axes) -> None:
-    """Hide frame and ticks, and scale both directions alike."""
+    """Hide the frame and the ticks, and use the same scale in both directions."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
@@ -88,10 +89,10 @@ def draw_bar(
     elevation: float = 20.0,
     azimuth: float = 0.0,
 ) -> None:
-    """Draw a bar of rectangular section along a curve (n, 3).
+    """Draw a bar of rectangular cross-section along a curve (n, 3).
 
-    The sides of the section are along the first two axes of `frame` (n, 3, 3). The larger side is
-    `thickness`, by default a thirtieth of the curve's extent.
+    The sides of the cross-section are along the first two axes of `frame` (n, 3, 3). The larger
+    side is `thickness`, by default a thirtieth of the extent of the curve.
     """
     half = 0.5 * _thickness(centre, thickness) * np.array(section)
     signs = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
@@ -110,14 +111,14 @@ def draw_tube(
     elevation: float = 20.0,
     azimuth: float = 0.0,
 ) -> None:
-    """Draw a tube of round section along a curve (n, 3) with unit tangents (n, 3).
+    """Draw a tube of circular cross-section along a curve (n, 3) with unit tangents (n, 3).
 
-    Its diameter is `thickness`, by default a thirtieth of the extent of the curve.
+    The diameter is `thickness`, by default a thirtieth of the extent of the curve.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _parallel_frames(tangent))
-    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # an end is a fan of quadrilaterals
+    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # indices of a fan at each end
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
     middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
     ends = [
@@ -133,13 +134,13 @@ def _thickness(centre: Array, thickness: float | None) -> float:
 
 
 def _sides(rims: Array) -> Array:
-    """Return the faces (m, 4, 3) between rims (n, k, 3), one after the other."""
+    """Return the faces (m, 4, 3) between each rim and the next, for rims (n, k, 3)."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
 def _parallel_frames(tangent: Array) -> Array:
-    """Return two normals (n, 2, 3) at each point of a curve, which do not turn about it."""
+    """Return two unit normals (n, 2, 3) at each point of a curve that do not turn about it."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
     for k, along in enumerate(tangent):
@@ -150,19 +151,20 @@ def _parallel_frames(tangent: Array) -> Array:
 
 
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
-    """Return half edges, centre and axes (rows) of the cuboid with these moments.
+    """Return half edges, centre and axes (rows) of the homogeneous cuboid with these moments.
 
-    The principal moments are at the fixed point. An unphysical body may have no such cuboid; its
-    mass is then raised, with the same mass times com, to the value that makes the cuboid largest.
+    `moments` are the principal moments at the fixed point. If no such cuboid exists, as for an
+    unphysical body, the mass is increased while mass * com stays the same. The mass that gives the
+    largest cuboid is chosen.
     """
-    best = _cuboid(mass, moments, mass * com)
+    best = _cuboid_of_mass(mass, moments, mass * com)
     if best is None:
-        made = (_cuboid(mass * 1.05**k, moments, mass * com) for k in range(1, 1200))
+        made = (_cuboid_of_mass(mass * 1.05**k, moments, mass * com) for k in range(1, 1200))
         best = max((c for c in made if c), key=lambda c: float(np.prod(c[0])), default=None)
     return best or (np.sqrt(moments / moments.max()), np.zeros(3), np.eye(3))
 
 
-def _cuboid(mass: float, moments: Array, lever: Array) -> tuple[Array, Array, Array] | None:
+def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, Array, Array] | None:
     centre = lever / mass
     about = np.diag(moments) - mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     off = np.abs(about - np.diag(np.diag(about))).max()
@@ -179,7 +181,7 @@ def _cuboid(mass: float, moments: Array, lever: Array) -> tuple[Array, Array, Ar
 
 
 def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the faces (6, 4, 3) of a cuboid, and a colour for each, one of which stands out."""
+    """Return the faces (6, 4, 3) of a cuboid and their colours; one face stands out."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):
@@ -195,9 +197,9 @@ def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
 def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
     """Return the faces (n, 4, 3) of a body of revolution about the third axis, and their colours.
 
-    The body lies inside the cylinder of this radius and half length, with its centre at `height`.
-    With a tip it is a spinning top that stands on the origin, otherwise the cylinder itself. The
-    colours make its turning visible.
+    `radius` and `half` are the radius and half length of a cylinder whose centre is at `height`.
+    Without a tip, the body is this cylinder. With a tip, it is a spinning top of about this size
+    that stands on the origin. The colours make the rotation visible.
     """
     low = height - half
     if tip:
@@ -221,9 +223,10 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
 
 
 def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
-    """Return faces and colours of a body, along its principal axes.
+    """Return faces, in principal axes, and colours of a solid that represents a body.
 
-    It is a turned top if the body is symmetric about the axis of its centre of mass, else a cuboid.
+    The solid is a spinning top or a cylinder if the body is symmetric about its apex. Otherwise it
+    is a cuboid.
     """
     half, centre, axes = cuboid(mass, moments, com)
     apex = int(np.argmax(np.abs(com))) if com.any() else 2

@@ -1,1 +1,1 @@
-"""Results of runs: the core is called, its result becomes a path, and a failure an exception."""
+"""Results of runs: paths made from the output of the core, and exceptions for failed runs."""

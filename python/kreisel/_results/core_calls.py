@@ -1,4 +1,4 @@
-"""Calls of the core that record the states of one scene, and the error of a rejected scene."""
+"""Calls of the core that record the states of one scene, and the exception for a rejected scene."""
 
 from __future__ import annotations
 
@@ -6,29 +6,33 @@ import numpy as np
 
 from .._core import Work, record, start
 from .._model.scene import Scene
-from .._options.methods import explain_no_closed_form, is_kowalewski
+from .._options.methods import explain_no_closed_form, has_torus
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array
 
-# The name of the status; (n, 8) t, q, m of the states reached, and their low words; steps, rejected
-# steps, evaluations, iterations; the last requested time.
+# The name of the status; (n, 8) t, q, m of the states reached; their low words or None; the numbers
+# of steps, rejected steps, evaluations and iterations; the last requested time.
 CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
 def record_states(
     scene: Scene, options: SolveOptions, times: Array, progress: Progress | Work | None = None
 ) -> CoreResult:
-    """Record the states at validated times. `progress` is called on the way, or may stop it."""
+    """Record the states at validated times.
+
+    `progress` is either called with the time reached, or is a Work that can stop the run.
+    """
     result = record(scene._block, *options.core, times, progress=progress)
     assert result is not None
     return result
 
 
 def record_unordered(scene: Scene, options: SolveOptions, times: Array) -> CoreResult:
-    """Record the states at times in any order and on either side of 0.
+    """Record the states at times in any order, before or after t = 0.
 
-    Where a run fails the result has the states that it reached.
+    Negative and positive times need separate runs. If a run fails, return its own result, with the
+    states that it reached.
     """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_low_words else None
@@ -51,8 +55,11 @@ def record_unordered(scene: Scene, options: SolveOptions, times: Array) -> CoreR
 def creation_error(
     status: str, scene: Scene, method: str, step: float | None, tol: float | None
 ) -> Exception:
-    """Return the exception for a top that the core cannot create, with a step that it accepts."""
-    if status == "ERR_METHOD" and is_kowalewski(scene):
+    """Return the exception for a top that the core cannot create.
+
+    If `step` is too large, the message names a smaller step that the core accepts.
+    """
+    if status == "ERR_METHOD" and has_torus(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")
     would = ""
     if status == "ERR_STEP_SIZE" and step:

@@ -1,4 +1,4 @@
-"""Buffers of an ensemble, with a row for each top in C order, and the core calls that fill them."""
+"""Buffers with one row per top of an ensemble in C order, and the core calls that fill them."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ Codes = npt.NDArray[np.int8]
 Counts = npt.NDArray[np.int64]
 Which = slice | npt.NDArray[np.integer | np.bool_]
 
-STATUSES = list(statuses)  # names by code
-_NOT_YET = -1  # the status of a top that did not run
+STATUSES = list(statuses)  # the names of the statuses; their codes are the indices
+_NOT_YET = -1  # the status of a top that has not run
 INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
 
 class RawEvents(NamedTuple):
-    """Events of several tops, as columns.
+    """Events of several tops, as columns of equal length e.
 
-    They are the row of the top, the states (e, 8), their low words, the index of the event and its
-    direction.
+    The columns are the row of the top, the state (8 numbers), its low words (8 numbers), the index
+    of the event and its direction.
     """
 
     top: Counts
@@ -39,26 +39,26 @@ class RawEvents(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
-        """Return chosen events with other numbers of their tops."""
+        """Return the events at the indices `chosen`, with `numbers` as the rows of their tops."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
 
 
 @dataclass
 class EnsembleBuffers:
-    """The results of n tops at k times each; None and {} where they were not requested.
+    """The results of n tops at k times each; results that were not requested are None or empty.
 
-    status, done   the code of each status, and how many of the times are good
-    counts         (n, 4) steps, rejected steps, evaluations, iterations
-    reached        the time of the last good state [T]
-    states         (n, k, 8) as of a path; q and m are NaN where they are not good
-    low            (n, k, 8) their low words
-    columns        quantities in place of states, (n, k, ...) each
-    reduced        (n, r) the reductions of each top's states, in the order of the options
-    last           by row, the last good state (1, 8) of those that failed; with low words (2, 8)
-    chosen         by row, what method='geometric' chose
-    events         in no order of the tops
-    messages       by row, the message of a failure that has no status
+    status, done   (n,) the code of the status, and the number of times with good states
+    counts         (n, 4) numbers of steps, rejected steps, evaluations and iterations
+    reached        (n,) the time of the last good state [T]
+    states         (n, k, 8) states as in a path; q and m are NaN after the last good state
+    low            (n, k, 8) the low words of the states
+    columns        quantities stored instead of states, (n, k, ...) each
+    reduced        (n, r) the reductions of each top's path, in the order of the options
+    last           {row of a failed top: its last good state (1, 8)}; with low words (2, 8)
+    chosen         {row: what method='geometric' chose}
+    events         events of all tops, not sorted by top
+    messages       {row: the message of a failure that no status describes}
     """
 
     status: Codes
@@ -76,7 +76,7 @@ class EnsembleBuffers:
 
     @classmethod
     def empty(cls, n: int, k: int, options: EnsembleOptions, out: Array | None = None) -> Self:
-        """Return buffers for n tops at k times."""
+        """Return buffers for n tops at k times, with `out` as the array of states if given."""
         buffers = cls(
             np.full(n, _NOT_YET, dtype=np.int8),
             np.zeros(n, dtype=np.int64),
@@ -104,7 +104,7 @@ class EnsembleBuffers:
         return {name: array for name, array in arrays.items() if array is not None}
 
     def select(self, which: Which) -> EnsembleBuffers:
-        """Return some rows; those of a slice share memory with these."""
+        """Return the buffers of some rows; the rows of a slice share memory with these buffers."""
         arrays = {name: array[which] for name, array in self._arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
@@ -117,7 +117,7 @@ class EnsembleBuffers:
         return part
 
     def _events_at(self, which: Which) -> list[RawEvents]:
-        """Return the events of some rows."""
+        """Return the events of some rows, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -129,7 +129,7 @@ class EnsembleBuffers:
         return found
 
     def copy_in(self, begin: int, part: EnsembleBuffers) -> None:
-        """Copy rows that were written elsewhere, from row `begin` on."""
+        """Copy all results of `part`, a separate buffer, to the rows that start at `begin`."""
         end = begin + part.size
         mine, columns = self._arrays(), self.columns
         for name, array in part._arrays().items():
@@ -139,7 +139,7 @@ class EnsembleBuffers:
         self.merge(begin, part)
 
     def merge(self, begin: int, part: EnsembleBuffers) -> None:
-        """Merge the failures, choices and events of rows that begin at `begin`."""
+        """Add the failures, choices and events of `part`, whose first row is row `begin` here."""
         if part is self:
             return
         if part.last:
@@ -152,7 +152,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Set the status of the tops that did not run to interrupted."""
+        """Set tops that have not run to the status ERR_INTERRUPTED, and their values to NaN."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         for array in (self.states, self.reduced, self.low, *self.columns.values()):
@@ -163,9 +163,9 @@ class EnsembleBuffers:
 
 
 class SliceRunner(NamedTuple):
-    """A function that runs the tops begin..end of an ensemble into its buffers.
+    """A function that runs the tops begin..end of an ensemble and writes to its buffers.
 
-    `is_native` is True if the core has threads of its own for it.
+    `is_native` is True if the core itself distributes the tops to threads.
     """
 
     run: Callable[[EnsembleBuffers, EnsembleOptions, Ensemble, int, int, Array, Work | None], Any]
@@ -181,10 +181,10 @@ def run_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end, several at a time, and return their rows.
+    """Run the tops begin..end, several simultaneously in lanes, and return their rows.
 
-    The rows share memory with `buffers`. `work` may stop the run, or assign some of these tops to
-    it.
+    The rows share memory with `buffers`. `work` can stop the run, and distributes the tops to
+    threads.
     """
     part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))
     failed, last = Worker(*options.core, options.core_reductions, work).run(
@@ -204,7 +204,10 @@ def run_scalar(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one by one, with events and low words; else as run_lanes."""
+    """Run the tops begin..end one by one, with events and low words, and return their rows.
+
+    The arguments are those of run_lanes.
+    """
     part = buffers.select(slice(begin, end))
     last, low, of, by, (states, rest, which, direction) = alone(
         *options.solve.core, list(options.core_events or ()), work,
@@ -222,7 +225,7 @@ SCALAR = SliceRunner(run_scalar)
 
 
 def values(name: str, tops: Ensemble, buffers: EnsembleBuffers) -> Array:
-    """Return (n, k, ...) values of a quantity at the states of all tops."""
+    """Return the values (n, k, ...) of a quantity at all states of all tops."""
     assert buffers.states is not None
     n, k, _ = buffers.states.shape
     out = np.empty((n, k, *QUANTITIES[name].shape))

@@ -1,4 +1,4 @@
-"""Events of the tops of an ensemble."""
+"""Events that occurred during the runs of the tops of an ensemble."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from .ensemble_buffers import Counts, RawEvents
 
 @dataclass(frozen=True, eq=False)
 class EnsembleEvents(ReadOnlyArrays):
-    """e events of an ensemble, top by top, in the order in which each top met them.
+    """e events of an ensemble, sorted by top, and for each top in the order of occurrence.
 
     Arrays are read-only.
 
-    top        (e,) the number of the top; (e, dimensions) of an ensemble with several or none
+    top        (e,) the index of the top; (e, dimensions) unless the ensemble has one dimension
     states     (e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
     which      (e,) the index of each event in the list passed to solve
-    direction  (e,) 1: the function grew with time, or was smallest; -1: it fell, or was largest
+    direction  (e,) 1: the event function increased with time, or had a minimum; -1: it decreased,
+               or had a maximum
     count      (*shape) the number of events of each top
     """
 
@@ -40,7 +41,7 @@ class EnsembleEvents(ReadOnlyArrays):
 
     @property
     def q(self) -> Array:
-        """(e, 4) attitudes (w, x, y, z)."""
+        """(e, 4) attitudes as unit quaternions (w, x, y, z)."""
         return self.states[:, 1:5]
 
     @property
@@ -50,7 +51,7 @@ class EnsembleEvents(ReadOnlyArrays):
 
 
 def join_events(met: list[RawEvents]) -> RawEvents:
-    """Return the events of several slices, sorted by their tops."""
+    """Return the events of several slices as one table, sorted by top."""
     if not met:
         none = np.empty(0, dtype=np.intc)
         return RawEvents(
@@ -62,7 +63,7 @@ def join_events(met: list[RawEvents]) -> RawEvents:
 
 
 def ensemble_events(met: RawEvents, shape: tuple[int, ...]) -> EnsembleEvents:
-    """Return the events of an ensemble of this shape."""
+    """Return events as an EnsembleEvents for an ensemble of shape `shape`."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
     top = met.top

@@ -1,4 +1,4 @@
-"""Paths of an ensemble: arrays over its shape, and the path of each top."""
+"""Paths of an ensemble: arrays that begin with its shape, and the path of each top."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class Paths(EnsembleResult, QuantityAttributes):
     """The motions of an ensemble of tops, at k times each.
 
     Arrays are read-only. t, q and m are views of `states`; other quantities are computed on first
-    access. An array has the shape of the ensemble, then k, then the shape of the quantity. A top
-    that failed keeps its good states, followed by NaN.
+    access. The shape of an array is (*shape, k) followed by the shape of the quantity. The good
+    states of a failed top are followed by NaN.
 
     tops    the ensemble
-    paths[i], paths[i, j]   a kreisel.Path of one top, with the same numbers; at other times the top
-            runs alone, with the roundings that taylor then has. Slices, lists and masks give the
-            kreisel.Paths of several tops, as of an array
+    paths[i], paths[i, j]   a kreisel.Path of one top with the same values. Calling it with other
+            times solves the top alone, and taylor may then round differently. Slices, lists and
+            masks give the kreisel.Paths of several tops, as in NumPy
     """
 
-    _one = Path  # the class of a single result
+    _one = Path  # the class of the result of one top
 
     def __repr__(self) -> str:
         k = self._t.shape[-1]
@@ -45,7 +45,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """The quantities that the paths keep beside t; None: the states."""
+        """The quantities that the paths store in addition to t; None: the states."""
         return self._options.solve.want
 
     @property
@@ -60,7 +60,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         return self._reshape(self._buffers.states)
 
     def _column(self, name: str) -> Array:
-        """Return a quantity of all tops."""
+        """Return the values of a quantity for all tops."""
         columns = self._buffers.columns
         if name in columns:
             return self._reshape(columns[name])
@@ -93,23 +93,23 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @cached_property
     def q_low(self) -> Array:
-        """(*shape, k, 4) low words of q; zero up to 16 digits."""
+        """(*shape, k, 4) low words of q; zero if at most 16 digits were requested."""
         return self._column("q_low")
 
     @cached_property
     def m_low(self) -> Array:
-        """(*shape, k, 3) low words of m [M L^2 T^-1]; zero up to 16 digits."""
+        """(*shape, k, 3) low words of m [M L^2 T^-1]; zero if at most 16 digits were requested."""
         return self._column("m_low")
 
     @property
     def q_xyzw(self) -> Array:
-        """(*shape, k, 4) attitudes with the scalar last."""
+        """(*shape, k, 4) unit quaternions (x, y, z, w), with the scalar component last."""
         return self._column("q")[..., [1, 2, 3, 0]]
 
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """Raise AttributeError with a hint."""
+            """Raise AttributeError, with a hint for missing quantities and misspelled names."""
             if name.startswith("_"):
                 raise AttributeError(name)
             if self.want is not None and hasattr(type(self), name):
@@ -119,7 +119,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @cached_property
     def events(self) -> EnsembleEvents:
-        """The events on the way; empty if none were requested."""
+        """The events that occurred during the runs; empty if none were requested."""
         return ensemble_events(self._raw_events, self.shape)
 
     @cached_property
@@ -139,7 +139,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         return replace(path, states=states, _events=events)
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the path of one top, or the paths of several, as of an array.
+        """Return the path of one top, or the paths of several tops, with NumPy's indexing.
 
         >>> import numpy as np
         >>> import kreisel as kr
@@ -152,7 +152,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         return self._part(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """Raise TypeError: paths have several arrays."""
+        """Raise TypeError, because paths consist of several arrays."""
         raise TypeError(
             "paths are not an array: use one of their arrays, as paths.q or paths.states"
         )
@@ -160,17 +160,18 @@ class Paths(EnsembleResult, QuantityAttributes):
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with a variable for each quantity in `names`.
 
-        The default is all quantities that the paths keep. The dimensions are those of the ensemble
-        by name, then time, then those of a path's quantity. If each top has its own times, t is a
-        variable along both.
+        Without names it has all quantities that the paths store. The dimensions are the named
+        dimensions of the ensemble, then time, then the dimensions of the quantity as in
+        Path.to_xarray. If each top has its own times, t is a coordinate along the dimensions of the
+        ensemble and time.
 
             >>> import kreisel as kr
             >>> tops = kr.scenes.thesis.vary(gravity=[0.5, 1.0])
             >>> kr.solve(tops, [0.0, 1.0]).to_xarray("apex")["apex"].dims
             ('gravity', 'time', 'axis')
 
-        Parameters that vary are coordinates, and so are `status` and `reached`. The rest is as of
-        Path.to_xarray.
+        Parameters that vary are coordinates, and so are `status` and `reached`. Everything else is
+        as in Path.to_xarray.
         """
         from .ensemble_tables import dataset
 

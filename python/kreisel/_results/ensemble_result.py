@@ -1,4 +1,4 @@
-"""Results of an ensemble: for each top its status, the time it reached and its step counts."""
+"""Results of an ensemble: the status, the time reached and the step counts of each top."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ _T = TypeVar("_T", bound=np.generic)
 @refuse_assignment("solve again, for another result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
-    """The results of each top of an ensemble.
+    """The results of all tops of an ensemble.
 
-    Arrays are read-only, and begin with the shape of the ensemble.
+    Arrays are read-only. The shape of each array begins with the shape of the ensemble.
 
     tops  the ensemble
     """
 
     tops: Ensemble
-    _t: Array  # (k,), or (n, k) where each top has its own
+    _t: Array  # (k,), or (n, k) if each top has its own times
     _options: EnsembleOptions
     _buffers: EnsembleBuffers
 
@@ -60,92 +60,92 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def method(self) -> str:
-        """The name of the method.
+        """The name of the requested method.
 
-        'auto' is exact for tops that have a closed form, and taylor for all others.
+        'auto' uses exact for tops that have a closed form, and taylor for all others.
         """
         return self._options.solve.requested_method
 
     @property
     def step(self) -> float | None:
-        """The step as used, positive; None where the method has none or chose its own [T]."""
+        """The step used [T], always positive; None if the method has no step or chose it itself."""
         return self._options.solve.step
 
     @property
     def tol(self) -> float | None:
-        """The tolerance as used; None where the method has none or chose its own."""
+        """The tolerance used; None if the method has no tolerance or chose it itself."""
         return self._options.solve.tol
 
     @property
     def digits(self) -> int | None:
-        """The digits as used; None where none were requested."""
+        """The number of digits used; None if it was not given."""
         return self._options.solve.digits
 
     def _reshape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
-        """Return rows over the shape of the ensemble."""
+        """Return an array with one row per top, reshaped to begin with the ensemble's shape."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
         return over
 
     @property
     def t(self) -> Array:
-        """(k,) times of all tops, or (*shape, k) where each has its own [T]."""
+        """(k,) times common to all tops, or (*shape, k) if each top has its own times [T]."""
         return read_only(self._t[:]) if self._t.ndim == 1 else self._reshape(self._t)
 
     @property
     def status(self) -> Codes:
-        """(*shape) 0 for a top without failure, else the code of its failure.
+        """(*shape) 0 for a top without failure, otherwise the code of its failure.
 
-        `status_names` and `message` give its text.
+        `status_names` has the names of the codes, and `message` describes a failure.
         """
         return self._reshape(self._buffers.status)
 
     @property
     def status_names(self) -> npt.NDArray[np.str_]:
-        """(*shape) 'OK', 'ERR_LIMIT', 'ERR_NOT_FINITE', ...: as in kreisel.h without the prefix."""
+        """(*shape) names of statuses in kreisel.h without the prefix: 'OK', 'ERR_LIMIT', ..."""
         return self._reshape(np.array(STATUSES)[self._buffers.status])
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the numbers of the tops that did not reach their last time.
+        """(f,) the indices of the tops that did not reach their last time.
 
-        The shape is (f, dimensions) for an ensemble with several dimensions or none.
+        The shape is (f, dimensions) unless the ensemble has exactly one dimension.
         """
         found = np.argwhere(self.status)
         return found[:, 0] if self.ndim == 1 else found
 
     @property
     def reached(self) -> Array:
-        """(*shape) the time of the last good state [T]."""
+        """(*shape) the time of the last good state of each top [T]."""
         return self._reshape(self._buffers.reached)
 
     @property
     def done(self) -> Counts:
-        """(*shape) the number of times that were reached."""
+        """(*shape) the number of requested times that each top reached."""
         return self._reshape(self._buffers.done)
 
     @property
     def steps(self) -> Counts:
-        """(*shape) steps of the method."""
+        """(*shape) the number of steps of the method."""
         return self._reshape(self._buffers.counts[:, 0])
 
     @property
     def rejected(self) -> Counts:
-        """(*shape) rejected steps."""
+        """(*shape) the number of rejected steps."""
         return self._reshape(self._buffers.counts[:, 1])
 
     @property
     def evaluations(self) -> Counts:
-        """(*shape) evaluations of the right-hand side or torque."""
+        """(*shape) the number of evaluations of the right-hand side or torque."""
         return self._reshape(self._buffers.counts[:, 2])
 
     @property
     def iterations(self) -> Counts:
-        """(*shape) iterations of an implicit solver."""
+        """(*shape) the number of iterations of an implicit solver."""
         return self._reshape(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
-        """Return how the top of this index failed, or 'success'."""
+        """Return text that explains why the top at this index failed, or 'success'."""
         i = flat_index(self.shape, index)
         if i is None:
             raise IndexError(
@@ -154,10 +154,11 @@ class EnsembleResult(ReadOnlyArrays):
         return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure(i))
 
     def check(self) -> Self:
-        """Return the result if all tops reached their last times.
+        """Return this result if all tops reached their last times.
 
-        Raises kreisel.Error for the first that did not: its message has the index and the number of
-        failures, its `.path` is the path of that top, its `.paths` this result.
+        Raises kreisel.Error for the first top that did not. The message of the exception contains
+        the index of this top and the number of failures. Its `.path` is the path of this top, and
+        its `.paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
@@ -165,7 +166,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self
 
     def _failure(self, i: int) -> BaseException:
-        """Return the exception that this top alone would have raised."""
+        """Return the exception that solving the i-th top alone would have raised."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
         path = self._member(i)
@@ -174,7 +175,7 @@ class EnsembleResult(ReadOnlyArrays):
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
     def _stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` tops that did not reach their ends; `i` is the first."""
+        """Return the exception for `count` tops that did not reach their last time, i the first."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure(i)}"
@@ -185,7 +186,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _member_options(self, i: int) -> SolveOptions:
-        """Return the options of the i-th top, for all its states."""
+        """Return the options with which the i-th top alone would be solved for all its states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
@@ -193,7 +194,10 @@ class EnsembleResult(ReadOnlyArrays):
         return replace(options, want=None, error=None)
 
     def _member(self, i: int) -> Path:
-        """Return the path of the i-th top in C order; one that failed has its last good state."""
+        """Return the path of the i-th top in C order.
+
+        If the top failed, the path ends with its last good state.
+        """
         buffers, done = self._buffers, int(self._buffers.done[i])
         states, low = NO_STATES, None
         if buffers.states is not None:
@@ -216,7 +220,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last(self, i: int, path: Path) -> Path:
-        """Return the path with the last good state, unless that is one of its states."""
+        """Return the path of the i-th top with its last good state appended, if it is missing."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times(i)) or (len(path) and path.t[-1] == state[0, 0]):
@@ -236,22 +240,22 @@ class EnsembleResult(ReadOnlyArrays):
         )
 
     def _part(self, key: Any) -> Self:
-        """Return the result of some of the tops."""
+        """Return the result of the tops that `key` selects."""
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)
         t = self._t if self._t.ndim == 1 else self._t[which]
         return type(self)(self.tops[key], t, self._options, self._buffers.select(which))
 
     def __iter__(self) -> Iterator[Any]:
-        """Return an iterator along the first dimension."""
+        """Return an iterator over the results along the first dimension."""
         return (self[i] for i in range(len(self)))
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the result of one top, or of several, as of an array."""
+        """Return the result of one or several tops, with NumPy's indexing."""
         raise NotImplementedError
 
     def _summary(self) -> str:
-        """Return the method and the number of failures as text."""
+        """Return text with the method, its parameters and the number of failures."""
         values = {"step": self.step, "tol": self.tol, "digits": self.digits}
         controls = "".join(f", {k}={v!r}" for k, v in values.items() if v is not None)
         count = int(np.count_nonzero(self._buffers.status))
@@ -260,7 +264,7 @@ class EnsembleResult(ReadOnlyArrays):
 
 
 def replace_columns(path: Path, columns: dict[str, Array]) -> Path:
-    """Return the path with these columns in place of its states."""
+    """Return a copy of the path that stores `columns` instead of its states."""
     want = cast(tuple[QuantityName, ...], tuple(name for name in columns if name != "t"))
     options = replace(path._options, want=want)
     return replace(path, states=NO_STATES, _options=options, _low=None, _columns=columns)

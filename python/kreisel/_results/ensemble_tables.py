@@ -1,4 +1,4 @@
-"""Tables of the results of an ensemble, with units, for xarray and pandas."""
+"""Tables with units for xarray and pandas, from the results of an ensemble."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-Reduced = Mapping[str, Mapping[str, Array]]  # by the name of a quantity and the kind
+Reduced = Mapping[str, Mapping[str, Array]]  # {name of a quantity: {kind of reduction: values}}
 Variable = tuple[tuple[str, ...], Any, dict[str, object]]
 
 
 def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
-    """Return a Dataset of quantities at all states."""
+    """Return a Dataset with the quantities in `rows` at all states."""
     with optional_dependency(TABLES):
         import xarray as xr
     along = paths.tops.axes
@@ -39,7 +39,7 @@ def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
 
 
 def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
-    """Return a Dataset of the reductions of each top."""
+    """Return a Dataset with the reductions of all tops."""
     with optional_dependency(TABLES):
         import xarray as xr
     along = reduced.tops.axes
@@ -52,13 +52,13 @@ def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
 
 
 def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
-    """Return a DataFrame of the reductions, with a row for each top."""
+    """Return a DataFrame of the reductions, with one row per top."""
     with optional_dependency(TABLES):
         import pandas as pd
     columns: dict[str, Any] = {}
     units: dict[str, str] = {}
     for name, (dims, values, about) in _top_variables(reduced).items():
-        columns[name] = _over(reduced, dims, values)
+        columns[name] = _broadcast_to_tops(reduced, dims, values)
         units[name] = str(about["units"])
     for column, values, unit in reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
@@ -68,7 +68,7 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
 
 
 def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
-    """Return each component of the reductions as a column with its name and unit."""
+    """Yield the name, values and unit of a column for each component of the reductions."""
     n = len(reduced._buffers.status)
     for name, quantity, values in _reductions(kept):
         kind = name.removeprefix(quantity.name)
@@ -79,7 +79,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
 
 
 def _reductions(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Return each reduction with its name, and a quantity with its unit."""
+    """Yield the name of each reduction, a Quantity with its unit and text, and its values."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -110,7 +110,7 @@ def _attributes(of: EnsembleResult) -> dict[str, object]:
 
 
 def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
-    """Return the variables of each top: parameters that vary, its status and the time reached."""
+    """Return one variable for each parameter that varies, for `status` and for `reached`."""
     axes = of.tops.axes
     rows: dict[str, Variable] = {}
     for word, values in of.tops.coords.items():
@@ -119,7 +119,7 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
         at = [d for d, n in enumerate(shape) if n > 1 or of.shape[d] == 1]
         dims = tuple(axes[d] for d in at)
         if word in axes and dims != (word,):
-            continue  # no name of a dimension can be that of an array over others
+            continue  # xarray forbids a variable named like a dimension along other dimensions
         kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
         own = tuple(f"{word}_component" for _ in inner)
         rows[word] = ((*dims, *own), kept, {"units": ""})
@@ -133,8 +133,8 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
     return rows
 
 
-def _over(of: EnsembleResult, dims: tuple[str, ...], values: Any) -> Any:
-    """Return an array along some dimensions as a value for each top; vectors become tuples."""
+def _broadcast_to_tops(of: EnsembleResult, dims: tuple[str, ...], values: Any) -> Any:
+    """Return an array along the dimensions `dims` as one value per top; vectors become tuples."""
     axes = of.tops.axes
     own = [d for d in dims if d not in axes]
     shape = [n if axis in dims else 1 for axis, n in zip(axes, of.shape, strict=True)]

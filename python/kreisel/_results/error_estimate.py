@@ -1,9 +1,10 @@
-"""Error estimates: a reference run that is more precise, and the growth of roundings.
+"""Error estimates of paths, from a more precise reference run and the growth of rounding errors.
 
-The Taylor series with 20 digits errs by far less than any run in doubles, however much the motion
-magnifies roundings. A closed form is cheaper on fast tops, but it holds for a body of its kind, in
-doubles. It is a reference if the body is of its kind to the bit, and if the error found is far
-above its roundings.
+The Taylor series with 20 digits is far more accurate than any run in doubles, even if the motion
+magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. But its
+results are doubles, and it treats a body that is integrable up to rounding as exactly integrable.
+It is therefore used only if the body is exactly integrable and the error found is far above the
+rounding errors of the closed form.
 
 """
 
@@ -20,7 +21,7 @@ import numpy as np
 from .._core import KIND_RTOL, Work, start
 from .._core import tangents as TANGENTS
 from .._model.scene import Scene
-from .._options.methods import EXACT, FALLBACK, is_kowalewski, methods
+from .._options.methods import EXACT, FALLBACK, has_torus, methods
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.literals import MethodName
 from .._utils.validation import Array, Quaternion
@@ -31,20 +32,26 @@ CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
 SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
 LONGER_SERIES = SolveOptions(methods[FALLBACK], digits=20, requested_method=FALLBACK)
 LONGEST_SERIES = SolveOptions(methods[FALLBACK], digits=30, requested_method=FALLBACK)
-# Shorter steps of 30 digits make other roundings.
+# Runs with 30 digits and shorter steps, whose rounding errors differ from those of LONGEST_SERIES.
 SHORTER_STEPS = [
     SolveOptions(methods[FALLBACK], tol=2.0**-n, digits=30, requested_method=FALLBACK)
     for n in (108, 109, 110)
 ]
 
 ROUNDING = 2.0**-53
-_MAX_POINTS = 1024  # times of a path at which tangents are computed
-ROUNDINGS = 128  # a closed form errs by far less than this many roundings of the start
+_MAX_POINTS = 1024  # maximal number of times of a path at which tangents are computed
+# The error of a closed form is far below this multiple of the effect of one rounding of the start.
+ROUNDINGS = 128
 
 
 def has_closed_form(scene: Scene) -> bool:
-    """Return True if the scene has a closed form without any rounding of its body."""
-    if not CLOSED_FORM.method.suits(scene) or is_kowalewski(scene):
+    """Return True if the scene has a closed form that is exact for its body.
+
+    A closed form is not exact if it treats almost equal moments as equal, or a centre of mass
+    almost on a principal axis as on the axis. Closed forms of Kowalewski and Goryachev-Chaplygin
+    tops are not counted, because it takes long to set them up.
+    """
+    if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False
     near = 2.0 * KIND_RTOL
     pairs = combinations(scene.body.moments, 2)
@@ -62,10 +69,11 @@ def estimate_error(
     angle_to: Callable[[SolveOptions], float],
     growth: Callable[[], float],
 ) -> float:
-    """Return the attitude error of a path, by the method and the digits that it has.
+    """Return an estimate of the attitude error [rad] of a path computed by `method` with `digits`.
 
-    `angle_to` returns the largest angle to a second run, `growth` how far a rounding of the start
-    has grown. The error is pi if nothing is known of the attitude.
+    `angle_to` returns the largest angle between the path and a second run with the given options.
+    `growth` returns the factor by which the motion magnifies a rounding error of the start. The
+    error is pi if nothing is known about the attitude.
     """
     if not digits and method != EXACT and has_closed_form(scene):
         error = angle_to(CLOSED_FORM)
@@ -75,21 +83,23 @@ def estimate_error(
         errors = sorted(angle_to(other) for other in SHORTER_STEPS)
         return min(max(errors[len(errors) // 2], ROUNDING**2 * growth()), math.pi)
     error = 0.0 if digits else angle_to(LONGER_SERIES)
-    # A closed form makes its roundings once: the series may magnify its own to more than these.
+    # A closed form rounds only once, but the motion can magnify the rounding errors of a series.
+    # A large difference may therefore come from the series with 20 digits: use 30 digits.
     is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING
     return angle_to(LONGEST_SERIES) if digits or is_unsure else error
 
 
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
-    """Return the changes of attitude and momentum by roundings of the state, as columns.
+    """Return the changes of attitude and momentum that rounding the state causes, as columns.
 
-    The changes are relative to the rounding. Doubles hold attitude and momentum in the top's own
-    units. A series of more digits holds the momentum seen from the body, which turns with the
-    attitude, and each number is rounded by its own size.
+    The changes are divided by the relative rounding error. With doubles, the core stores attitude
+    and momentum in the top's own units. With more digits, it stores the momentum seen from the
+    body, so a change of attitude turns the momentum as well. Each number is then rounded in
+    proportion to its own size.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_bound] * 3)
-    to_space, principal = _matrix(scene.attitude), _matrix(scene.body.axes)
+    to_space, principal = _rotation_matrix(scene.attitude), _rotation_matrix(scene.body.axes)
     seen = to_space.T @ np.array(scene.momentum)
     turns = _rounding_turns(scene)
     taken = to_space @ np.cross(turns.T, seen).T
@@ -98,9 +108,10 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
 
 def _rounding_turns(scene: Scene) -> Array:
-    """Return the turns of the body, seen from it, by roundings of the principal axes' attitude.
+    """Return the rotation vectors, seen from the body, caused by rounding the attitude, as columns.
 
-    Each number of that attitude is a sum of products, and each product is rounded by its own size.
+    The rounded attitude is that of the principal axes. Each of its components is a sum of
+    products, and each product is rounded in proportion to its own size.
     """
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
@@ -109,7 +120,7 @@ def _rounding_turns(scene: Scene) -> Array:
     return 2.0 * np.array(multiply(conjugate(scene.attitude), moved))[1:]
 
 
-def _matrix(q: Quaternion) -> Array:
+def _rotation_matrix(q: Quaternion) -> Array:
     axes = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
     return np.array([turn(q, axis) for axis in axes]).T
 
@@ -121,12 +132,14 @@ def rounding_growth(
     max_steps: int = 0,
     progress: Progress | Work | None = None,
 ) -> tuple[CoreResult, float]:
-    """Return a result of the core, and the largest growth of a rounding of the start.
+    """Return a result of the core, and the largest growth of a rounding error of the start.
 
-    The growth is the change of the attitude [rad] over the rounding, by the tangents of the series,
-    whatever method moves the top. With more digits it is that of the roundings of all numbers,
-    added as independent errors. It is infinite if a tangent outgrows doubles. The result has the
-    states at which the growth was computed; some are missing if the run fails.
+    The growth is the change of the attitude [rad] divided by the relative rounding error. It is
+    computed from tangents of the Taylor series, whichever method computed the path. For at most 16
+    digits it is the largest growth of any single rounding error. With more digits, the changes
+    caused by all rounding errors are added as independent errors. The growth is infinite if a
+    tangent overflows. The result contains the states at which the growth was computed; some of them
+    are missing if the run fails.
     """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
@@ -137,7 +150,7 @@ def rounding_growth(
         _, top = start(scene._block, *series.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
         assert top is not None
         each = -(-side.size // _MAX_POINTS)
-        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # with the end
+        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # includes the last time
         came, high, *_ = top.record_tangents(on_the_way, False, progress)
         if came[0] == "ERR_TANGENT":
             return ("OK", *came[1:]), math.inf
@@ -151,14 +164,15 @@ def rounding_growth(
 
 
 def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
-    """Return the largest angle between attitudes, each with its low words.
+    """Return the largest angle [rad] between corresponding attitudes of two arrays.
 
-    The difference of two attitudes loses no digit.
+    Each argument is a pair of attitudes (n, 4) and their low words. Subtracting the attitudes
+    before multiplying them keeps all digits of small angles.
     """
     (p, p_low), (q, q_low) = one, other
     dot = (p * q).sum(axis=1)
     sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
     d = (sign * q - p) + (sign * q_low - p_low)
-    # the vector of p* (q - p)
+    # The vector part of conjugate(p) * (q - p).
     vec = p[:, :1] * d[:, 1:] - d[:, :1] * p[:, 1:] - np.cross(p[:, 1:], d[:, 1:])
     return float(2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot)).max())

@@ -1,4 +1,4 @@
-"""Execution of jobs on an executor, and of the slices of an ensemble on threads or workers."""
+"""Execution of jobs by an executor, and of the slices of an ensemble by threads or an executor."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from .._core import Work
 from .._options.solve_options import Progress
 
-MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members of a slice; fewer where there are few
-LANES = 8  # tops that one thread runs at once, in the lanes of a vector
-SLICE_SHARE = (
-    4  # each thread takes 1 / SLICE_SHARE of its part of the rest, so that all end together
-)
-SLICES_AHEAD = 4  # slices in flight for each thread
+MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members of a slice; slices of a small ensemble are smaller
+LANES = 8  # number of tops that one thread integrates simultaneously, in the lanes of vectors
+# A slice is 1 / SLICE_SHARE of a thread's share of the remaining members. Slices thus become
+# smaller, and all threads finish at about the same time.
+SLICE_SHARE = 4
+SLICES_AHEAD = 4  # submitted slices per thread, running or waiting
 POLL_SECONDS, PROGRESS_SECONDS = 0.02, 0.1
 _K = TypeVar("_K")
 _R = TypeVar("_R")
@@ -37,11 +37,12 @@ def run_jobs(
     poll: Callable[[], object],
     stop: Callable[[], object],
 ) -> None:
-    """Run jobs, each with a key, and pass the key and the future of each that ended to `collect`.
+    """Run jobs, and pass the key and the future of each finished job to `collect`.
 
-    `poll` is called between waits. After an exception, Ctrl-C too, `stop` is called and should end
-    the jobs that run. Jobs that wait are cancelled, those that succeeded are collected, and the
-    exception is raised again. Workers in other processes are not waited for.
+    `poll` is called regularly. After an exception, including Ctrl-C, `stop` is called; it should
+    end the running jobs. Waiting jobs are cancelled, the results of successful jobs are collected,
+    and the exception is raised again. In that case the function does not wait for workers in other
+    processes.
     """
     running: dict[Future[_R], _K] = {}
 
@@ -73,12 +74,12 @@ def run_jobs(
 
 @dataclass
 class SliceTask(Generic[_R]):
-    """Work on n members of an ensemble, slice by slice.
+    """Work on the n members of an ensemble, done slice by slice.
 
-    job        returns the job of the members begin..end
-    collect    receives the first member and the result of each slice
-    work       stops the jobs that run, and counts the members that are done
-    is_native  True if the core distributes the members to threads of its own
+    job        a function that returns the job for the members begin..end
+    collect    a function that receives the first index and the result of each slice
+    work       the object that can stop running jobs, and that counts finished members
+    is_native  True if the core distributes the members to its own threads
     """
 
     n: int
@@ -90,7 +91,7 @@ class SliceTask(Generic[_R]):
 
 
 class WorkerPool(NamedTuple):
-    """Threads of this process, or an executor of the user's in their place."""
+    """Threads of this process, or an executor that the user supplies instead."""
 
     threads: int
     executor: Executor | None = None
@@ -101,7 +102,10 @@ class WorkerPool(NamedTuple):
         return self.executor is not None and not is_local(self.executor)
 
     def run(self, task: SliceTask[Any]) -> None:
-        """Run a task to its end. Raises KeyboardInterrupt for Ctrl-C, and what a job raises."""
+        """Run a task to its end.
+
+        Raises KeyboardInterrupt after Ctrl-C, and any exception that a job raises.
+        """
         threads = 1 if task.n <= LANES else self.threads
         if self.executor is not None:
             _run_on(self.executor, self, task)
@@ -112,7 +116,7 @@ class WorkerPool(NamedTuple):
                 _run_on(executor, self, task)
 
     def slices(self, n: int) -> Iterator[tuple[int, int]]:
-        """Return the slices of n members, ever smaller, so that all threads end together."""
+        """Yield slices of n members, of decreasing size so that all threads finish together."""
         begin, least = 0, min(MIN_SLICE, -(-n // self.threads))
         while begin < n:
             size = min(max((n - begin) // (SLICE_SHARE * self.threads), least), MAX_SLICE)
@@ -122,7 +126,7 @@ class WorkerPool(NamedTuple):
 
 
 def _run_here(task: SliceTask[Any], threads: int) -> None:
-    """Run a task in the calling thread, which looks for signals and calls progress on the way."""
+    """Run a task in the calling thread, which also checks for signals and reports progress."""
     task.work.listen(task.n, task.progress)
     slices: Any = WorkerPool(1).slices(task.n)
     if task.is_native:
@@ -137,7 +141,7 @@ def _run_here(task: SliceTask[Any], threads: int) -> None:
 
 
 def _run_on(executor: Executor, pool: WorkerPool, task: SliceTask[Any]) -> None:
-    """Run a task on the workers of an executor."""
+    """Run a task with the workers of an executor."""
     done, last_call = 0, time.monotonic()
 
     def collect(part: tuple[int, int], future: Future[Any]) -> None:

@@ -1,4 +1,4 @@
-"""Indices of the states of a path and of the members of an ensemble, and times within a path."""
+"""Indices of the states of a path and of the members of an ensemble, and checks of times."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ ResolvedIndex = slice | npt.NDArray[np.intp]
 
 
 def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
-    """Return the numbers of the states, of n, that an index means; a slice for one or a slice."""
+    """Return an index as a slice or an array of indices below n.
+
+    An integer becomes a slice of length 1. Raises TypeError or IndexError for an invalid index.
+    """
     if isinstance(which, slice):
         return which
     given = np.asarray(which)
@@ -36,7 +39,10 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
 
 
 def check_path_times(reached: Array, t: Numbers) -> Array:
-    """Return (k,) times in any order. Raises ValueError for times outside the path."""
+    """Return `t` as an array (k,), in any order. Raises ValueError for times outside the path.
+
+    `reached` are the times of the path.
+    """
     times = as_finite_array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(
@@ -55,13 +61,16 @@ def check_path_times(reached: Array, t: Numbers) -> Array:
 
 
 def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """Return the numbers, in C order, of the members of a shape that an index means."""
+    """Return the positions in C order of the members of `shape` that `key` selects."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 
 
 def flat_index(shape: tuple[int, ...], key: Any) -> int | None:
-    """Return the number of the member that an index means, or None if it means several."""
+    """Return the position in C order of the member that `key` selects; None if it selects several.
+
+    `shape` is the shape of the ensemble.
+    """
     if type(key) is int and len(shape) == 1 and -shape[0] <= key < shape[0]:
         return key % shape[0]
     found = np.arange(math.prod(shape)).reshape(shape)[key]

@@ -1,4 +1,4 @@
-"""Indicators of chaos of an ensemble, computed from the growth of one tangent of each top."""
+"""Indicators of chaos, computed from the growth of one tangent of each top of an ensemble."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
 from .executor import Job, SliceTask, WorkerPool
 from .path import Error, Interrupted, make_path
 
-# Columns of the core's rows: ln of the tangent's size, the mean of MEGNO, the largest ln so far,
-# how far the changes of energy and <m, e3> by the tangent are from constant, and the largest last
-# term of its series.
+# Columns of the core's rows: ln of the tangent's size; the time average of MEGNO; the largest ln so
+# far; the relative errors of the derivatives of energy and of <m, e3> along the tangent, which are
+# constant in exact arithmetic; and the largest last term of the tangent's series.
 LOG, MEGNO, MOST, ENERGY, MOMENTUM, REST = range(6)
 
 
@@ -27,13 +27,14 @@ LOG, MEGNO, MOST, ENERGY, MOMENTUM, REST = range(6)
 class Indicator(ReadOnlyArrays):
     """The result of kreisel.lyapunov, kreisel.megno and kreisel.oli.
 
-    Arrays are read-only; those of one scene have the shape () in place of an ensemble's.
+    Arrays are read-only. For a single scene, `shape` is ().
 
     t            (k,) the times of the curve [T]
-    curve        (*shape, k) the indicator over the way from the start to these times
-    certificate  (*shape,) the largest relative error of the tangent on the way: of its derivatives
-                 of energy and <m, e3>, which are constant, and of its series, by the last term
-    status       (*shape,) "OK", or the name of the failure; the curve of a failure is NaN
+    curve        (*shape, k) the indicator of the motion from the start to each of these times
+    certificate  (*shape,) an estimate of the largest relative error of the tangent. It is the
+                 largest of three values: the changes of the derivatives of energy and of <m, e3>
+                 along the tangent, which should be constant, and the last term of its series
+    status       (*shape,) "OK", or the name of the failure; the curve of a failed top is NaN
     """
 
     t: Array
@@ -47,13 +48,13 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def value(self) -> Array | float:
-        """The indicator at the last time: a number for one scene, (*shape,) for an ensemble."""
+        """The indicator at the last time: a float for one scene, (*shape,) for an ensemble."""
         last = self.curve[..., -1]
         return float(last) if last.ndim == 0 else read_only(last)
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the numbers of the tops that failed, of an ensemble in C order."""
+        """(f,) the indices of the tops that failed, counted in C order."""
         return np.flatnonzero(self.status != "OK")
 
     def __repr__(self) -> str:
@@ -63,7 +64,8 @@ class Indicator(ReadOnlyArrays):
         return f"<kreisel.Indicator: {shape} tops at t = {self.t[-1]:g}, {self.failed.size} failed>"
 
 
-CurveFunction = Callable[[Array, Array], Array]  # a curve of rows (n, k, 6) and the times
+# A function that computes curves (n, k) from the core's rows (n, k, 6) and the times (k,).
+CurveFunction = Callable[[Array, Array], Array]
 
 
 def compute_indicator(
@@ -76,8 +78,8 @@ def compute_indicator(
 ) -> Indicator:
     """Compute the indicator of all tops at validated times.
 
-    `controls` is tol, max_steps and the direction. Raises kreisel.Interrupted for Ctrl-C, with the
-    tops that were done.
+    `controls` contains tol, max_steps and the direction. Raises kreisel.Interrupted after Ctrl-C,
+    with the results of the finished tops.
     """
     n = tops.size
     curve, worst = np.full((n, t.size), np.nan), np.full(n, np.nan)
@@ -129,7 +131,7 @@ def _compute_rows(
 def _stop_error(
     kind: type[Error] | type[Interrupted], tops: Ensemble, i: int, text: str, told: Indicator
 ) -> Error | Interrupted:
-    """Return the exception for the i-th top."""
+    """Return the exception for the i-th top, with the indicator `told` as its `.paths`."""
     scene = tops.ravel()[i]
     status = str(told.status.ravel()[i])
     none = status, np.empty((0, 8)), None, (0, 0, 0, 0), float(told.t[-1])
@@ -138,6 +140,6 @@ def _stop_error(
 
 
 def raise_if_failed(tops: Ensemble, told: Indicator, text: str) -> None:
-    """Raise kreisel.Error if the only top failed."""
+    """Raise kreisel.Error if the top of a one-top ensemble failed."""
     if told.failed.size:
         raise _stop_error(Error, tops, 0, text, told)

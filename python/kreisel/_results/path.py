@@ -1,4 +1,4 @@
-"""Paths: the states at the requested times, and the quantities computed from them on access."""
+"""Paths: the states of a run at the requested times, and quantities computed when accessed."""
 
 from __future__ import annotations
 
@@ -41,27 +41,29 @@ if TYPE_CHECKING:
 class Path(ReadOnlyArrays, Tables):
     """n states of a scene in motion.
 
-    Arrays are read-only; a copy is writeable. t, q and m are views of `states`; other quantities
-    are computed on first access. Vectors are seen from space unless said otherwise.
+    Arrays are read-only, but their copies are writeable. t, q and m are views of `states`; other
+    quantities are computed on first access. Vectors have their components in space unless stated
+    otherwise.
 
     states  (n, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
-    method  its name; step (negative: back in time), tol and digits as used, None where it has none
-            or chose its own
-    stats   what the run cost, trial runs included
-    events  the events met on the way; empty if none were requested
-    want    the quantities that the path keeps beside t; None: the states, and so every quantity
+    method  the name of the method; the attributes step (negative: back in time), tol and digits
+            have the values used, or None if the method has no such parameter or chose it itself
+    stats   the cost of the run, including trial runs
+    events  the events that occurred during the run; empty if none were requested
+    want    the quantities that the path stores in addition to t; None: the states, from which all
+            quantities can be computed
     """
 
     scene: Scene
-    states: Array  # missing where _columns are
+    states: Array  # not set if the path has _columns
     stats: Stats
     _options: SolveOptions
     _is_back: bool = False
     _low: Array | None = None  # low words of the states
-    _columns: dict[str, Array] | None = None  # in place of states: t and the quantities in want
+    _columns: dict[str, Array] | None = None  # t and the quantities in want, instead of states
     _events: Events | None = None
-    _choice: StepChoice | None = None  # of method='geometric'
-    _tangent_data: TangentData | None = None  # the tangents
+    _choice: StepChoice | None = None  # what method='geometric' chose
+    _tangent_data: TangentData | None = None
 
     def __init__(
         self,
@@ -76,7 +78,7 @@ class Path(ReadOnlyArrays, Tables):
         _choice: StepChoice | None = None,
         _tangent_data: TangentData | None = None,
     ) -> None:
-        fields = self.__dict__  # faster than object.__setattr__ of a frozen dataclass
+        fields = self.__dict__  # faster than object.__setattr__, which a frozen dataclass needs
         fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
         fields["_is_back"], fields["_low"], fields["_columns"] = _is_back, _low, _columns
         fields["_events"], fields["_choice"], fields["_tangent_data"] = (
@@ -106,11 +108,13 @@ class Path(ReadOnlyArrays, Tables):
     def error(self) -> float:
         """The largest attitude error of the states [rad], estimated by a second run.
 
-        The second run is the closed form where it holds to the bit and is precise enough, else the
-        Taylor series with 20 digits. It has 30 digits for a path of 20 digits, and for a closed
-        form that is far from the series of 20. The error of 30 digits is estimated by three runs of
-        shorter steps and the growth of roundings. Without the attitude it is the largest error on
-        the way, if solve was given an error. It is pi if nothing is known of the attitude.
+        The second run is a closed form if it applies exactly and is precise enough, otherwise the
+        Taylor series with 20 digits. For a path with 20 digits the series has 30 digits. This is
+        also the case for a closed form that differs too much from the series with 20 digits. The
+        error of a path with 30 digits is estimated from three runs with shorter steps and from the
+        growth of rounding errors. If method='geometric' was used and the path does not store the
+        attitude, the value is the largest error found during the search for the step. It is pi if
+        nothing is known about the attitude.
 
         """
         if not len(self):
@@ -127,41 +131,44 @@ class Path(ReadOnlyArrays, Tables):
         return largest
 
     def _max_angle_to(self, second: SolveOptions) -> float:
-        """Return the largest angle to the attitudes of a second run, low words included."""
+        """Return the largest angle [rad] to the attitudes of a second run, low words included."""
         result = record_unordered(self.scene, second, self.t)
         other = path_or_raise(self.scene, second, result)
         return max_angle((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
     def plan(self) -> Plan:
-        """The kreisel.Plan of this path: what was used, what was left out, and why."""
+        """The kreisel.Plan of this path: what the solver used and left out, and why."""
         return make_plan(self.scene, self._options, len(self), self._choice)
 
     @cached_property
     def events(self) -> Events:
-        """The events met on the way; empty if none were requested."""
+        """The events that occurred during the run; empty if none were requested."""
         if self._events is not None:
             return self._events
         none = np.empty(0, dtype=np.intc)
         return Events(self[:0], none, none.copy())
 
     def __call__(self, t: Numbers) -> Path:
-        """Return a path of the states of the same run at other times.
+        """Return a path with the states of the same run at other times.
 
-        The states have the bits that solve returns with the same arguments.
+        The states have the same bits as those that solve returns for these times and arguments.
 
-        t  a number, for the path of one state, or a list in any order, between 0 and where the
-           path ends [T]
+        t  a number, for a path with one state, or a list in any order; all times must lie between 0
+           and the end of the path [T]
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, 10)
             >>> path([2.5, 1.0]).t.tolist()
             [2.5, 1.0]
 
-        Raises ValueError for other times, and for a path of kreisel.exact's map, which has states
-        at its steps only; kreisel.Error and kreisel.Interrupted as solve does. The run is repeated
-        from the start to the last of these times; a closed form is evaluated directly. The path
-        keeps the quantities in `want`, but no events and no tangents.
+        The run is repeated from the start to the last of these times, but a closed form is
+        evaluated directly. The returned path has the quantities in `want`, but no events and no
+        tangents.
+
+        Raises ValueError for times outside the path. Raises ValueError for a path of the map
+        returned by kreisel.exact, which has states only at its steps. Raises kreisel.Error and
+        kreisel.Interrupted in the same cases as kreisel.solve.
         """
         if self._options.requested_method == EXACT != self.method:
             raise ValueError(
@@ -174,9 +181,10 @@ class Path(ReadOnlyArrays, Tables):
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
     def __getitem__(self, which: StateIndex) -> Path:
-        """Return a path of some states, without events.
+        """Return a path with the selected states, without events.
 
-        A number selects one state; a slice, a list of numbers or a mask several, as of an array.
+        An integer selects one state. A slice, a list of integers or a mask selects several states,
+        as in NumPy.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.thesis, [0.0, 1.0, 2.0, 3.0])
@@ -192,15 +200,15 @@ class Path(ReadOnlyArrays, Tables):
         return replace(self, states=self.states[at], _low=low, _events=None, _tangent_data=carried)
 
     def __iter__(self) -> Iterator[Path]:
-        """Return an iterator over the states, each a path."""
+        """Return an iterator that yields each state as a path."""
         return (self[i] for i in range(len(self)))
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """Raise TypeError: a path has several arrays."""
+        """Raise TypeError, because a path consists of several arrays."""
         raise TypeError("a path is not an array: use one of its arrays, as path.q or path.states")
 
     def scene_at(self, i: int) -> Scene:
-        """Return the scene that begins, at t = 0, with state i.
+        """Return the scene whose initial state, at t = 0, is state i of this path.
 
         Raises IndexError if there is no such state.
         """
@@ -209,14 +217,14 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def end(self) -> Scene:
-        """The scene that begins, at t = 0, with the last state.
+        """The scene whose initial state, at t = 0, is the last state of this path.
 
-        Raises IndexError if there is no state.
+        Raises IndexError if the path has no states.
         """
         return self.scene_at(-1)
 
     def only(self, want: Iterable[QuantityName]) -> Path:
-        """Return the path with no more than t and the quantities in `want`."""
+        """Return a copy of the path that stores only t and the quantities in `want`."""
         names = parse_want(want) or ()
         words: tuple[str, ...] = ("t", *names)
         columns = {name: np.ascontiguousarray(getattr(self, name)) for name in words}
@@ -231,25 +239,28 @@ class Path(ReadOnlyArrays, Tables):
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the path to a file for kreisel.load.
+        """Write the path to a file that kreisel.load reads.
 
         The file is replaced atomically. Raises OSError if it cannot be written.
 
-        The file is an archive that numpy.load reads: t, q, m (and q_low, m_low), or t and what
-        `want` names; `scene`, in TOML; `head`, in JSON: method, step, tol, digits, want, stats and
-        what method="geometric" chose; and of events events_t, events_q, events_m, events_which and
-        events_direction; of tangents tangents and tangents_low.
+        The file is an archive that numpy.load reads. Its entries are:
+
+        - t, q, m (and q_low, m_low), or t and the quantities in `want`;
+        - scene, in TOML;
+        - head, in JSON: method, step, tol, digits, want, stats and what method="geometric" chose;
+        - events_t, events_q, events_m, events_which and events_direction, if there are events;
+        - tangents and tangents_low, if there are tangents.
         """
         atomic_write(file, dump_path(self, self._core_events))
 
     @property
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
-        """The events as path.save writes them: the path at them, their indices and directions."""
+        """The events as path.save writes them: their states as a path, indices and directions."""
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
 
     def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
-        """Return the picture that kreisel.plot draws of this path."""
+        """Return the picture of this path that kreisel.plot draws."""
         from .._plot.charts import plot_paths
 
         return plot_paths([(self, self.events.path if len(self.events) else None)], axes, degrees)
@@ -262,15 +273,17 @@ class Path(ReadOnlyArrays, Tables):
         fps: int = 25,
         size: int = 480,
     ) -> Film:
-        """Return a film of the body in motion with the trace of its apex, drawn with matplotlib.
+        """Return a film of the moving body with the trace of its apex, drawn with matplotlib.
 
-        A notebook shows it, and it can be written to a file. A body symmetric about its apex is
-        drawn as a body of revolution, any other as a cuboid, in the proportions of its moments, at
-        the end of its lever. The view is from the side of the initial tilt.
+        A notebook displays the film, and it can be written to a file. A body that is symmetric
+        about its apex is drawn as a body of revolution, any other body as a cuboid. Its proportions
+        are given by the moments of inertia, and it is centred on the line through the fixed point
+        and the centre of mass. The initial tilt is seen from the side.
 
-        file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; it is written atomically
-        speed  the path's time that passes in a second [T]; default: the whole path in 8 seconds
-        fps    frames in a second; frames of a GIF last whole hundredths of a second
+        file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written atomically
+        speed  the time of the path that passes in one second of the film [T]; default: the whole
+               path in 8 seconds
+        fps    frames per second; the duration of a frame of a GIF is rounded to 1/100 second
         size   the height and width of a frame [pixels]
 
             >>> import kreisel as kr
@@ -278,9 +291,10 @@ class Path(ReadOnlyArrays, Tables):
             >>> path.animate(fps=5, size=120)
             <Film: 41 frames, 5 a second, t = 0 .. 2>
 
-        Frames are evenly spaced in time, whatever the path's times are: their states are those of
-        `path(t)`, and so are the exceptions. Raises ValueError for a path without duration and for
-        more than 2**28 pixels in all, OSError for a file that cannot be written.
+        Frames are evenly spaced in time, independently of the times of the path. Their states are
+        computed by `path(t)`, and the exceptions of `path(t)` are raised. Raises ValueError for a
+        path without duration and for more than 2**28 pixels in total, OSError if the file cannot be
+        written.
         """
         from .._plot.film import make_film
 
@@ -289,11 +303,13 @@ class Path(ReadOnlyArrays, Tables):
 
 @dataclass(frozen=True, eq=False)
 class Events(ReadOnlyArrays):
-    """k events in the order in which a path met them. Arrays are read-only.
+    """k events in the order in which they occurred along a path. Arrays are read-only.
 
-    path       a kreisel.Path of the states at the events; its t is (k,), in the path's order [T]
+    path       a kreisel.Path of the states at the events; its times t (k,) are in the order of the
+               original path [T]
     which      (k,) the index of each event in the list passed to solve
-    direction  (k,) 1: the function grew with time, or was smallest; -1: it fell, or was largest
+    direction  (k,) 1: the event function increased with time, or had a minimum; -1: it decreased,
+               or had a maximum
     """
 
     path: Path
@@ -318,12 +334,13 @@ class Events(ReadOnlyArrays):
 
 
 class RunStop(BaseException):
-    """A run that ended before its last time.
+    """Exception for a run that ended before its last requested time.
 
-    status  its name, as in kreisel.h without the prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE', ...
-    path    the requested states that were reached, and the last good state if that is later
-    paths   of an ensemble its kreisel.Paths or kreisel.Reductions; `path` is then that of the first
-            top that failed or was not done
+    status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
+            ...
+    path    the requested states that were reached, and the last good state if it is later
+    paths   the kreisel.Paths or kreisel.Reductions of an ensemble, otherwise None; `path` is then
+            the path of the first top that failed or was not finished
     """
 
     def __init__(self, message: str, status: str, path: Path, paths: Any = None) -> None:
@@ -337,19 +354,23 @@ class RunStop(BaseException):
 
 
 class Error(RunStop, RuntimeError):
-    """A run failed. `.path` holds what was reached, `.status` the reason's name."""
+    """Exception for a run that failed. `.path` has the states reached, `.status` the reason."""
 
-    __module__ = "kreisel"  # a traceback names what users catch
+    __module__ = "kreisel"  # so that a traceback shows the name that users catch
 
 
 class Interrupted(RunStop, KeyboardInterrupt):
-    """Ctrl-C during a run. `.path` holds what was reached."""
+    """Exception for Ctrl-C during a run. `.path` has the states reached."""
 
     __module__ = "kreisel"
 
 
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
-    """Return the exception for the status of a run: a failure with its path, or bad input."""
+    """Return the exception for the status of a run.
+
+    It is a RunStop with the path if the run failed or was interrupted, otherwise an exception for
+    invalid input. `where` is text about how far the run got.
+    """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
     if path.tol is not None and status in ("ERR_STEP", "ERR_CONVERGENCE"):
@@ -361,16 +382,16 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
 
 
 def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
-    """Return the path of a result of the core, with all its states."""
+    """Return a result of the core as a path, with all its states."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     return Path(scene, states, Stats(*counts), options.path_options, is_back, low)
 
 
 def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
-    """Return the path of a result of the core, with no more than what is wanted.
+    """Return a result of the core as a path that stores only the quantities in `options.want`.
 
-    Raises the exception for its status.
+    Raises the exception of stop_exception if the status of the result is not 'OK'.
     """
     path = keep_wanted(make_path(scene, options, result), options.want, result[-1])
     if result[0] != "OK":
@@ -379,7 +400,11 @@ def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Pa
 
 
 def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
-    """Return the path with no more than what is wanted; Ctrl-C on the way loses nothing."""
+    """Return the path with only t and the quantities in `want`; with all states if it is None.
+
+    If Ctrl-C interrupts the computation of the quantities, it is repeated, and kreisel.Interrupted
+    with the complete path is raised. `end` is the last requested time.
+    """
     if want is None:
         return path
     try:
@@ -390,6 +415,6 @@ def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -
 
 
 def progress_text(path: Path, end: float) -> str:
-    """Return how far a path has come, as text."""
+    """Return text with the time that a path reached, and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
     return f"{path.method} got to t = {last:g} of {end:g} in {path.stats.steps} steps"

@@ -1,6 +1,6 @@
-"""Recording of one scene: the core is called, and its result becomes a path or an exception.
+"""Recording of the path of one scene from the results of the core.
 
-Quantities in place of states are computed chunk by chunk, and the states are dropped.
+If only some quantities are wanted, they are computed chunk by chunk, and the states are discarded.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CoreEvents = tuple[Array, Array, npt.NDArray[np.intc], npt.NDArray[np.intc]]
 def record_path(
     scene: Scene, options: SolveOptions, times: Array, progress: Progress | None
 ) -> Path:
-    """Return the path at validated times."""
+    """Return the path of a scene at validated times."""
     result = record_states(scene, options, times, progress)
     return report_end(path_or_raise(scene, options, result), progress)
 
@@ -35,7 +35,7 @@ def record_path(
 def record_path_fast(
     scene: Scene, options: SolveOptions, t: object, progress: Progress | None
 ) -> Path | None:
-    """Return the path at the times that the user gave, or None if they need validation."""
+    """Return the path at the times given by the user, or None if they need validation in Python."""
     horizon = min(scene._within, options.safe_horizon)
     result = record(scene._block, *options.core, t, horizon, options.chunk_size, progress)
     if result is None:
@@ -48,21 +48,21 @@ def record_path_fast(
 
 
 def report_end(path: Path, progress: Progress | None) -> Path:
-    """Call `progress` with the last time of `path`, and return the path."""
+    """Call `progress` with the last time of `path`, and return `path`."""
     if progress is not None and len(path):
         progress(float(path.t[-1]))
     return path
 
 
 def add_events(path: Path, met: CoreEvents) -> Path:
-    """Return the path with its events: their states, low words, indices and directions."""
+    """Return a copy of the path with events: their states, low words, indices and directions."""
     states, low, which, direction = met
     at_events = replace(path, states=states, _low=low)
     return replace(path, _events=Events(at_events, which, direction))
 
 
 def _join_events(met: list[Events]) -> Events:
-    """Return the events of consecutive paths as one."""
+    """Join the events of consecutive paths."""
     states = np.concatenate([one.states for one in met])
     low = np.concatenate([low for one in met if (low := one.path._low) is not None])
     path = replace(met[-1].path, states=states, _low=low)
@@ -71,7 +71,7 @@ def _join_events(met: list[Events]) -> Events:
 
 
 class ColumnRecorder:
-    """The quantities of n states, filled chunk by chunk, and the events on the way."""
+    """A recorder of the quantities of n states and of their events, filled chunk by chunk."""
 
     def __init__(self, want: tuple[QuantityName, ...], n: int) -> None:
         self._want, self._n, self._done = want, n, 0
@@ -79,7 +79,7 @@ class ColumnRecorder:
         self._events: list[Events] = []
 
     def add(self, part: Path) -> None:
-        """Append the next states."""
+        """Append the quantities and events of the next states."""
         for name in ("t", *self._want):
             column = getattr(part, name)
             if name not in self._arrays:
@@ -90,7 +90,7 @@ class ColumnRecorder:
             self._events.append(part._events)
 
     def path(self, last: Path) -> Path:
-        """Return the path; all but its columns and events is that of `last`."""
+        """Return the path with the recorded columns and events; the rest is copied from `last`."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
         events = _join_events(self._events) if self._events else None
         options = replace(last._options, want=self._want)
@@ -105,10 +105,10 @@ def record_chunks(
     record: Callable[[Array], tuple[str, Path]],
     has_ended: Callable[[], bool],
 ) -> tuple[str, Path]:
-    """Return the status and the path of the quantities in `want`, recorded chunk by chunk.
+    """Record the quantities in `want` chunk by chunk, and return the status and the path.
 
-    The first state is a chunk of its own: from then on, Ctrl-C between two chunks ends the run as
-    one within a chunk does.
+    The first state is recorded as a separate chunk. There is then always a path to return if Ctrl-C
+    occurs between two chunks.
     """
     columns = ColumnRecorder(want, times.size)
     status, part = record(times[:1])

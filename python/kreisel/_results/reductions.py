@@ -1,4 +1,4 @@
-"""Reductions of the states of each top of an ensemble: minimum, maximum, mean and others."""
+"""Reductions of the path of each top of an ensemble to a minimum, maximum, mean and others."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ class Reductions(EnsembleResult):
     """The result of kreisel.reduce: a mapping from names of quantities to mappings of arrays.
 
     The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
-    'where_max'. The arrays are read-only. Their shape is that of the ensemble and then that of the
-    quantity; a top that failed has NaN. A variance is that of the states there are; where_min and
-    where_max are the first times of the minimum and the maximum [T].
+    'where_max'. The arrays are read-only. Their shape is the shape of the ensemble followed by the
+    shape of the quantity. The values of a failed top are NaN. The variance is that of the recorded
+    states, without correction for a sample. where_min and where_max are the first times at which
+    the minimum and the maximum occur [T].
 
     tops  the ensemble
 
@@ -35,11 +36,11 @@ class Reductions(EnsembleResult):
     """
 
     def __repr__(self) -> str:
-        kept = ", ".join(f"{name}: {' '.join(kinds)}" for name, kinds in self._names().items())
+        kept = ", ".join(f"{name}: {' '.join(kinds)}" for name, kinds in self._kinds().items())
         return f"<kreisel.Reductions of shape {self.shape}, {kept}: {self._summary()}>"
 
-    def _names(self) -> dict[str, list[str]]:
-        """Return the kinds of reduction by the name of their quantity."""
+    def _kinds(self) -> dict[str, list[str]]:
+        """Return a mapping from the name of each quantity to its kinds of reduction."""
         names: dict[str, list[str]] = {}
         for one in self._options.reductions:
             kinds = names.setdefault(one.name, [])
@@ -60,9 +61,9 @@ class Reductions(EnsembleResult):
     @overload
     def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
-        """Return the reductions of a quantity by kind; or, by an index, those of some tops."""
+        """Return the arrays of a quantity by kind, or the reductions of the tops at an index."""
         if isinstance(key, str):
-            names = self._names()
+            names = self._kinds()
             if key not in names:
                 raise KeyError(unknown_name_message("quantity among the reductions:", key, names))
             return {kind: self._column(key, kind) for kind in names[key]}
@@ -74,43 +75,44 @@ class Reductions(EnsembleResult):
         return self._part(key)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._names())
+        return iter(self._kinds())
 
     def __len__(self) -> int:
         """Return the number of quantities."""
-        return len(self._names())
+        return len(self._kinds())
 
     def __contains__(self, name: object) -> bool:
-        return name in self._names()
+        return name in self._kinds()
 
     def keys(self) -> KeysView[str]:
         """Return the names of the quantities."""
-        return self._names().keys()
+        return self._kinds().keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
-        """Return the names of the quantities, each with its arrays by kind."""
+        """Return pairs of the name of a quantity and a dictionary of its arrays by kind."""
         return {name: self[name] for name in self}.items()
 
     def values(self) -> ValuesView[dict[str, Array]]:
-        """Return the arrays of each quantity by kind."""
+        """Return a dictionary of arrays by kind for each quantity."""
         return {name: self[name] for name in self}.values()
 
     def to_xarray(self) -> Dataset:
         """Return an xarray.Dataset with a variable such as nutation_max for each reduction.
 
-        Variables have units. The dimensions are those of the ensemble by name; parameters that vary
-        are coordinates, and so are `status` and `reached`. Raises ImportError without xarray.
+        Variables have units. The dimensions are the named dimensions of the ensemble. Parameters
+        that vary are coordinates, and so are `status` and `reached`. Raises ImportError if xarray
+        is not installed.
         """
         from .ensemble_tables import reduction_dataset
 
         return reduction_dataset(self, dict(self.items()))
 
     def to_pandas(self) -> DataFrame:
-        """Return a pandas.DataFrame with a row for each top, in C order.
+        """Return a pandas.DataFrame with one row per top, in C order.
 
-        It has a column such as nutation_max or apex_z_mean for each number. Parameters that vary
-        are columns, and so are `status` and `reached`. `attrs` has the units. Raises ImportError
-        without pandas.
+        It has a column such as nutation_max or apex_z_mean for each reduction of a component.
+        Parameters that vary are columns, and so are `status` and `reached`. `attrs` contains the
+        units. Raises ImportError if pandas is not installed.
         """
         from .ensemble_tables import reduction_frame
 

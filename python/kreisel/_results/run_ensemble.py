@@ -1,4 +1,4 @@
-"""Runs of an ensemble: slices of tops go to threads or an executor; results are collected."""
+"""Runs of an ensemble: threads or an executor run slices of tops, and results are collected."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def run_ensemble(
     progress: Progress | None = None,
     out: Array | None = None,
 ) -> _Result:
-    """Return the result of all tops at validated times, (k,) or (n, k).
+    """Run all tops to validated times `t`, (k,) or (n, k), and return the result.
 
-    Raises kreisel.Interrupted for Ctrl-C, with what was done.
+    Raises kreisel.Interrupted after Ctrl-C, with the results so far.
     """
     n = tops.size
     buffers, work = EnsembleBuffers.empty(n, t.shape[-1], options, out), Work()
@@ -61,7 +61,7 @@ def run_ensemble(
 def run_slice_remote(
     runner: SliceRunner, options: EnsembleOptions, tops: Ensemble, t: Array
 ) -> EnsembleBuffers:
-    """Return the buffers of tops that were sent to this process."""
+    """Run tops that were sent to this process, and return their buffers."""
     buffers = EnsembleBuffers.empty(len(tops), t.shape[-1], options)
     part: EnsembleBuffers = runner.run(buffers, options, tops, 0, len(tops), t, None)
     return part

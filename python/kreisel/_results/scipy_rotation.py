@@ -1,4 +1,4 @@
-"""The attitudes of a path as SciPy's rotations, the only use of SciPy."""
+"""The attitudes of a path as rotations of SciPy."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ with optional_dependency("scipy"):
 
 
 class Attitudes(Rotation):
-    """Rotations that also apply to read-only arrays, which SciPy 1.17 refuses.
+    """Rotations that can also be applied to read-only arrays, which SciPy 1.17 rejects.
 
-    The arrays of a path are read-only. Rotations derived from these apply to them as well.
+    The arrays of a path are read-only. Inverses, products and selections of these rotations accept
+    read-only arrays, too.
     """
 
     def apply(self, vectors: ArrayLike, inverse: bool = False) -> Array:

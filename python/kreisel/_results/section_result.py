@@ -1,4 +1,4 @@
-"""Sections: the states in which each top of an ensemble met an event."""
+"""Sections: the states of each top of an ensemble at the occurrences of an event."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from .state_quantities import STATE_COLUMNS, add_quantities
 
 
 class Section(EnsembleResult, QuantityAttributes):
-    """The states in which each top of an ensemble met an event, as kreisel.section found them.
+    """The states of each top of an ensemble at the occurrences of an event, from kreisel.section.
 
-    The e states are in flat arrays, top by top, each in the order of time. Arrays are read-only;
-    quantities other than t, q and m are computed on first access.
+    The arrays have one row for each of the e states, sorted by top, and by time within a top.
+    Arrays are read-only; quantities other than t, q and m are computed on first access.
 
     tops        the ensemble
-    section[i]  a kreisel.Path of these states of one top; slices, lists and masks give the
-                kreisel.Section of some
+    section[i]  a kreisel.Path with the states of one top; slices, lists and masks give the
+                kreisel.Section of several tops
     """
 
     def __repr__(self) -> str:
@@ -38,35 +38,38 @@ class Section(EnsembleResult, QuantityAttributes):
 
     @property
     def n(self) -> int:
-        """The number of states that were requested of each top."""
+        """The number of states requested for each top."""
         return int(self._t.shape[1])
 
     @property
     def count(self) -> Counts:
-        """(*shape) the number of states that were found."""
+        """(*shape) the number of states found for each top."""
         return self.done
 
     @property
     def max_wait(self) -> Array:
-        """(*shape) the longest time between events or from the start to the first [T].
+        """(*shape) the longest allowed time from the start or an event to the next event [T].
 
-        It is negative back in time.
+        It is negative if the section goes back in time.
         """
         return self._reshape(self._t[:, 0].copy())
 
     @cached_property
     def _is_state(self) -> npt.NDArray[np.bool_]:
-        """(tops, n) True for the rows that are states."""
+        """(tops, n) True for the rows that contain states."""
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Return the rows that are states."""
+        """Return those of `rows` that belong to states, as a flat array."""
         whole = bool(self._is_state.all())
         return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._is_state])
 
     @cached_property
     def top(self) -> Counts:
-        """(e,) the number of the top; (e, dimensions) of an ensemble with several or none."""
+        """(e,) the index of the top of each state.
+
+        The shape is (e, dimensions) unless the ensemble has exactly one dimension.
+        """
         row: Counts = np.nonzero(self._is_state)[0].astype(np.int64)
         index = np.array(np.unravel_index(row, self.shape), dtype=np.int64)
         top: Counts = row if self.ndim == 1 else index.T.reshape(len(row), self.ndim)
@@ -97,7 +100,7 @@ class Section(EnsembleResult, QuantityAttributes):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> NoReturn:
-            """Raise AttributeError with a hint."""
+            """Raise AttributeError, with a hint for misspelled names."""
             if name.startswith("_"):
                 raise AttributeError(name)
             known = [word for word in sorted(dir(type(self))) if word[0] != "_"]
@@ -116,7 +119,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return stop_exception(name, self._member(i), text)
 
     def __getitem__(self, key: Any) -> Any:
-        """Return the states of one top, as a path, or the section of several, as of an array.
+        """Return the path of one top, or the section of several tops, with NumPy's indexing.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -127,7 +130,7 @@ class Section(EnsembleResult, QuantityAttributes):
         return self._part(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
-        """Raise TypeError: a section has several arrays."""
+        """Raise TypeError, because a section consists of several arrays."""
         raise TypeError("a section is not an array: use one of its arrays, as section.q")
 
 
@@ -147,9 +150,9 @@ def run_section(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Search for the states of the tops begin..end.
+    """Search for the section states of the tops begin..end, and return their buffers.
 
-    Each row of `t` has the longest wait of a top in each place.
+    Row i of `t` contains the longest wait of top i, repeated n times.
     """
     part = buffers.select(slice(begin, end))
     assert part.states is not None and options.core_events is not None
@@ -165,10 +168,11 @@ SECTION = SliceRunner(run_section, is_native=True)
 
 
 def slowest_turns(tops: Ensemble) -> Array:
-    """Return (n,) the time of one turn of each top about the axis of its largest moment [T].
+    """Estimate the times (n,) of one turn of each top about the axis of its largest moment [T].
 
-    It is the time of one swing about that axis if that is shorter, and 1 for a top at rest without
-    torque.
+    The rate is the larger of |m| / I and sqrt(mass |gravity| |com| / I), where I is the largest
+    moment. The first is the rate of a turn, the second that of a swing. The time is 1 for a top at
+    rest without torque.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

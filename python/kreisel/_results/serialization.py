@@ -1,4 +1,4 @@
-"""Serialization of paths: an archive of a head in JSON, the scene in TOML and the arrays."""
+"""Serialization of paths to archives, which contain a head in JSON, a scene in TOML and arrays."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .._utils.validation import Array, as_float, as_int, short_repr
 from .state_quantities import NO_STATES, States, Stats
 from .tangent_data import TangentData
 
-_FORMAT = 1  # of the head and the names of the arrays
+_FORMAT = 1  # version of the archive's layout: the entries of the head and the names of the arrays
 _EVENTS = "events_"
 _MET = "which", "direction"
 
@@ -46,11 +46,11 @@ class PathRecord(NamedTuple):
         return self.states[:, 0] if self.columns is None else self.columns["t"]
 
 
-EventArrays = tuple[States, Integers, Integers]  # the path at them, indices, directions
+EventArrays = tuple[States, Integers, Integers]  # states at the events, indices, directions
 
 
 def dump_path(path: States, met: EventArrays | None) -> bytes:
-    """Return the bytes of a path and its events."""
+    """Return the archive of a path and its events as bytes."""
     head = {
         "kreisel": version,
         "format": _FORMAT,
@@ -67,17 +67,17 @@ def dump_path(path: States, met: EventArrays | None) -> bytes:
         and {"by": path._tangent_data.by, "rest": path._tangent_data.truncation},
         "events": met and {"want": met[0].want, "low": met[0]._low is not None},
     }
-    arrays: dict[str, Array | Integers] = dict(_arrays(path, ""))
+    arrays: dict[str, Array | Integers] = dict(_state_arrays(path, ""))
     if path._tangent_data:
         arrays |= {"tangents": path._tangent_data.high, "tangents_low": path._tangent_data.low}
     if met:
         at, *rest = met
-        arrays |= _arrays(at, _EVENTS)
+        arrays |= _state_arrays(at, _EVENTS)
         arrays |= {_EVENTS + name: array for name, array in zip(_MET, rest, strict=True)}
     return pack({"head": json.dumps(head), "scene": path.scene.to_toml()}, arrays)
 
 
-def _arrays(path: States, prefix: str) -> dict[str, Array]:
+def _state_arrays(path: States, prefix: str) -> dict[str, Array]:
     if path._columns is not None:
         arrays = path._columns
     else:
@@ -90,14 +90,14 @@ def _arrays(path: States, prefix: str) -> dict[str, Array]:
 def load_path(
     file: BinaryIO, size: int
 ) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
-    """Return the path in a file of `size` bytes, and its events.
+    """Return the path in a file of `size` bytes, and its events or None.
 
-    The events are the path at them, their indices and their directions. Raises ValueError if
-    dump_path did not write the file.
+    The events are a path of their states, their indices and their directions. Raises ValueError if
+    the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)
     try:
-        head = _object(json.loads(archive.text("head")))
+        head = _require_table(json.loads(archive.text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
             raise ValueError(f"its format {head['format']} is that of a later kreisel")
         words = _parse_head(head, parse_toml(archive.text("scene")))
@@ -108,7 +108,7 @@ def load_path(
             path = path._replace(carried=_read_tangents(archive, len(path.t), head["tangents"]))
         if head["events"] is None:
             return path, None
-        at = _read_arrays(archive, _EVENTS, words, _object(head["events"]))
+        at = _read_arrays(archive, _EVENTS, words, _require_table(head["events"]))
     except (KeyError, RecursionError, TypeError) as error:
         raise ValueError(f"its head is damaged: {error}") from None
     which, way = (archive.integers(_EVENTS + name, len(at.t)) for name in _MET)
@@ -117,14 +117,14 @@ def load_path(
     return path, (at, which, way)
 
 
-def _object(value: object) -> dict[str, object]:
+def _require_table(value: object) -> dict[str, object]:
     if not isinstance(value, dict):
         raise TypeError(f"{short_repr(value)} is not a table")
     return value
 
 
 def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
-    """Return a path without arrays, each field of its head validated."""
+    """Return a path without arrays, after validating the fields of its head."""
     method, asked, stats = head["method"], head["asked"], head["stats"]
     if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
         raise TypeError("method, asked and stats are texts and a list of numbers")
@@ -134,13 +134,13 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
     size = None if step is None else abs(step)
     options = options_for_method(methods[method], size, head["tol"], head["digits"], 0, asked, None)
     costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
-    choice = None if head["choice"] is None else _parse_choice(_object(head["choice"]))
+    choice = None if head["choice"] is None else _parse_choice(_require_table(head["choice"]))
     is_back = step is not None and step < 0.0
     return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice)
 
 
 def _parse_choice(words: dict[str, object]) -> StepChoice:
-    """Return the choice of method='geometric'."""
+    """Return what method='geometric' chose, from an object of the head."""
     for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:
             raise TypeError(
@@ -151,8 +151,8 @@ def _parse_choice(words: dict[str, object]) -> StepChoice:
 
 
 def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
-    """Return the tangents of n states."""
-    words = _object(head)
+    """Return the tangents of n states from an archive."""
+    words = _require_table(head)
     by, rest = words["by"], as_float("rest", words["rest"])
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
         raise ValueError(f"its tangents are by {short_repr(by)}")
@@ -164,7 +164,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
 def _read_arrays(
     archive: Archive, prefix: str, words: PathRecord, head: dict[str, object]
 ) -> PathRecord:
-    """Return the path with the arrays whose names begin with `prefix`."""
+    """Read the arrays whose names begin with `prefix`, and return `words` with these arrays."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
         raise TypeError(f"low is true or false, not {short_repr(is_low)}")

@@ -1,4 +1,4 @@
-"""The n states of a path, and the quantities computed from them on access."""
+"""The n states of a path, and quantities computed from them when accessed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Recorded = TypeVar("Recorded")
 NO_STATES = np.empty((0, 8))
 STATE_COLUMNS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
-DEPENDENCIES = {  # attributes that need quantities or the states
+DEPENDENCIES = {  # attributes of a path, and what each needs: quantities, or the states
     "q_xyzw": ["q"],
     "rotation": ["q"],
     "error": ["q"],
@@ -40,7 +40,7 @@ DEPENDENCIES = {  # attributes that need quantities or the states
 
 
 class Stats(NamedTuple):
-    """The cost of a run: steps, rejected steps, evaluations of the torque, solver iterations."""
+    """The numbers of steps, rejected steps, torque evaluations and solver iterations of a run."""
 
     steps: int
     rejected: int
@@ -49,44 +49,47 @@ class Stats(NamedTuple):
 
 
 class States(QuantityAttributes):
-    """The quantities of a kreisel.Path, each an attribute."""
+    """The quantities of a kreisel.Path, each as an attribute."""
 
     scene: Scene
-    states: Array  # missing where _columns are
+    states: Array  # not set if the path has _columns
     stats: Stats
     _options: SolveOptions
     _is_back: bool
     _low: Array | None  # low words of the states
-    _columns: dict[str, Array] | None  # in place of states: t and the quantities in want
-    _choice: StepChoice | None  # of method='geometric'
-    _tangent_data: TangentData | None  # the tangents
+    _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
+    _choice: StepChoice | None  # what method='geometric' chose
+    _tangent_data: TangentData | None
 
     @property
     def method(self) -> MethodName:
-        """The method's name."""
+        """The name of the method."""
         return self._options.method.name
 
     @property
     def step(self) -> float | None:
-        """The step as used, negative back in time [T]; None for a method without step.
+        """The step used [T], negative if the path goes back in time.
 
-        It is also None for a method that chose its own steps.
+        It is None for a method that has no step or chose its steps itself.
         """
         return self._options.step_with_sign(self._is_back)
 
     @property
     def tol(self) -> float | None:
-        """The tolerance as used; None where the method has none or chose its own."""
+        """The tolerance used; None if the method has no tolerance or chose it itself."""
         return self._options.tol
 
     @property
     def digits(self) -> int | None:
-        """The digits as used; None where none were requested."""
+        """The number of digits used; None if it was not given."""
         return self._options.digits
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """The quantities that the path keeps beside t; None: the states, and so every quantity."""
+        """The quantities that the path stores besides t.
+
+        None means that it stores the states, from which all quantities can be computed.
+        """
         return self._options.want
 
     def __len__(self) -> int:
@@ -106,10 +109,10 @@ class States(QuantityAttributes):
             names -= {"error"} if (self.digits or 0) > 16 and "q_low" in left_out else set()
         return sorted(names)
 
-    if not TYPE_CHECKING:  # which knows the quantities
+    if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a hint; quantities are attributes, set below."""
+            """Raise AttributeError with a hint; add_quantities below adds the quantities."""
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
@@ -140,7 +143,7 @@ class States(QuantityAttributes):
 
     @property
     def q_xyzw(self) -> Array:
-        """(n, 4) attitudes with the scalar last."""
+        """(n, 4) unit quaternions (x, y, z, w), with the scalar component last."""
         return self.q[:, [1, 2, 3, 0]]
 
     @property
@@ -150,12 +153,15 @@ class States(QuantityAttributes):
 
     @cached_property
     def q_low(self) -> Array:
-        """(n, 4) low words of q: q + q_low has the requested digits; zero up to 16 digits."""
+        """(n, 4) low words of q: the sum q + q_low has the requested digits.
+
+        They are zero if at most 16 digits were requested.
+        """
         return self._low_words("q")
 
     @cached_property
     def m_low(self) -> Array:
-        """(n, 3) low words of m [M L^2 T^-1]; zero up to 16 digits."""
+        """(n, 3) low words of m [M L^2 T^-1]; zero if at most 16 digits were requested."""
         return self._low_words("m")
 
     def _low_words(self, name: str) -> Array:
@@ -167,36 +173,41 @@ class States(QuantityAttributes):
 
     @property
     def tangents(self) -> Array:
-        """(n, 6, c) derivatives of the states, if solve was given tangents.
+        """(n, 6, c) derivatives of the states, if solve was called with `tangents`.
 
-        The first three rows are the rotation vector by which the attitude turns, seen from the body
-        [rad]; the others are the momentum, in space [M L^2 T^-1].
+        The first three rows are changes of attitude, as rotation vectors seen from the body [rad].
+        The other three rows are changes of momentum in space [M L^2 T^-1].
 
-        With "start" the first six columns are the derivatives by the start, so that the first
-        matrix is the unit matrix. Columns of the moments (3), the centre of mass (3) along the
-        principal axes, gravity and mass follow as requested, each in its own unit. The momentum at
-        the start does not change with the other parameters.
+        With "start" the first six columns are the derivatives with respect to the initial state; at
+        t = 0 they form the identity matrix. The next columns are the requested derivatives with
+        respect to the moments (3), the centre of mass (3) along the principal axes, gravity and
+        mass. Each is a change per unit of its parameter, at constant initial momentum.
         """
         return self._tangents().high
 
     @property
     def tangents_low(self) -> Array:
-        """(n, 6, c) low words of the tangents; below rounding up to 16 digits."""
+        """(n, 6, c) low words of the tangents.
+
+        They are below the rounding error of doubles if at most 16 digits were requested.
+        """
         return self._tangents().low
 
     @property
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their size.
 
-        It is the largest last term of their series. The path alone controls the steps.
+        It is the largest last term of their Taylor series. The steps are chosen for the accuracy of
+        the path, not of the tangents.
         """
         return self._tangents().truncation
 
     @property
     def conditioning(self) -> Array:
-        """(n,) the largest turn by one rounding (2^-53) of each datum of the scene [rad].
+        """(n,) the largest change of attitude if each datum of the scene is rounded once [rad].
 
-        It needs a path with all tangents.
+        The relative rounding error is 2^-53. Raises AttributeError unless the path has all
+        tangents.
         """
         return self._tangents().conditioning(self.scene)
 
@@ -209,33 +220,34 @@ class States(QuantityAttributes):
     def rotation(self) -> Rotation:
         """The attitudes as one scipy.spatial.transform.Rotation.
 
-        Raises ImportError without SciPy.
+        Raises ImportError if SciPy is not installed.
         """
         from .scipy_rotation import Attitudes
 
         return Attitudes(self.q_xyzw)
 
     def modified_energy(self, step: float) -> Array:
-        """Return (n,) the energy that bobenko_suris conserves at this step [M L^2 T^-2].
+        """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
-        It is E + step <torque, m> / (2 I1), and NaN unless the body is a Lagrange top. A step back
-        in time is negative, as `path.step` is.
+        It is E + step <torque, m> / (2 I1), and NaN unless the body is a Lagrange top. Like
+        `path.step`, `step` is negative for a path that goes back in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
-        """Return (n,) the energy that bobenko_suris4 conserves at this step [M L^2 T^-2].
+        """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
-        It is E up to a constant and step^4, and NaN unless the body is a Lagrange top and where the
-        step is too large for the method.
+        It differs from E by a constant and terms of order step^4. It is NaN if the body is not a
+        Lagrange top, or if the step is too large for the method.
         """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 
     @cached_property
     def energy_error(self) -> float:
-        """The largest |E - E0| / max (T + M |g| |com|) over the states, with E0 at t = 0.
+        """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
-        It is zero for a path without states, and NaN for a damped top, which loses energy.
+        The maxima are over the states; E0 is the energy at t = 0 and T the kinetic energy. The
+        value is zero for a path without states, and NaN for a damped top, which loses energy.
         """
         if self.scene._is_damped:
             return np.nan
@@ -254,10 +266,10 @@ class States(QuantityAttributes):
 def add_quantities(
     kind: type[Recorded], lead: tuple[str, ...], column: Callable[[Recorded, str], Array]
 ) -> None:
-    """Add to a class an attribute for each quantity that it does not define itself.
+    """Add an attribute to the class `kind` for each quantity that it does not define itself.
 
-    lead      the names of the dimensions in front of a quantity's own
-    column    returns the values of a quantity
+    lead      the names of the dimensions that precede the dimensions of a quantity
+    column    a function that returns the values of a quantity
     """
     for name in [name for name in QUANTITIES if name not in vars(kind)]:
         attribute = _attribute(QUANTITIES[name], lead, column)

@@ -1,4 +1,4 @@
-"""Tables of a path, with units, for pandas, xarray and CSV; and Euler's angles as one array."""
+"""Tables of a path with units, for pandas, xarray and CSV, and Euler's angles as one array."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ QuantityRows = list[tuple[Quantity, Array]]
 
 
 class HasQuantities(Protocol):
-    """A path or the paths of an ensemble; quantities are attributes."""
+    """A path, or the paths of an ensemble, with quantities as attributes."""
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None: ...
@@ -36,7 +36,8 @@ class HasQuantities(Protocol):
 
 TABLES = "'kreisel[tables]'"
 _EULER = "precession_angle", "nutation", "spin_angle"
-DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows the n of the states
+# The names and labels of the dimensions of a quantity, by the shape of its value for one state.
+DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {
     (): {},
     (3,): {"axis": [*"xyz"]},
     (4,): {"quaternion": [*"wxyz"]},
@@ -47,10 +48,10 @@ DIMENSIONS: dict[tuple[int, ...], dict[str, list[str]]] = {  # by what follows t
 def quantity_rows(
     path: HasQuantities, names: Iterable[str], degrees: bool, unwrap: bool
 ) -> QuantityRows:
-    """Return quantities with their values at each state.
+    """Return each quantity in `names` with its values at all states.
 
-    `names` names them; the default is all that the path keeps. The dimension of an angle is its
-    unit.
+    If `names` is empty, return all quantities that the path stores. The dimension of an angle is
+    given as 'rad' or 'deg'.
     """
     in_degrees, unwrapped = as_bool("degrees", degrees), as_bool("unwrap", unwrap)
     rows = []
@@ -85,7 +86,7 @@ def _default_names(path: HasQuantities) -> tuple[str, ...]:
 def columns(
     path: States, names: Iterable[str] = (), degrees: bool = False, unwrap: bool = False
 ) -> dict[str, Array]:
-    """Return t and the components of the quantities in `names`, (n,) each."""
+    """Return t and the components of the quantities in `names` as columns (n,)."""
     return _components(path, quantity_rows(path, names, degrees, unwrap))
 
 
@@ -99,18 +100,18 @@ def _components(path: States, rows: QuantityRows) -> dict[str, Array]:
 
 
 def units(path: HasQuantities, names: Iterable[str], degrees: bool) -> dict[str, str]:
-    """Return the unit or dimension of each component of these quantities, and of t."""
+    """Return the unit or dimension of t and of each component of the quantities in `names`."""
     return _units(quantity_rows(path, names, degrees, False))
 
 
 def _units(rows: QuantityRows) -> dict[str, str]:
-    """Return the unit or dimension of each component, and of t."""
+    """Return the unit or dimension of t and of each component of the quantities in `rows`."""
     quantities = [TIME, *(quantity for quantity, _ in rows)]
     return {name: each.dimension for each in quantities for name in each.components}
 
 
 def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
-    """Return columns as CSV with all digits, under `heads` or their names."""
+    """Return columns as CSV in full precision, with `heads` or the columns' names as first line."""
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table if heads is None else heads)
@@ -119,13 +120,14 @@ def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> st
 
 
 class Tables(States):
-    """A path with its tables."""
+    """The methods of a path that return or write tables."""
 
     def euler(self, *, degrees: bool = False, unwrap: bool = False) -> Array:
-        """Return (n, 3) Euler's angles z-x-z: precession_angle, nutation, spin_angle [rad].
+        """Return Euler's angles z-x-z (n, 3): precession_angle, nutation, spin_angle [rad].
 
-        degrees  True: in degrees
-        unwrap   True: without jumps of whole turns, if states are less than half a turn apart
+        degrees  True: return degrees
+        unwrap   True: remove jumps of whole turns; consecutive states must be less than half a
+                 turn apart
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0]).euler(degrees=True).round(6).tolist()
@@ -135,9 +137,10 @@ class Tables(States):
         return np.column_stack([values for _, values in angles])
 
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
-        """Return a pandas.DataFrame with a row for each state and t as its index.
+        """Return a pandas.DataFrame with one row per state and t as its index.
 
-        The columns are the components of the quantities in `names`, or of what the path keeps.
+        The columns are the components of the quantities in `names`. Without names they are the
+        components of all quantities that the path stores.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
@@ -145,10 +148,11 @@ class Tables(States):
             >>> list(table), table.attrs["units"]["nutation"]
             (['nutation', 'm_x', 'm_y', 'm_z'], 'deg')
 
-        `attrs` has method and scene, and in `units` the dimension [M L T] of each column; of an
-        angle it is 'rad' or, with degrees=True, 'deg'. unwrap=True removes jumps of whole turns
-        from angles. Raises TypeError and ValueError for an unknown name, AttributeError for a
-        quantity that `want` left out, ImportError without pandas.
+        `attrs` contains the method, the scene, and in `units` the dimension [M L T] of each column.
+        The unit of an angle is 'rad' or, with degrees=True, 'deg'. unwrap=True removes jumps of
+        whole turns from angles. Raises ValueError for an unknown name, and TypeError for a name
+        that is not a string. Raises AttributeError for a quantity that `want` left out, and
+        ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
             import pandas as pd
@@ -160,16 +164,17 @@ class Tables(States):
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with a variable for each quantity in `names`.
 
-        The default is all quantities that the path keeps. The dimensions are time, and for
-        components quaternion (w, x, y, z), axis (x, y, z) and principal_axis (N, B, T).
+        Without names it has all quantities that the path stores. The first dimension is time. The
+        dimensions of components are quaternion (w, x, y, z), axis (x, y, z) and principal_axis (N,
+        B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
             ('time', 'principal_axis', 'axis')
 
-        Each variable has `units`, the dimension [M L T] or 'rad' or 'deg', and a `long_name`; the
-        Dataset has the method and the scene, in TOML. Arguments and exceptions are those of
-        to_pandas.
+        Each variable has a `long_name` and `units`, which is its dimension [M L T], 'rad' or 'deg'.
+        The attributes of the Dataset are the method and the scene in TOML. Arguments and exceptions
+        are those of to_pandas, with ImportError if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -192,10 +197,10 @@ class Tables(States):
         unwrap: bool = False,
         units: bool = False,
     ) -> None:
-        """Write t and the components of the quantities in `names` as CSV, with all digits.
+        """Write t and the components of the quantities in `names` as CSV, in full precision.
 
-        The default is all quantities that the path keeps. The first line has the names of the
-        columns.
+        Without names all quantities that the path stores are written. The first line contains the
+        names of the columns.
 
             >>> import pathlib, tempfile
             >>> import kreisel as kr
@@ -206,12 +211,13 @@ class Tables(States):
             ...     file.read_text().splitlines()[0]
             't [T],m_x [M L^2 T^-1],m_y [M L^2 T^-1],m_z [M L^2 T^-1]'
 
-        units  adds to the names, as in 'm_x [M L^2 T^-1]' or 'nutation [deg]'; a pure number has
-               none
+        units  True: append units to the names of the columns, as in 'm_x [M L^2 T^-1]' or
+               'nutation [deg]'; dimensionless columns have no unit
 
-        pandas.read_csv(file, index_col="t") is the same table as to_pandas, to the bit from pandas
-        3.1 on, and before with float_precision="round_trip". The file is replaced atomically.
-        Raises OSError if it cannot be written, else what to_pandas raises; needs no pandas.
+        pandas.read_csv(file, index_col="t") returns the table of to_pandas. The values agree to the
+        bit with pandas 3.1 or later, and with float_precision="round_trip" in older versions. The
+        file is replaced atomically. Raises OSError if the file cannot be written, and the
+        exceptions of to_pandas except ImportError, because pandas is not needed.
         """
         rows = quantity_rows(self, names, degrees, unwrap)
         heads = None

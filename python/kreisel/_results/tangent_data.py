@@ -1,4 +1,4 @@
-"""The tangents of a path, and its conditioning by them."""
+"""The tangents of a path, and the conditioning computed from them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .._utils.validation import Array, read_only
 from .indexing import ResolvedIndex
 
 _ALL = "solve with tangents=" + repr(tuple(TANGENTS))
-TANGENT_ATTRIBUTES = {  # attributes of a path with tangents, with hints
+TANGENT_ATTRIBUTES = {  # attributes that only a path with tangents has, with hints for errors
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
@@ -24,8 +24,8 @@ _ROUNDING = 2.0**-53
 class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
-    The truncation error is the largest last term of the series. `names` are the parameters of the
-    columns, in the order of the core's table.
+    The truncation error is the largest last term of the series. `by` has the names of the
+    parameters of the derivatives, in the order of the core's table.
     """
 
     high: Array
@@ -37,21 +37,21 @@ class TangentData(NamedTuple):
     def from_flat(
         cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
     ) -> TangentData:
-        """Return the tangents of the flat arrays of the core."""
+        """Return tangents made from the flat arrays of the core."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
         return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
 
     def select(self, which: ResolvedIndex) -> TangentData:
-        """Return the tangents of some of the states."""
+        """Return the tangents of the states that `which` selects."""
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
     def conditioning(self, scene: Scene) -> Array:
-        """Return (n,) how far one rounding of each datum moves the attitude at most [rad]."""
+        """Return bounds (n,) on the change of attitude if each datum is rounded once [rad]."""
         if self.by != tuple(TANGENTS):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
         data = [
-            *(2.0, 2.0, 2.0),  # of a quaternion of length 1, which counts half an angle
+            *(2.0, 2.0, 2.0),  # a change of a unit quaternion is half the angle of rotation
             *scene.momentum,
             *scene.body.moments,
             *scene.body.principal_com,

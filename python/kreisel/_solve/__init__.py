@@ -1,1 +1,1 @@
-"""The verbs that run a scene: solve, runs, closed forms, and the choice of a geometric method."""
+"""Functions that compute motions: solve, runs, closed forms, sections and indicators of chaos."""

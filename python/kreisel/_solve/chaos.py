@@ -1,6 +1,6 @@
-"""Indicators of chaos: the rate at which neighbouring motions part, by one tangent of each top.
+"""Indicators of chaos: the rate at which neighbouring motions separate, from a tangent of each top.
 
-A heavy top has at most one positive Lyapunov exponent, since energy and <m, e3> are conserved.
+A heavy top has at most one positive Lyapunov exponent, because energy and <m, e3> are conserved.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from .._results.indicators import (
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int
 
-POINTS = 32  # default number of times of a curve
-_DECADES = 3.0  # their range, even in the logarithm
+POINTS = 32  # the default number of times of a curve, spaced evenly in the logarithm
+_DECADES = 3.0  # the range of these times, as log10 of the last time over the first
 
 
 def lyapunov(
@@ -45,23 +45,24 @@ def lyapunov(
 ) -> Indicator:
     """Compute the largest Lyapunov exponent, ln(|tangent(t)| / |tangent(0)|) / t [T^-1].
 
-    For a regular motion it goes to zero as ln(t) / t.
+    For a regular motion it tends to zero as ln(t) / t.
 
     scene      an undamped kreisel.Scene or kreisel.Ensemble
-    t          a number: the curve has 32 times up to it, evenly in the logarithm over three
+    t          a number: the curve has 32 times up to t, spaced evenly in the logarithm over three
                decades; or a monotonic list of times on one side of 0 [T]
-    direction  of the tangent at the start: a rotation vector seen from the body, then a change of
-               the momentum in space [M L^2 T^-1]; default: the same for all tops in their own
-               units. Its components along the flow and the turn about the vertical, which do not
-               grow, are removed
-    tol        local error of a step of the path; default: rounding. 1e-9 separates order from chaos
-               as well, in about half the time; the certificate is then of that size
-    max_steps  0: no limit
-    threads    number of threads; default: the number of processors
-    progress   called with the part of the tops that is done, 0 .. 1
+    direction  the tangent at the start: three components of a rotation vector seen from the body,
+               then three of a change of momentum in space [M L^2 T^-1]; default: a direction that
+               is the same for all tops in their own units. Its components along the flow and along
+               rotations about the vertical, which do not grow, are removed
+    tol        the local error of a step of the path; default: rounding error. 1e-9 distinguishes
+               regular from chaotic motion equally well in about half the time; the certificate is
+               then also about 1e-9
+    max_steps  the maximal number of steps; 0: no limit
+    threads    the number of threads; default: the number of processors
+    progress   a function called with the finished fraction of the tops, 0 .. 1
 
-    The tangent is integrated with the path, and is renormalised by powers of two. Its size is that
-    in the top's own units of angle and momentum.
+    The tangent is integrated together with the path, and is renormalised by powers of two. Its size
+    is measured in the top's own units of angle and momentum.
 
         >>> import kreisel as kr
         >>> chaos = kr.lyapunov(kr.scenes.asymmetric, 1000)
@@ -70,9 +71,10 @@ def lyapunov(
         >>> kr.lyapunov(kr.scenes.kowalewski, 1000).value < 0.01
         True
 
-    Raises TypeError or ValueError before anything runs, kreisel.Error if the run of one scene fails
-    (an ensemble has `.status`), and kreisel.Interrupted for Ctrl-C, with what was done as `.paths`.
-    Source: Benettin, Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
+    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises kreisel.Error
+    if the run of a single scene fails; for an ensemble, failures are recorded in `.status`. Raises
+    kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. Source: Benettin,
+    Galgani, Giorgilli and Strelcyn, Meccanica 15 (1980).
     """
 
     def curve(rows: Array, times: Array) -> Array:
@@ -93,9 +95,9 @@ def megno(
 ) -> Indicator:
     """Compute the mean exponential growth of nearby orbits (MEGNO), averaged over time.
 
-    It goes to 2 if the motion is regular and its neighbours part linearly, to 0 if they do not
-    part. For a chaotic motion it is half the Lyapunov exponent times t. Arguments are as in
-    kreisel.lyapunov.
+    For a regular motion it tends to 2 if neighbouring motions separate linearly in time, and to 0
+    if they do not separate. For a chaotic motion it is about half the Lyapunov exponent times t.
+    The arguments are those of kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.megno(kr.scenes.asymmetric, 1000).value > 20
@@ -103,8 +105,8 @@ def megno(
         >>> round(kr.megno(kr.scenes.thesis, 10000).value, 1)
         2.0
 
-    Raises what kreisel.lyapunov raises. Source: Cincotta and Simo, Astron. Astrophys. Suppl. 147
-    (2000).
+    Raises the exceptions of kreisel.lyapunov. Source: Cincotta and Simo, Astron. Astrophys. Suppl.
+    147 (2000).
     """
     return _indicator(
         scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MEGNO]
@@ -123,8 +125,9 @@ def oli(
 ) -> Indicator:
     """Compute the orthogonal Lyapunov indicator: the largest logarithm of a tangent's size up to t.
 
-    The tangent is taken across the flow and the turn about the vertical. The indicator grows as
-    ln(t) for a regular motion, and as t for a chaotic one. Arguments are as in kreisel.lyapunov.
+    The tangent is orthogonal to the flow and to rotations about the vertical. The indicator grows
+    as ln(t) for a regular motion, and as t for a chaotic motion. The arguments are those of
+    kreisel.lyapunov.
 
         >>> import kreisel as kr
         >>> kr.oli(kr.scenes.asymmetric, 1000).value > 100
@@ -132,8 +135,8 @@ def oli(
         >>> round(kr.oli(kr.scenes.thesis, 1000).value, 1)
         8.4
 
-    Raises what kreisel.lyapunov raises. Source: Fouchard, Lega, Froeschle and Froeschle, Celest.
-    Mech. 83 (2002).
+    Raises the exceptions of kreisel.lyapunov. Source: Fouchard, Lega, Froeschle and Froeschle,
+    Celest. Mech. 83 (2002).
     """
     return _indicator(
         scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MOST]
@@ -168,7 +171,7 @@ def _indicator(
 def parse_growth(
     scene: Scene | Ensemble, t: Numbers, direction: object, tol: object, max_steps: object
 ) -> tuple[Array, tuple[float, int, Sequence[float]]]:
-    """Return the times of the curve, and the tuple of tol, max_steps and direction.
+    """Return the times of the curve, and the tuple (tol, max_steps, direction).
 
     Raises TypeError or ValueError for an invalid argument.
     """

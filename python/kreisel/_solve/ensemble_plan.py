@@ -1,4 +1,4 @@
-"""kreisel.plan: what a solve would use and leave out, and its cost, for a scene or an ensemble."""
+"""kreisel.plan: the method, the options and the cost of a solve, without solving."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ from .._utils.validation import Array, Numbers
 from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
 
-_SAMPLES = 16  # tops that the estimate is measured with
-_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # of each of these
-_ROW = 57  # bytes of each top: status, states done, counts, time reached
+_SAMPLES = 16  # maximal number of tops that are run to estimate the run time
+_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of states and steps of each of these runs
+_ROW = 57  # bytes per top for status, number of states, step counts and time reached
 
 
 @dataclass(frozen=True)
 class EnsemblePlan:
-    """The plan of a solve of an ensemble; print it.
+    """The plan of a solve of an ensemble; print it to see a description.
 
-    shape        of the ensemble
-    closed_form  the number of tops that use their closed form
-    lanes        the number of tops that run several at a time, in the lanes of a vector
-    alone        the number of tops that run one by one, in each thread
+    shape        the shape of the ensemble
+    closed_form  the number of tops computed in closed form
+    lanes        the number of tops integrated several at a time, in the lanes of vectors
+    alone        the number of tops integrated one by one in each thread
     threads      the number of threads
-    states       of each top; None without times
-    bytes        of the result, or of a state without times
-    seconds      an estimate of the run time; None without times
-    measured     the number of tops, spread over the ensemble, that the estimate was measured with
-    first        the plan of the first top; None if there is none
+    states       the number of states of each top; None without times
+    bytes        the size of the result; without times the size of one state
+    seconds      an estimate of the run time [s]; None without times
+    measured     the number of tops, spread over the ensemble, that were run for the estimate
+    first        the plan of the first top; None for an ensemble without tops
     """
 
     shape: tuple[int, ...]
@@ -110,12 +110,13 @@ def plan(
     threads: int | None = None,
     reduce: ReductionSpec | None = None,
 ) -> Plan | EnsemblePlan:
-    """Return what kreisel.solve would use with these arguments, and what it would leave out.
+    """Return a plan: what kreisel.solve would use and leave out with these arguments.
 
-    Nothing runs except a few tops of an ensemble for some milliseconds, to estimate the run time.
+    Nothing is solved, but a few tops of an ensemble run for some milliseconds to estimate the run
+    time.
 
-    t       optional; with it the plan includes the number of states
-    reduce  of an ensemble: the reductions of kreisel.reduce in place of states
+    t       the times as in kreisel.solve; if given, the plan includes the number of states
+    reduce  for an ensemble: the reductions of kreisel.reduce, instead of states
 
         >>> import kreisel as kr
         >>> plan = kr.plan(kr.scenes.asymmetric, want=("nutation", "energy"))
@@ -125,8 +126,8 @@ def plan(
         >>> print(str(kr.plan(tops, 10, threads=2)).splitlines()[0])
         tops       (3,): 1 by closed form, 2 in lanes; by 2 threads
 
-    Raises what kreisel.solve raises before anything runs. Raises ValueError for 'geometric', which
-    needs trial runs: see path.plan.
+    Raises the exceptions that kreisel.solve raises before anything runs. Raises ValueError for
+    method='geometric', which needs trial runs; after a solve its plan is path.plan.
     """
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
         reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
@@ -168,7 +169,7 @@ def _plan_ensemble(
 
 
 def _method_counts(tops: Ensemble, options: EnsembleOptions) -> tuple[int, int]:
-    """Return how many tops use their closed form, and how many run in lanes."""
+    """Return the number of tops computed in closed form, and the number integrated in lanes."""
     if options.solve.method.exact:
         return tops.size, 0
     if options.is_scalar or options.solve.method.name != FALLBACK:
@@ -195,9 +196,9 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
 def _time_sample(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
-    """Return an estimate of the run time [s], and the number of tops that were measured.
+    """Return an estimate of the run time [s], and the number of tops that were run for it.
 
-    The steps and states of these tops are limited.
+    Their numbers of steps and states are limited, and the time is extrapolated.
     """
     if not tops.size or not t.shape[-1]:
         return 0.0, 0

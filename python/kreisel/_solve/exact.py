@@ -11,14 +11,14 @@ from typing import Final, Literal, overload
 import numpy as np
 
 from .._core import (
-    KowalewskiPlan,
+    TorusPlan,
     exact_map_plan,
     exact_map_states,
     exact_plan,
     exact_states,
-    kowalewski_plan,
-    kowalewski_states,
     statuses,
+    torus_plan,
+    torus_states,
     turning_potential,
 )
 from .._model.scene import Ensemble, Scene
@@ -26,7 +26,7 @@ from .._model.turning_points import TurningPoints, compute_turning_points
 from .._options.methods import (
     EXACT,
     explain_no_closed_form,
-    is_kowalewski,
+    has_torus,
     methods,
     resolve_method,
 )
@@ -171,21 +171,42 @@ class Exact(_Rates):
 
 
 @dataclass(frozen=True)
-class ExactKowalewski(Exact):
-    """The motion of a Kowalewski top in closed form, by theta functions of two variables.
+class ExactTorus(Exact):
+    """The base of kreisel.ExactKowalewski and kreisel.ExactGoryachevChaplygin.
 
-    Call it with a time or an array of times for a kreisel.Path.
+    Its angles are those of a torus, not Euler's. Call it with a time or an array of times for a
+    kreisel.Path.
 
     frequencies  (first, second, precession): the frequencies of the attitude matrix in space are
                  integer combinations of all three; those of quantities seen from the body are
                  combinations of the first two [T^-1]
     certificate  the largest relative residual of the equations of the plan and of the states at its
                  start; the attitude error is at most about ten times as large, at any time
-    mismatch     relative deviation of the body's moments and centre of mass from those of a
-                 Kowalewski top: the closed form holds for exact ones, and deviates from the body's
-                 motion by about `mismatch` times the angle by which the top turns
+    mismatch     relative deviation of the scene from one with exactly this closed form, by the
+                 body's moments and centre of mass: the closed form deviates from the scene's motion
+                 by about `mismatch` times the angle by which the top turns
 
     period, precession and spin are NaN: the axis alone has none.
+    """
+
+    frequencies: tuple[float, float, float]
+    certificate: float
+    mismatch: float
+    _torus: TorusPlan = field(repr=False, compare=False)
+
+    def _states(self, t: object, most: float) -> Array | None:
+        return torus_states(self._torus, t, most)
+
+    def __reduce__(self) -> tuple[Callable[[Scene], ExactTorus], tuple[Scene]]:
+        return _exact_torus, (self.scene,)
+
+
+@dataclass(frozen=True)
+class ExactKowalewski(ExactTorus):
+    """The motion of a Kowalewski top in closed form, by theta functions of two variables.
+
+    Call it with a time or an array of times for a kreisel.Path. Its attributes are those of
+    kreisel.ExactTorus.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
@@ -196,16 +217,21 @@ class ExactKowalewski(Exact):
         0.8
     """
 
-    frequencies: tuple[float, float, float]
-    certificate: float
-    mismatch: float
-    _sums: KowalewskiPlan = field(repr=False, compare=False)
 
-    def _states(self, t: object, most: float) -> Array | None:
-        return kowalewski_states(self._sums, t, most)
+@dataclass(frozen=True)
+class ExactGoryachevChaplygin(ExactTorus):
+    """The motion of a Goryachev-Chaplygin top in closed form.
 
-    def __reduce__(self) -> tuple[Callable[[Scene], ExactKowalewski], tuple[Scene]]:
-        return _exact_kowalewski, (self.scene,)
+    The momentum must not have a vertical component. Call it with a time or an array of times for a
+    kreisel.Path. Its attributes are those of kreisel.ExactTorus. The mean precession is zero, and
+    `mismatch` includes a vertical component of the momentum that is a rounding.
+
+        >>> import kreisel as kr
+        >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)
+        >>> top = kr.exact(kr.Scene(body, momentum=(0.9, 2.1, 0), attitude=(0.8, 0, 0.6, 0)))
+        >>> top.certificate < 1e-13, top.mismatch, top.frequencies[2]
+        (True, 0.0, 0.0)
+    """
 
 
 @dataclass(frozen=True)
@@ -248,10 +274,8 @@ def exact(
     """Return the closed form of a scene.
 
     One exists for a Lagrange top, a spherical body, any body without torque, and, as a
-    kreisel.ExactKowalewski, for a Kowalewski top.
-
-    One exists for a Lagrange top, a spherical body, any body without torque, and, as a
-    kreisel.ExactKowalewski, for most Kowalewski tops.
+    kreisel.ExactKowalewski or a kreisel.ExactGoryachevChaplygin, for most Kowalewski tops and most
+    Goryachev-Chaplygin tops without vertical momentum.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
     map    "bobenko_suris": the closed form of the integrable map instead, for Lagrange tops
@@ -268,8 +292,8 @@ def exact(
         return _exact_map(top, map, step)
     if step is not None:
         raise ValueError('step needs map="bobenko_suris"; the motion itself has no step')
-    if is_kowalewski(top):
-        return _exact_kowalewski(top)
+    if has_torus(top):
+        return _exact_torus(top)
     status, period, precession, spin, plan = exact_plan(top._block)
     if status != "OK":
         raise no_closed_form_error(status, top)
@@ -295,12 +319,13 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     return ExactMap(scene, period, precession, spin, plan, h)
 
 
-def _exact_kowalewski(scene: Scene) -> ExactKowalewski:
-    status, _, frequencies, certificate, mismatch, plan = kowalewski_plan(scene._block, 0.0)
+def _exact_torus(scene: Scene) -> ExactTorus:
+    status, _, frequencies, certificate, mismatch, plan = torus_plan(scene._block, 0.0)
     if status == "ERR_METHOD":
         raise ValueError(f"{explain_no_closed_form(scene)}: {scene!r}")
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: {scene!r}")
     rates = math.nan, math.nan, math.nan
-    none = np.empty(0)
-    return ExactKowalewski(scene, *rates, none, frequencies, certificate, mismatch, plan)
+    has_theta = scene.body.kind == "kowalewski"
+    form = ExactKowalewski if has_theta else ExactGoryachevChaplygin
+    return form(scene, *rates, np.empty(0), frequencies, certificate, mismatch, plan)

@@ -1,4 +1,4 @@
-"""The closed forms of an ensemble."""
+"""Closed forms of the tops of an ensemble."""
 
 from __future__ import annotations
 
@@ -45,15 +45,15 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 class ExactEnsemble:
     """The motions of an ensemble in closed form.
 
-    Call it with a time for an array (*shape, 8) of states t, q (w, x, y, z), m as in kreisel.Path.
-    Call it with k times, or with an array (*shape, k) of times of each top, for an array (*shape,
-    k, 8). `shape` is that of the ensemble, (n,) for a list.
+    Calling it with one time returns an array (*shape, 8) of states t, q (w, x, y, z), m as in
+    kreisel.Path. Calling it with k times, or with an array (*shape, k) of separate times for each
+    top, returns an array (*shape, k, 8). `shape` is the shape of the ensemble, or (n,) for a list.
 
-    period, precession, spin and turning points are arrays of that shape, computed on first access.
-    Each value, and each state bit for bit, is that of the scene alone. Turning points raise
-    ValueError if one scene has none.
+    period, precession, spin and the turning points are arrays of shape `shape`, computed on first
+    access. All values are those of kreisel.exact for the scene alone, and the states are equal bit
+    for bit. The turning points raise ValueError if one of the scenes has none.
 
-    A map over spin and tilt of how far each top falls when it is released [degrees]:
+    The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
         >>> import numpy as np
         >>> import kreisel as kr
@@ -67,7 +67,7 @@ class ExactEnsemble:
     """
 
     tops: Ensemble
-    _word: str = "top"  # the name of a member in messages
+    _word: str = "top"  # the word for a member in messages: "top" or "scene"
 
     def __repr__(self) -> str:
         shape = self.tops.shape
@@ -99,10 +99,11 @@ class ExactEnsemble:
         return self._states(at).reshape(*shape, *times.shape[-1:], 8)
 
     def _states(self, t: Array) -> Array:
-        """Return (n, k, 8) states at times (k,) or (n, k).
+        """Return states (n, k, 8) at times (k,) or (n, k).
 
-        The core's worker computes the same states faster if times lead away from 0, but at 0 it
-        returns the start itself.
+        Runs of the ensemble compute the same states faster, but need times that lead away from 0.
+        They are not used for t = 0, where they return the initial state without evaluating the
+        closed form.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
@@ -118,7 +119,7 @@ class ExactEnsemble:
         return states
 
     def _check_horizon(self, times: Array) -> None:
-        """Raise ValueError if some top turns too often by its last time for a double to resolve."""
+        """Raise ValueError if doubles cannot resolve the attitude of some top at its last time."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)
@@ -135,9 +136,9 @@ class ExactEnsemble:
         return f"{self._word}{format_index(unravel_index(i, self.tops.shape))}: "
 
     def _run_slices(self, function: Callable[..., tuple[str, int]], *rows: Array | Codes) -> None:
-        """Call a function of the core for slices of the tops, with the rows of each.
+        """Call a function of the core for slices of the tops and of the arrays `rows`.
 
-        Raises ValueError for the first top that it rejects.
+        Raises ValueError for the first top that the function rejects.
         """
         found: list[tuple[int, str]] = []
 
@@ -177,49 +178,49 @@ class ExactEnsemble:
 
     @property
     def period(self) -> Array:
-        """(*shape) as in Exact [T]."""
+        """(*shape) the period of the nutation, as in kreisel.Exact [T]."""
         return self._reshape(self._rates[:, 0])
 
     @property
     def precession(self) -> Array:
-        """(*shape) as in Exact [T^-1]."""
+        """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
         return self._reshape(self._rates[:, 1])
 
     @property
     def spin(self) -> Array:
-        """(*shape) as in Exact [T^-1]."""
+        """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
         return self._reshape(self._rates[:, 2])
 
     @property
     def least_nutation(self) -> Array:
-        """(*shape) as in Exact [rad]."""
+        """(*shape) the least nutation, as in kreisel.Exact [rad]."""
         return self._reshape(self._turning.least)
 
     @property
     def greatest_nutation(self) -> Array:
-        """(*shape) as in Exact [rad]."""
+        """(*shape) the greatest nutation, as in kreisel.Exact [rad]."""
         return self._reshape(self._turning.greatest)
 
     @property
     def t_least(self) -> Array:
-        """(*shape) as in Exact [T]."""
+        """(*shape) the first time of the least nutation, as in kreisel.Exact [T]."""
         return self._reshape(self._turning.t_least)
 
     @property
     def t_greatest(self) -> Array:
-        """(*shape) as in Exact [T]."""
+        """(*shape) the first time of the greatest nutation, as in kreisel.Exact [T]."""
         return self._reshape(self._turning.t_greatest)
 
     @property
     def motion_type(self) -> npt.NDArray[np.str_]:
-        """(*shape) as in Exact."""
+        """(*shape) the name of the apex's motion about the vertical, as in kreisel.Exact."""
         course = self._turning.motion_type.reshape(self.tops.shape)
         course.flags.writeable = False
         return course
 
     @property
     def critical_spin(self) -> Array:
-        """(*shape) as in Exact [T^-1]."""
+        """(*shape) the spin above which the body sleeps upright, as in kreisel.Exact [T^-1]."""
         return self._reshape(self._turning.critical_spin)
 
 
@@ -230,7 +231,8 @@ def _no_turning_error(status: str, scene: Scene, where: str) -> ValueError:
 def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
     """Return the closed forms of an ensemble.
 
-    Raises ValueError, with its index, for the first scene without one.
+    Raises ValueError if a scene has no closed form; the message contains the index of the first
+    such scene.
     """
     first, count = unsuited(tops._core_scenes, "auto")
     if count:
@@ -241,7 +243,7 @@ def from_ensemble(tops: Ensemble, word: str = "top") -> ExactEnsemble:
 
 
 def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
-    """Return the closed forms of a list of scenes."""
+    """Return the closed forms of a list of scenes. Raises ValueError as from_ensemble does."""
     for i, scene in enumerate(scenes):
         check_type(f"scene[{i}]", scene, Scene)
     if not scenes:
@@ -250,14 +252,14 @@ def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
-    """Return the exception for a scene without closed form."""
+    """Return the exception for a scene that the closed forms reject with this status."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
     return ValueError(f"{where}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")
 
 
 def parse_time_list(t: Numbers) -> Array:
-    """Return a time or a list of times as an array."""
+    """Return one time, or a list of times, as an array of shape () or (k,)."""
     times = as_finite_array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(

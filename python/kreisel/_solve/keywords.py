@@ -1,4 +1,4 @@
-"""Keyword arguments that several verbs share, as types."""
+"""Types of keyword arguments that several public functions share."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ class StreamKeywords(PlanKeywords, total=False):
 
 
 class SolveKeywords(StreamKeywords, total=False):
-    """Arguments of kreisel.solve for one scene and for an ensemble."""
+    """Arguments of kreisel.solve that apply both to one scene and to an ensemble."""
 
     error: float | None
 
 
 class PoolKeywords(TypedDict, total=False):
-    """Arguments that say who runs an ensemble."""
+    """Arguments that select the threads or the executor that run an ensemble."""
 
     threads: int | None
     executor: Executor | None

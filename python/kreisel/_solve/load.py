@@ -1,4 +1,4 @@
-"""kreisel.load: saved paths, scenes and runs."""
+"""kreisel.load: reading of saved paths, scenes and runs."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from .._results.path import Events, Path
 from .._results.serialization import load_path
 from .run import MAGIC, Run, resume
 
-_ZIP = b"PK"  # first bytes of an archive
+_ZIP = b"PK"  # the first bytes of an archive, which is a ZIP file
 _MAX_SCENE_BYTES = 1 << 20
 
 
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
-    """Load a file by its content: a path, a scene or a run.
+    """Load a path, a scene or a run from a file, whose content determines the kind.
 
-    A path is one that path.save wrote, and is equal to the bit. A scene is in TOML. A run is that
-    of a checkpoint, as kreisel.resume reads it.
+    A path written by path.save is restored bit for bit. A scene is a TOML file. A run is a
+    checkpoint written by run.save, as kreisel.resume reads it.
 
         >>> import os, tempfile
         >>> import kreisel as kr
@@ -30,8 +30,8 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         ...     kr.load(os.path.join(folder, "top.npz"))
         <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
 
-    Raises OSError for a file that cannot be read, and ValueError for one that is damaged or of
-    another kind. Nothing in the file is executed, and memory use is limited by its size.
+    Raises OSError if the file cannot be read, and ValueError if it is damaged or of another kind.
+    Nothing in the file is executed. Memory use is limited by the size of the file.
     """
     name = os.fspath(file)
     if not isinstance(name, str):
@@ -44,11 +44,11 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         if begins == MAGIC:
             return resume(File(name))
         if begins.startswith(_ZIP):
-            return _path(name, opened, about.st_size)
-    return _scene(name, about.st_size)
+            return _load_path(name, opened, about.st_size)
+    return _load_scene(name, about.st_size)
 
 
-def _path(name: str, file: BinaryIO, size: int) -> Path:
+def _load_path(name: str, file: BinaryIO, size: int) -> Path:
     try:
         path, met = load_path(file, size)
     except ValueError as error:
@@ -59,7 +59,7 @@ def _path(name: str, file: BinaryIO, size: int) -> Path:
     return Path(*path._replace(events=Events(Path(*at), which, direction)))
 
 
-def _scene(name: str, size: int) -> Scene:
+def _load_scene(name: str, size: int) -> Scene:
     known = "a path or a run that was saved, nor a scene in TOML"
     if size > _MAX_SCENE_BYTES:
         raise ValueError(f"{name} is neither {known}, which would be shorter")

@@ -1,4 +1,4 @@
-"""Runs: a top in motion that can be advanced, streamed, saved and resumed, with the same bits."""
+"""Runs: motions that can be advanced in several calls, saved, and resumed with the same bits."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ from ..events import Event, from_record, parse_events, to_core_events, to_record
 if TYPE_CHECKING:
     from .._core import Run as Motion
 
-MAGIC = b"kreisel run\n"  # first bytes of a checkpoint
-_FUSED = {"avx512", "avx2", "neon"}  # kernels with equal bits
+MAGIC = b"kreisel run\n"  # the first bytes of a checkpoint
+_FUSED = {"avx512", "avx2", "neon"}  # kernels with fused multiply-add, whose results are identical
 EventSpec = Event | Sequence[Event]
 
 
@@ -60,13 +60,13 @@ EventSpec = Event | Sequence[Event]
     "at the last state of its path"
 )
 class Run:
-    """A top in motion, from kreisel.start or kreisel.resume.
+    """A motion that can be advanced in several calls, from kreisel.start or kreisel.resume.
 
-    Times are counted from its start and lead away from it.
+    Times are measured from the start of the run, and must lead away from it.
 
-    scene, method, step, tol, digits, want, events  as in kreisel.solve, step positive
-    t      the time of the last state returned, or of the last good state after a failure [T]
-    stats  the cost so far
+    scene, method, step, tol, digits, want, events  as in kreisel.solve; step is positive
+    t      the time of the last state returned, or after a failure of the last good state [T]
+    stats  the cost of the run so far
     """
 
     scene: Scene
@@ -84,7 +84,7 @@ class Run:
     _top: Motion
 
     def __init__(self, scene: Scene, options: SolveOptions, back: bool) -> None:
-        own = self.__dict__  # assignments to attributes are refused
+        own = self.__dict__  # because assignments to attributes raise an exception
         own["_options"], own["_back"], own["_fresh"] = options, back, True
         own["scene"], own["method"], own["want"] = scene, options.method.name, options.want
         own["events"] = options.events
@@ -103,11 +103,12 @@ class Run:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
 
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
-        """Advance to t and return the path.
+        """Advance the run to t, and return the path.
 
-        For a number it has the current state and the state at t, or with `every` the states of each
-        so many steps since; for a list exactly these states. Raises what kreisel.solve raises; the
-        run then stays at its last good state.
+        If t is a number, the path has the current state and the state at t. With `every` it
+        instead has the states after every `every` steps that the run has not returned yet. If t is
+        a list, the path has exactly these times. Raises the exceptions of kreisel.solve; the run
+        then stays at its last good state.
         """
         times = self._times(t, every)
         if times.size:
@@ -120,7 +121,7 @@ class Run:
         return self._advance(times, parse_progress(progress))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
-        """Continue to validated times."""
+        """Advance to validated times, and return their path."""
         if self.want is None:
             status, path = self._record(times, progress)
         else:
@@ -140,9 +141,9 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """Return the states of kreisel.stream from the current time on.
+        """Return an iterator over paths as from kreisel.stream, continuing from the current time.
 
-        The run may be saved between two paths.
+        The run can be saved between two paths.
         """
         number = parse_every(self._options.method, every)
         reached = None if self._fresh else self.t
@@ -181,7 +182,7 @@ class Run:
                 result = self._top.record(times, low, progress)
             else:
                 result, met = self._top.record_events(times, progress)
-        finally:  # also where progress raised
+        finally:  # also if `progress` raised an exception
             fresh = self._fresh and not times.size
             self.__dict__.update(t=self._top.t, _fresh=fresh)
         path = make_path(self.scene, self._options, result)
@@ -192,7 +193,7 @@ class Run:
 
     @property
     def ended(self) -> bool:
-        """True if a terminal event was met; the run then stays there."""
+        """True if a terminal event has occurred; the run then remains at it."""
         return self._top.ended
 
     @property
@@ -202,7 +203,7 @@ class Run:
 
     @property
     def checkpoint(self) -> bytes:
-        """The complete state of the run, from which kreisel.resume continues with the same bits."""
+        """The complete state of the run, from which kreisel.resume continues bit for bit."""
         head = {
             "scene": self.scene.to_toml(),
             "method": self.method,
@@ -224,23 +225,23 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Copy and pickle by the checkpoint: two runs never share a motion."""
+        """Copy and pickle the run by its checkpoint, so that two runs never share their state."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the checkpoint to a file, which is replaced atomically."""
+        """Write the checkpoint to a file. The file is replaced atomically."""
         atomic_write(file, self.checkpoint)
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
-    """Return the run of a checkpoint, or of the file in which it was saved, with its events.
+    """Return the run stored in a checkpoint or in the file of a saved run, with its events.
 
-    `max_steps` sets another limit. help(kreisel.start) explains how to store each state exactly
-    once even if a run is killed.
+    `max_steps` replaces the limit of steps. help(kreisel.start) explains how to store each state
+    exactly once even if the process is killed.
 
-    Raises ValueError for a checkpoint that is damaged, or of another version of kreisel or another
-    kind of machine; OSError for a file that cannot be read. Warns if this processor has another
-    kernel of taylor: results then agree up to rounding only.
+    Raises ValueError for a checkpoint that is damaged, or that was made by another version of
+    kreisel or on another kind of machine. Raises OSError if the file cannot be read. Warns if the
+    kernel of taylor on this processor rounds differently; results then agree up to rounding only.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -260,7 +261,10 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 
 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
-    """Return the run of the two parts of a checkpoint, and the kernel that computed it."""
+    """Return the run stored in a checkpoint, and the name of the kernel that computed it.
+
+    `line` is the head of the checkpoint in JSON, `memory` the state of the core.
+    """
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
     method, step, tol, digits = (head[word] for word in ("method", "step", "tol", "digits"))
@@ -299,9 +303,10 @@ def start(
     events: EventSpec | None = None,
     back: bool = False,
 ) -> Run:
-    """Start a run of a scene that advances in pieces.
+    """Start a run of a scene that can be advanced in several calls.
 
-    run.to(t) is kreisel.solve up to t; run.save(file) and kreisel.resume continue the run later.
+    run.to(t) advances the run to t, with the results of kreisel.solve. run.save(file) saves the
+    run, and kreisel.resume continues it later.
 
         file = pathlib.Path("run.kreisel")
         run = kr.resume(file) if file.exists() else kr.start(scene, "strang", step=0.01)
@@ -309,13 +314,14 @@ def start(
             keep(path)
             run.save(file)
 
-    The arguments are those of kreisel.solve; `back` is True for a run back in time. Every method
-    except 'geometric', which needs trial runs, is allowed. Each path has the events that it met,
-    together those of a single solve. A terminal event ends the run: run.ended is then True, and
-    run.t is its time.
+    The arguments are those of kreisel.solve; `back` is True for a run back in time. All methods
+    are allowed except 'geometric', which needs trial runs. Each path has the events that occurred
+    in it; together they are the events of a single solve. A terminal event ends the run: run.ended
+    is then True, and run.t is the time of the event.
 
-    A run killed between keep and save repeats states that were kept last. To store each state once,
-    truncate the file behind run.t, as here where rows of eight doubles are appended to it:
+    If the process is killed between keep and save, the resumed run repeats the last states that
+    were kept. To store each state once, remove the states after run.t from the file before
+    resuming. In this example the file consists of rows of eight doubles:
 
         file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
         run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)
@@ -346,7 +352,7 @@ def parse_run(
     events: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the options of a run; with events, 'auto' is the method that can search for them."""
+    """Return the options of a run. With events, 'auto' means taylor, which can search for them."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return parse_options(scene, method, *controls)

@@ -1,4 +1,4 @@
-"""kreisel.section: the states in which the tops of an ensemble meet an event."""
+"""kreisel.section: the states of the tops of an ensemble at the occurrences of an event."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .._results.section_result import SECTION, Section, slowest_turns
 from .._utils.validation import Array, as_finite_array, as_int, check_type, short_repr
 from ..events import Event, nutation, parse_events, to_core_events
 
-_TURNS = 1024.0  # default longest wait, in slowest turns of a top
+_TURNS = 1024.0  # the default of max_wait, in turns of a top about the axis of its largest moment
 
 
 def section(
@@ -40,20 +40,21 @@ def section(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Section:
-    """Find the first n states after its start in which each top meets an event.
+    """Find the states of each top at the first n occurrences of an event after the start.
 
-    event      an event of kreisel.events; default: the lowest points of the apex,
-               nutation(direction=1), which every motion meets that is not steady. No event is
-               missed; one at the start itself does not count
+    event      an event of kreisel.events; default: nutation(direction=1), the lowest points of the
+               apex, which occur in every motion that is not steady. No occurrence is missed; one at
+               the start itself does not count
     n          the number of states of each top
-    max_wait   the longest time to an event, from the start or from the event before: a number, or
-               an array of the ensemble's shape; negative: back in time. A top that waits longer has
-               the status 'ERR_EVENT' and keeps its states. Default: 1024 turns about the axis of
-               the largest moment, at the rate of momentum and gravity [T]
+    max_wait   the longest allowed time from the start, or from the previous event, to the next
+               event [T]: a number, or an array of the ensemble's shape; negative: back in time. If
+               no event occurs in this time, the status of the top is 'ERR_EVENT', and the states
+               found so far are kept. Default: 1024 times an estimate of the time of one turn about
+               the axis of the largest moment
 
     The other arguments are those of solve. The bits of a top do not depend on the other tops.
-    Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest, since
-    the core searches for them in several tops at once.
+    Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest,
+    because the core searches for them in several tops simultaneously.
 
         >>> import kreisel as kr
         >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2, vertical=1, n=5)
@@ -63,12 +64,13 @@ def section(
         >>> section.spin_angle.shape, section.top[:3].tolist(), section.count.tolist()
         ((100,), [0, 0, 0], [20, 20, 20, 20, 20])
 
-    Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
-    kreisel.Interrupted, with what was done, for Ctrl-C. Failures of single tops are in
-    section.status and raised by section.check().
+    Raises TypeError or ValueError for invalid arguments and MemoryError for more states than fit in
+    memory, before anything runs. Raises kreisel.Interrupted after Ctrl-C, with the results so far.
+    Failures of individual tops are recorded in section.status, and section.check() raises an
+    exception for the first of them.
 
-    Sources: Poincare 1892; H. R. Dullin, A. Wittek, Complete Poincare sections and tangent sets,
-    J. Phys. A 28 (1995), for sections that every motion meets.
+    Sources: Poincare 1892; for sections that every motion intersects H. R. Dullin, A. Wittek,
+    Complete Poincare sections and tangent sets, J. Phys. A 28 (1995).
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
     waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)
@@ -87,7 +89,7 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """Return (tops, n) the longest wait of each top, and the options with the event.
+    """Return the longest wait of each top as an array (tops, n), and the options with the event.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -98,7 +100,7 @@ def parse_section(
 
 
 def parse_event(event: object) -> Event:
-    """Return the event, of which every occurrence is to be found."""
+    """Return the event of a section, validated. Raises ValueError if it limits its occurrences."""
     if event is None:
         return nutation(direction=1)
     [one] = parse_events(FALLBACK, [event])
@@ -108,7 +110,7 @@ def parse_event(event: object) -> Event:
 
 
 def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
-    """Return (n,) the longest wait of each top for an event."""
+    """Return an array (n,) with the longest time that each top waits for an event."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)

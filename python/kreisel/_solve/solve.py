@@ -1,4 +1,4 @@
-"""kreisel.solve: the motion of a scene, or of an ensemble of them."""
+"""kreisel.solve: the motion of a scene or of an ensemble."""
 
 from __future__ import annotations
 
@@ -61,33 +61,36 @@ def solve(
     out: Array | None = None,
     tangents: TangentSpec | None = None,
 ) -> Path | Paths:
-    """Solve the motion of a scene, which starts at t = 0, or of each top of a kreisel.Ensemble.
+    """Compute the motion of a scene, which starts at t = 0, or of each top of a kreisel.Ensemble.
 
-    t          a list: exactly these times, monotonic and on one side of 0. A number: the start and
-               the end, or with `every` each so many steps. Negative: back in time [T]
-    method     a name in kreisel.methods; 'auto' is exact where it applies, taylor elsewhere and for
-               digits and events; 'geometric' chooses a structure-preserving method and its step so
-               that `error` is met
-    step       positive [T]. Fixed-step methods need it, and reach times off their grid by a side
-               step. For adaptive methods it is the first step
-    tol        adaptive methods: local error of a step; implicit methods: residual; else not
-               allowed. exact ignores it
+    t          a list: record the states at these times, which must be monotonic and on one side of
+               0. A number: record the start and the state at t, or with `every` the states after
+               every `every` steps. Negative times: back in time [T]
+    method     a name in kreisel.methods; 'auto' uses exact if it applies, otherwise taylor, and
+               always taylor for digits and events; 'geometric' chooses a structure-preserving
+               method and a step with which the error is at most `error`
+    step       positive [T]. Required by fixed-step methods, which reach times between their steps
+               by a separate, shorter step. For adaptive methods it is the first step
+    tol        adaptive methods: the local error of a step; implicit methods: the residual; exact
+               ignores it; other methods do not allow it
     digits     taylor only, instead of tol: up to 16, 20 or 30; low words are path.q_low and
                path.m_low
-    every      record each so many steps of a fixed-step method, if t is a number
-    max_steps  0: no limit; with 'geometric' of each run
+    every      the number of steps of a fixed-step method from one recorded state to the next; only
+               if t is a number
+    max_steps  the maximal number of steps, with 'geometric' of each trial run; 0: no limit
     error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]. It
-               is checked by a reference with 20 digits or the closed form. Raises ValueError if it
-               is not met within 64 times the steps of the first guess
-    want       names such as ("nutation", "energy"): the path keeps t and these, and the core skips
-               the heading if none needs it
-    progress   called about ten times a second with the time reached, and with the end [T]; an
-               exception stops the run
-    events     taylor only: an event of kreisel.events or a list of them, for path.events; a
+               is checked against a reference with 20 digits or a closed form. Raises ValueError if
+               the error is not met within 64 times the number of steps first estimated
+    want       names such as ("nutation", "energy"): the path stores only t and these quantities,
+               and the core does not compute the heading if none of them needs it
+    progress   a function called about ten times per second with the time reached, and at the end
+               with the last time [T]; an exception in it stops the run
+    events     taylor only: an event of kreisel.events or a list of events, found in path.events; a
                terminal event ends the path
-    tangents   taylor only, for one scene: "start", "moments", "com", "gravity", "mass", or several
-               of these, for path.tangents, the derivatives of the states; the path keeps its bits,
-               unless strong damping makes the steps shorter than those without tangents
+    tangents   taylor only, for one scene: one or several of "start", "moments", "com", "gravity",
+               "mass": the parameters of the derivatives of the states in path.tangents. The states
+               have the same bits as without tangents, unless strong damping requires shorter steps
+               for the tangents
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -100,15 +103,17 @@ def solve(
         >>> [f"{t:.6f}" for t in lows.t[:2]]
         ['1.174941', '3.524823']
 
-    For an ensemble the arguments apply to each top, and the result is a kreisel.Paths: arrays that
+    For an ensemble the arguments apply to each top. The result is a kreisel.Paths, whose arrays
     begin with the shape of the ensemble. The bits of a top do not depend on the other tops, on the
-    threads or on the executor; they are those of the top alone up to roundings of taylor. `t` may
-    also be an array (*shape, k) of times of each top. `progress` is called with the part of the
-    tops that is done, 0 .. 1. An ensemble has further arguments:
+    threads or on the executor. They agree with a solve of the top alone, except that taylor may
+    round differently. `t` can also be an array (*shape, k) with separate times for each top.
+    `progress` is called with the finished fraction of the tops, 0 .. 1. An ensemble has further
+    arguments:
 
-    threads    number of threads; default: the number of processors
-    executor   of concurrent.futures, in place of threads; other processes receive copies of tops
-    out        a float64 array (*shape, k, 8) in C order, which receives the states
+    threads    the number of threads; default: the number of processors
+    executor   an executor of concurrent.futures, instead of threads; workers in other processes
+               receive copies of the tops
+    out        a float64 array (*shape, k, 8) in C order, to which the states are written
 
         >>> import numpy as np
         >>> tops = kr.scenes.cusps.vary(gravity=np.linspace(0.5, 1.0, 3))
@@ -116,10 +121,11 @@ def solve(
         >>> paths.q.shape, paths.failed.tolist(), paths[2].nutation[1].round(3)
         ((3, 3, 4), [], np.float64(1.13))
 
-    Raises TypeError, ValueError, or MemoryError for more states than fit, before anything runs;
-    kreisel.Error for a run that fails, kreisel.Interrupted (a KeyboardInterrupt) for Ctrl-C, both
-    with `.path` up to the last good state. A failed top of an ensemble has a status in
-    paths.status, which paths.check() raises; Interrupted has the results so far as `.paths`.
+    Raises TypeError or ValueError for invalid arguments and MemoryError for more states than fit in
+    memory, before anything runs. Raises kreisel.Error if the run fails, and kreisel.Interrupted (a
+    KeyboardInterrupt) after Ctrl-C; both have a `.path` up to the last good state. The failure of a
+    top of an ensemble is recorded in paths.status, and paths.check() raises it; Interrupted has the
+    results so far as `.paths`.
     """
     if isinstance(scene, Ensemble):
         if tangents is not None:
@@ -155,9 +161,10 @@ def _parse_special(
     tangents: TangentSpec | None,
     others: dict[str, object],
 ) -> SolveOptions:
-    """Return the options of a solve with tangents, with events or by method='geometric'.
+    """Return the options of a solve with tangents, with events or with method='geometric'.
 
-    Raises TypeError or ValueError for an invalid argument, and for those of an ensemble.
+    `others` are arguments that only an ensemble allows. Raises TypeError or ValueError for an
+    invalid argument, and if one of `others` is given.
     """
     if tangents is not None:
         excluded = {"error": error, "want": want, "events": events} | others
@@ -177,7 +184,7 @@ def _parse_special(
 def _solve_checked(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Return the path of options or times that a single call of the core cannot serve."""
+    """Solve a scene if its options or times need more than a single call of the core."""
     if options.tangents:
         return record_tangents(scene, options, t, progress)
     times = time_array(t, options.step, options.every, options.size)

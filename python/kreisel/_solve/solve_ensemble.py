@@ -1,4 +1,4 @@
-"""kreisel.solve of an ensemble, and kreisel.reduce."""
+"""kreisel.solve for an ensemble, and kreisel.reduce."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from .step_search import STEP_SEARCH, error_not_allowed, geometric_options
 
 
 class SolveArguments(NamedTuple):
-    """The arguments of a solve that control it and say what it records."""
+    """The arguments of kreisel.solve that control the method and select what is recorded."""
 
     step: float | None = None
     tol: float | None = None
@@ -60,20 +60,22 @@ def reduce(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Reductions:
-    """Reduce the path of each top of an ensemble to a few numbers, and keep no states.
+    """Reduce the path of each top of an ensemble to a few numbers, without storing states.
 
-    reductions  names of quantities or their components, each with one or several of min, max, mean,
-                variance, last, where_min, where_max, as {"nutation": ("min", "max")}
+    reductions  a mapping from names of quantities or of their components to one or several of min,
+                max, mean, variance, last, where_min, where_max, as in {"nutation": ("min", "max")}
 
-    The other arguments are those of kreisel.solve. Memory does not grow with the number of times.
+    The other arguments are those of kreisel.solve. Memory use does not grow with the number of
+    times.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.cusps.vary(gravity=[0.5, 1.0])
         >>> kr.reduce(tops, [0.0, 0.5, 1.0], {"nutation": "max"})["nutation"]["max"].round(3)
         array([1.023, 1.13 ])
 
-    Raises TypeError or ValueError before anything runs; kreisel.Interrupted for Ctrl-C, with what
-    was done as `.paths`. A top that fails has a status and NaN; the result's check() raises it.
+    Raises TypeError or ValueError for invalid arguments, before anything runs. Raises
+    kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. A failed top has NaN as
+    its values and the reason in `status`; the result's check() raises an exception for it.
     """
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)
@@ -96,7 +98,7 @@ def solve_ensemble(
     executor: Executor | None = None,
     out: Array | None = None,
 ) -> Paths:
-    """Return the paths of an ensemble."""
+    """Solve the motion of all tops of an ensemble, and return their paths."""
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
     callback, times = parse_progress(progress), parse_times(tops, t, options)
@@ -106,7 +108,7 @@ def solve_ensemble(
 
 
 def runner_for(options: EnsembleOptions) -> SliceRunner:
-    """Return the function that runs the slices of an ensemble."""
+    """Return the function that runs slices of an ensemble with these options."""
     if options.searches_step:
         return STEP_SEARCH
     return SCALAR if options.is_scalar else LANES
@@ -122,7 +124,10 @@ def stream_ensemble(
     threads: int | None = None,
     executor: Executor | None = None,
 ) -> Iterator[Paths]:
-    """Return the paths of consecutive tops, as many as have `chunk` states, one top at least."""
+    """Return an iterator over the paths of consecutive groups of tops.
+
+    The tops of a group have at most `chunk` states in total, but a group has at least one top.
+    """
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
     callback, times = parse_progress(progress), parse_times(tops, t, options)
@@ -165,7 +170,7 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
 
 
 def reject_ensemble_arguments(scene: object, **given: object) -> None:
-    """Raise ValueError for arguments of an ensemble that were given with one scene."""
+    """Raise ValueError for arguments given with a single scene that only an ensemble allows."""
     check_type("scene", scene, Scene)
     names = [name for name, value in given.items() if value is not None]
     raise ValueError(f"{' and '.join(names)}: only for a kreisel.Ensemble, not for a single scene")

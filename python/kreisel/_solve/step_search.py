@@ -1,10 +1,10 @@
-"""The search of method='geometric' for the cheapest geometric method and step below an error.
+"""The search of method='geometric' for the cheapest method and step that meet an allowed error.
 
-A method of order p errs by about g w t (c h r)^p. The rate r and the weight w come from the
-integrals of motion, and the constants c were measured. The factor g is how much more than a regular
-motion this one magnifies small changes, as near an unstable equilibrium. With this estimate the
-cheapest method and its step h are guessed. The step is refined until the run is near enough to a
-reference.
+The error of a method of order p with step h is about g w t (c h r)^p at time t. The rate r and the
+weight w are computed from the integrals of motion, and the constants c were measured. The factor g
+compares the growth of small changes with that in a regular motion. It is large near an unstable
+equilibrium, for example. This estimate gives a first guess of the cheapest method and its step. The
+step is then reduced until the difference from a reference is small enough.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ from .._utils.literals import MethodName
 from .._utils.validation import Array, as_int, as_positive
 from ..quaternion import attitude_error
 
-Listener = Progress | Work | None  # receives progress, or may stop the work
-# The constants c, and the price of a step in kicks and drifts
+Listener = Progress | Work | None  # receives progress, or can stop the work
+# For each method the constant c, and the cost of a step in units of a kick and a drift.
 _Constants = dict[MethodName, tuple[float, float]]
 _SYMMETRIC: _Constants = {
     "takahashi_imada4": (0.165, 1.25),
@@ -58,24 +58,24 @@ _SYMMETRIC: _Constants = {
 }
 _GENERAL: _Constants = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.0)}
 
-_SHORTER = 1.05  # a step too short costs less than another run
-_AIM = 0.4  # part of the target that a refined run aims at
-_ENOUGH = 0.8  # accepted part of the target: the error may be larger between the checked times
-_TOO_LARGE = {"ERR_STEP_SIZE", "ERR_CONVERGENCE"}  # statuses of steps that are too large
-_UNLIKE = 0.1  # a larger error does not predict that of a finer run [rad]
-_MIN_CHECKS = 128  # times at which the error is computed
-_CHECKS_PER_RADIAN = 4  # of the angle turned
-_MAX_CHECKS = 1 << 13  # also of the requested times
-_FEW = 32  # fewer steps are also checked inside, where the error may be larger than at their ends
-_REGULAR = 30.0  # a regular motion magnifies a small change by at most this times the angle turned
-_BUDGET = 64  # steps of all runs together, in units of the first guess
-_STALLS = (
-    3  # so often a finer run may be no better by half; then half the step makes other roundings
-)
+_SHORTER = 1.05  # safety factor of the number of steps: too short a step costs less than a new run
+_AIM = 0.4  # fraction of the target that a run with refined steps aims at
+_ENOUGH = 0.8  # accepted fraction of the target: between the checked times the error can be larger
+_TOO_LARGE = {"ERR_STEP_SIZE", "ERR_CONVERGENCE"}  # statuses that mean that the step is too large
+_UNLIKE = 0.1  # from a larger error, the error with shorter steps cannot be predicted [rad]
+_MIN_CHECKS = 128  # the minimal number of times at which the error is computed
+_CHECKS_PER_RADIAN = 4  # the number of these times per radian turned
+_MAX_CHECKS = 1 << 13  # the maximal number of these times, and of requested times among them
+_FEW = 32  # with fewer steps, times inside steps are also checked, where the error can be larger
+_REGULAR = 30.0  # bound on the growth of a change in a regular motion, per radian turned
+_BUDGET = 64  # the maximal number of steps of all runs, as a multiple of the first guess
+# The search fails after this number of runs that did not halve the error. After each of them the
+# step is halved, which changes the rounding errors.
+_STALLS = 3
 
 
 class StepSearch:
-    """Runs of one method with ever finer steps, each compared with a reference."""
+    """Runs of one method with decreasing steps, each compared with a reference."""
 
     def __init__(
         self,
@@ -88,7 +88,7 @@ class StepSearch:
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
-        self.spent, self.cost = Stats(0, 0, 0, 0), 0  # in all, and of the last run
+        self.spent, self.cost = Stats(0, 0, 0, 0), 0  # the cost of all runs, and of the last one
         self.rate, self.weight = _rates(scene)
         self.angle = self.rate * abs(self.end)
         self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
@@ -100,13 +100,16 @@ class StepSearch:
         path_or_raise(scene, replace(SERIES, max_steps=max_steps), result)
         self.conditioning = ROUNDING * grown
         self.reference_options = self.reference()
-        more = grown / (_REGULAR * (1.0 + self.angle))  # than a regular motion
+        more = grown / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
         self.method, steps = self.guess(min(max(1.0, more), 1.0 / ROUNDING))
         self.order, self.first = methods[self.method].order, math.ceil(steps)
         self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
 
     def guess(self, grown: float) -> tuple[MethodName, float]:
-        """Return the cheapest method, and the number of steps that it needs."""
+        """Return the cheapest method and the number of steps that it needs.
+
+        `grown` is the factor g of the error estimate.
+        """
         prices, t = {}, abs(self.end)
         for name, (c, price) in _constants(self.scene).items():
             part = self.weight * t * grown / self.target
@@ -118,8 +121,8 @@ class StepSearch:
     def check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run with `steps` steps is computed.
 
-        They are ends of steps, which cost nothing, times inside the steps if there are few steps,
-        and requested times.
+        They are ends of steps, which need no extra computation, and requested times. If there are
+        few steps, times inside the steps are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -129,13 +132,14 @@ class StepSearch:
         return self.merge_times(self.end * np.concatenate(inside) / steps, self.sampled_times)
 
     def merge_times(self, a: Array, b: Array) -> Array:
-        """Return all times of both arrays, in the direction of the motion."""
+        """Return the times of both arrays without duplicates, in the direction of the motion."""
         return math.copysign(1.0, self.end) * np.unique(np.abs(np.concatenate([a, b])))
 
     def reference(self) -> SolveOptions:
-        """Return the options of the reference.
+        """Return the options of the reference solution.
 
-        It is the closed form if the target is far above the roundings of that.
+        The reference is a closed form if one exists and its rounding errors are far below the
+        target, otherwise a Taylor series with more digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target
         return CLOSED_FORM if near and has_closed_form(self.scene) else LONGER_SERIES
@@ -143,8 +147,8 @@ class StepSearch:
     def run(self, steps: int) -> tuple[Array, float] | None:
         """Return the states of a run with `steps` steps at the requested times, and its error.
 
-        The error is the largest attitude error on the way. Returns None if the steps are too large
-        for the method.
+        The error is the largest attitude error at the checked times [rad]. Returns None if the
+        steps are too large for the method.
         """
         check_times = self.check_times(steps)
         all_times = self.merge_times(check_times, self.times)
@@ -161,7 +165,7 @@ class StepSearch:
         return states[requested], float(attitude_error(states[checked, 1:5], truth[:, 1:5]).max())
 
     def states(self, options: SolveOptions, times: Array) -> Array | None:
-        """Return the states at `times`, or None where the steps are too large for the method."""
+        """Return the states at `times`, or None if the steps are too large for the method."""
         limited = replace(options, max_steps=self.max_steps)
         result = record_states(self.scene, limited, times, self.progress)
         status, states, _, counts, _ = result
@@ -175,7 +179,10 @@ class StepSearch:
         return states
 
     def refine(self, steps: int, error: float) -> int:
-        """Return the number of steps with which the error should be small enough."""
+        """Return the number of steps predicted to make the error small enough.
+
+        `error` is the error found with `steps` steps.
+        """
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
         return math.ceil(steps * more)
@@ -189,7 +196,10 @@ class StepSearch:
 
 
 def parse_error(error: float | None, others: Mapping[str, object]) -> float:
-    """Return the error allowed. Raises ValueError if one of the arguments in `others` is given."""
+    """Return the allowed error, validated.
+
+    Raises ValueError for an invalid error, or if one of the arguments in `others` is given.
+    """
     if error is None:
         raise ValueError(
             "method='geometric' chooses its step: give the allowed error [rad], as in error=1e-6"
@@ -206,7 +216,7 @@ def parse_error(error: float | None, others: Mapping[str, object]) -> float:
 
 
 def error_not_allowed(method: object) -> ValueError:
-    """Return the exception for an error given with another method."""
+    """Return the exception for an argument `error` given with a method other than 'geometric'."""
     return ValueError(
         f"error is for method='geometric', which chooses its step; {method!r} takes step or tol"
     )
@@ -226,14 +236,14 @@ def geometric_options(
 
 
 def find_path(scene: Scene, options: SolveOptions, times: Array, progress: Progress | None) -> Path:
-    """Return the path of one scene by method='geometric'."""
+    """Solve one scene with method='geometric', and return its path."""
     path = report_end(_find_whole_path(scene, options, times, progress), progress)
     return path if options.want is None else path.only(options.want)
 
 
 def _find_whole_path(scene: Scene, options: SolveOptions, times: Array, progress: Listener) -> Path:
-    """Return the path with all its states."""
-    if not times.any():  # nothing moves
+    """Solve one scene with method='geometric', and return its path with all states."""
+    if not times.any():  # only the initial state is requested
         still = parse_options(scene, "strang", step=1.0)
         return path_or_raise(scene, still, record_states(scene, still, times))
     assert options.error is not None
@@ -248,9 +258,10 @@ def search_path(
     max_steps: int,
     progress: Listener = None,
 ) -> Path:
-    """Return the path at these times, with an attitude error below `target` on all of [0, t].
+    """Return the path at `times`, with an attitude error below `target` on all of [0, t].
 
-    `progress` is called during each run in turn.
+    `progress` is called during every run of the search. Raises ValueError if the error cannot be
+    met.
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
@@ -262,7 +273,7 @@ def search_path(
             raise search.refusal(f"a search may take {search.budget} steps, which did not suffice")
         run = search.run(steps)
         if run and run[1] <= _ENOUGH * target:
-            return _path(search, *run, steps)
+            return _make_path(search, *run, steps)
         error = run[1] if run else math.inf
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
@@ -270,7 +281,7 @@ def search_path(
     raise search.refusal(f"rounding errors reach {least:.1e} rad, and finer steps add more")
 
 
-def _path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
+def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
     choice = StepChoice(
         method=search.method,
         step=search.end / steps,
@@ -292,22 +303,23 @@ def _constants(scene: Scene) -> _Constants:
 
 
 def _rates(scene: Scene) -> tuple[float, float]:
-    """Return the rate of the top, and the weight of a method's error."""
+    """Return the rate r of the top [T^-1], and the weight w of a method's error [T^-1]."""
     body = scene.body
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)
     kinetic, potential = (
         float(values(name, scene._block, scene._start)[0]) for name in ("kinetic", "potential")
     )
     moment = sorted(body.moments)[1 if body.is_symmetric else 2]
-    above = max(0.0, potential + lever)  # of a top that hangs, but for roundings nothing
-    if body.is_symmetric:  # a drift is exact, so all error comes with the torque
+    # The potential energy above its minimum, which rounding can make negative for a hanging top.
+    above = max(0.0, potential + lever)
+    if body.is_symmetric:  # drifts are exact, so the error is proportional to the torque
         rate = math.sqrt((math.hypot(*scene.momentum) / moment) ** 2 + 2.0 * above / moment)
         return rate, lever / moment / rate if rate else 0.0
     rate = math.sqrt(2.0 * (kinetic + above) / moment)
     return rate, rate
 
 
-_UNMET = STATUSES.index("ERR_CONVERGENCE")  # the status of a top whose error no step meets
+_UNMET = STATUSES.index("ERR_CONVERGENCE")  # the status of a top if no step meets the error
 
 
 def run_search(
@@ -319,7 +331,7 @@ def run_search(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one by one, each by the cheapest method that meets the error."""
+    """Run the tops begin..end one by one, each with the cheapest method that meets the error."""
     part = buffers.select(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
@@ -327,7 +339,7 @@ def run_search(
         times = t[begin + i] if t.ndim == 2 else t
         try:
             _run_one(part, i, options, member(tops, begin + i), times, work)
-        except Interrupted:  # a trial's states are none of a path
+        except Interrupted:  # the states of a trial run are not a result
             if work is None:
                 raise
             work.stop()
@@ -345,7 +357,7 @@ def _run_one(
     times: Array,
     work: Work | None,
 ) -> None:
-    """Write one row: the path of a top, or the message of one that has none."""
+    """Solve one top, and write its path, or the message of its failure, to row i."""
     path, status = None, 0
     try:
         path = _find_whole_path(scene, options.solve, times, work)
@@ -360,7 +372,7 @@ def _run_one(
 def _write_row(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
-    """Write a path as a row, with NaN behind what it reached."""
+    """Write a path to row i, with NaN at times that it did not reach."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
         at, reached = _find_times(path, times)
@@ -383,9 +395,9 @@ def _write_row(
 
 
 def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return the indices of a path's states at the first of these times, and their number.
+    """Return the indices of the path's states at the first of `times`, and how many it reached.
 
-    The path of a failed trial has other states between them.
+    The path of a failed trial run also has states at other times.
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0

@@ -1,4 +1,4 @@
-"""kreisel.stream: states in constant memory, of a scene or of an ensemble."""
+"""kreisel.stream: the states of a scene or of an ensemble, computed in constant memory."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ def stream(
 ) -> Iterator[Path] | Iterator[Paths]:
     """Yield the states of kreisel.solve as paths of at most `chunk` states, in constant memory.
 
-    The states have the same bits. The default of `chunk` is 2**14.
+    The states have the same bits as those of kreisel.solve. The default of `chunk` is 2**14.
 
-    t      a list; an iterator of times, which may be endless; or with `every` a number, which may
+    t      a list; an iterator of times, which can be infinite; or with `every` a number, which can
            be math.inf [T]
 
         for path in kr.stream(scene, math.inf, "strang", step=0.01, every=10): ...
@@ -72,13 +72,15 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    For an ensemble it yields the kreisel.Paths of consecutive tops, in C order, with at most
-    `chunk` states together (default 2**20), one top at least. Then t must not be an iterator, and
-    threads, executor and progress are as in solve.
+    For an ensemble, kreisel.stream yields the kreisel.Paths of consecutive tops in C order. They
+    have at most `chunk` states in total (default 2**20), but at least one top. t must not be an
+    iterator, and threads, executor and progress are as in solve.
 
-    The stats of a path are those of the whole run so far; its events are those since the path
-    before. A terminal event ends the stream. Raises what kreisel.solve raises: immediately for its
-    arguments, later for times of an iterator. `.path` is then the incomplete last path.
+    The stats of each path are those of the whole run so far; its events are those that occurred
+    after the previous path. A terminal event ends the stream. Raises the exceptions of
+    kreisel.solve: immediately for invalid arguments, and during the iteration for invalid times of
+    an iterator and for failures. The `.path` of kreisel.Error and kreisel.Interrupted is the
+    incomplete last path.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):

@@ -1,4 +1,4 @@
-"""Paths with tangents: the derivatives of the states by the start and by the body's parameters."""
+"""Paths with tangents: derivatives of the states by the initial state and by parameters."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ TangentSpec = TangentName | Iterable[TangentName]
 
 
 def parse_tangents(tangents: object) -> tuple[str, ...]:
-    """Return what the derivatives are by, each once, in the order of the core's table."""
+    """Return the names in `tangents` without duplicates, in the order of the core's table.
+
+    Raises TypeError or ValueError for an unknown or missing name.
+    """
     given = [tangents] if isinstance(tangents, str) else tangents
     if not isinstance(given, Iterable):
         raise TypeError(
@@ -47,9 +50,10 @@ def parse_tangent_options(
     every: object,
     excluded: Mapping[str, object],
 ) -> SolveOptions:
-    """Return the options of a path with tangents; `controls` is step, tol, digits and max_steps.
+    """Return the options of a path with tangents.
 
-    Raises ValueError if one of the arguments in `excluded` is given.
+    `controls` contains step, tol, digits and max_steps. Raises ValueError if one of the arguments
+    in `excluded` is given.
     """
     top, names = check_type("scene", scene, Scene), parse_tangents(tangents)
     for name, value in excluded.items():
@@ -68,7 +72,7 @@ def parse_tangent_options(
 def record_tangents(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Return the path of a scene with tangents."""
+    """Solve the motion of a scene with tangents, and return its path."""
     names = options.tangents
     columns = sum(TANGENTS[name][1] for name in names)
     times = time_array(t, options.step, None, options.size + 2 * 48 * columns)

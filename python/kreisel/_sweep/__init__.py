@@ -1,1 +1,1 @@
-"""Sweeps: ensembles larger than memory, computed and stored in parts."""
+"""Sweeps: ensembles larger than memory, which are computed and stored in parts."""

@@ -1,7 +1,8 @@
 """Checksums of whole files, stored inside the files.
 
-A mark is followed by the SHA-256 of the file with zeros in the place of the digest. Parquet has
-checksums of its pages only: a change in the schema or the statistics would go unnoticed.
+The checksum is the SHA-256 digest of the file with zeros in place of the digest. It follows a mark.
+Parquet itself has checksums only for pages of data, and would not detect a change of the schema or
+the statistics.
 """
 
 from __future__ import annotations
@@ -9,18 +10,18 @@ from __future__ import annotations
 import hashlib
 
 _MARK, _SIZE = b"kreisel-sha256:", 64
-PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()  # the mark of a file without its digest
+PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()  # the mark, with zeros in place of the digest
 
 
 def add_checksum(data: bytearray) -> bytearray:
-    """Write the digest of a file into its last placeholder, and return the file."""
+    """Write the digest of a file to the last placeholder in its bytes, and return the bytes."""
     at = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
     data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()
     return data
 
 
 def has_checksum(data: bytes) -> bool:
-    """Return True if a file has the right checksum."""
+    """Return True if a file contains a checksum, and the checksum is correct."""
     at = data.rfind(_MARK) + len(_MARK)
     if at < len(_MARK):
         return False

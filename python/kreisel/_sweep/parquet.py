@@ -1,7 +1,7 @@
-"""Files of parts in Parquet: a row for each top.
+"""Parquet files of parts, with one row per top.
 
-A column with many numbers of a top is a list, and so are the events. The bytes of doubles are split
-into streams, which compresses them without loss.
+If a top has several values in a column, or several events, they are stored as a list. The bytes of
+doubles are split into separate streams, which can be compressed better.
 """
 
 from __future__ import annotations
@@ -24,13 +24,16 @@ with optional_dependency(PARQUET):
 if TYPE_CHECKING:
     from pyarrow import Table
 
-_GROUP = 1 << 16  # rows that a reader decodes at once
-_PER = b"top", b"time", b"event"  # what a column has a value for
-_ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys of the metadata of a file
+_GROUP = 1 << 16  # rows of a row group, which a reader decodes together
+_PER = b"top", b"time", b"event"  # a column has one value per top, per time or per event
+_ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
 def encode(part: PartTable, about: Mapping[str, Any]) -> bytearray:
-    """Return a file with a placeholder for its checksum."""
+    """Return a part as the bytes of a Parquet file, with a placeholder for its checksum.
+
+    `about` is a description that is stored in the metadata.
+    """
     table = as_table(part)
     out = pa.BufferOutputStream()
     doubles = [name for name, kind in list_leaves(table) if kind == pa.float64()]
@@ -49,7 +52,7 @@ def encode(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
 
 def list_leaves(table: Table) -> list[tuple[str, Any]]:
-    """Return the path of each column's numbers in a Parquet file, and their type."""
+    """Return the path of each column's values in a Parquet file, and the type of the values."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)
@@ -59,16 +62,16 @@ def list_leaves(table: Table) -> list[tuple[str, Any]]:
 
 
 def as_table(part: PartTable) -> Table:
-    """Return the rows as a table of Arrow.
+    """Return the rows of a part as an Arrow table.
 
-    The metadata of each field has its `units`, and in `per` what it has a value for: a top, a time
-    or an event.
+    The metadata of each field contain its `units`, and `per`, which says whether the column has one
+    value per top, per time or per event.
     """
-    columns = {name: _array(values) for name, values in part.columns.items()}
+    columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
     per = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
     if part.ragged:
         offsets = np.concatenate([[0], np.cumsum(part.columns[COUNT])]).astype(np.int64)
-        columns |= {name: _list(offsets, values) for name, values in part.ragged.items()}
+        columns |= {name: _to_arrow_list(offsets, values) for name, values in part.ragged.items()}
     fields = [
         pa.field(
             name,
@@ -80,19 +83,22 @@ def as_table(part: PartTable) -> Table:
     return pa.Table.from_arrays(list(columns.values()), schema=pa.schema(fields))
 
 
-def _array(values: Column) -> Any:
+def _to_arrow_array(values: Column) -> Any:
     if values.ndim == 1:
         return pa.array(values)
     n, k = values.shape
-    return _list(np.arange(n + 1, dtype=np.int64) * k, values.reshape(-1))
+    return _to_arrow_list(np.arange(n + 1, dtype=np.int64) * k, values.reshape(-1))
 
 
-def _list(offsets: Column, values: Column) -> Any:
+def _to_arrow_list(offsets: Column, values: Column) -> Any:
     return pa.LargeListArray.from_arrays(pa.array(offsets), pa.array(values))
 
 
 def read_about(data: bytes) -> dict[str, Any]:
-    """Return the description in the bytes of a part. Raises ValueError if there is none."""
+    """Return the description stored in the bytes of a part.
+
+    Raises ValueError if the bytes are not a part of a sweep.
+    """
     try:
         return _parse_about(parquet.read_metadata(pa.BufferReader(data)).metadata)
     except (pa.ArrowException, OSError) as error:
@@ -100,7 +106,10 @@ def read_about(data: bytes) -> dict[str, Any]:
 
 
 def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
-    """Return the description in the metadata of a file."""
+    """Return the description stored in the metadata of a file.
+
+    Raises ValueError if the metadata contain no description.
+    """
     try:
         about = json.loads((metadata or {})[_ABOUT.encode()])
     except (KeyError, ValueError) as error:
@@ -113,10 +122,11 @@ def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
 def decode(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
 ) -> PartTable:
-    """Return the columns `names` of a part, or all columns.
+    """Return the columns `names` of a part, or all columns if `names` is None.
 
-    Without names the table has no rows, and the columns are empty. Raises ValueError if the file is
-    damaged, or if its description differs from `expected`.
+    An empty list `names` gives a table with all columns but without rows. `states` is the number of
+    states per top. Raises ValueError if the file is damaged, or if its description differs from
+    `expected`.
     """
     wanted = None if names is None else list(names)
     try:
@@ -130,12 +140,12 @@ def decode(
             raise ValueError(f"it has no {', '.join(sorted(missing))}")
         return _read_table(table, states)
     except (pa.ArrowException, OSError, AttributeError, TypeError, ValueError) as error:
-        # The schema has no checksum of its own: it may contradict the data in any way.
+        # Parquet has no checksum of the schema, so a damaged schema can cause any of these errors.
         raise ValueError(f"{file} is damaged, or no part of this sweep: {error}") from None
 
 
 def _read_table(table: Table, states: int) -> PartTable:
-    """Convert a table of Arrow to the rows of a part."""
+    """Convert an Arrow table to the rows of a part."""
     part = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, metadata = column.combine_chunks(), field.metadata or {}

@@ -1,7 +1,7 @@
-"""Tables of parts: a row for each top, with the units of all columns.
+"""Tables of parts: one row per top, with the units of all columns.
 
-Events have columns of their own, because each top has any number of them. They are the events of a
-path, or the states of a section.
+Events are stored in separate columns, because the number of events differs between tops. These
+columns hold the events of paths, or the states of a section.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from .task import ChaosTask, TaskResult
 
 Column = npt.NDArray[Any]
 ColumnWithUnit = tuple[str, Column, str]  # name, values, unit
-COUNT = "events"  # the column with the number of events of each top
-RATE = {"lyapunov": "T^-1"}  # the other indicators of chaos are pure numbers
+COUNT = "events"  # name of the column with the number of events of each top
+RATE = {"lyapunov": "T^-1"}  # units of indicators of chaos; the others are dimensionless
 _STATES = {"t": TIME, "q": RECORDABLE["q"], "m": RECORDABLE["m"]}
 EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.components]
 
 
 @dataclass
 class PartTable:
-    """The rows of n tops, and e events of all of them.
+    """The rows of n tops, which have e events in total.
 
-    columns  (n,) or (n, k) values by name
-    ragged   (e,) values by name, top by top
-    units    the dimension [M L T] of each; empty for a pure number
+    columns  {name: values (n,) or (n, k)} of the tops
+    ragged   {name: values (e,)} of the events, sorted by top
+    units    {name: dimension [M L T]}; an empty string for a dimensionless column
     """
 
     columns: dict[str, Column] = field(default_factory=dict)
@@ -49,7 +49,7 @@ class PartTable:
 
 
 def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTable:
-    """Return the rows of the tops with these indices, whose results are `outcome`."""
+    """Return the table of the tops with the indices `tops` and the results `outcome`."""
     results = _list_results(plan, outcome)
     names = [name for name, _, _ in results]
     part = PartTable({"top": np.arange(tops.start, tops.stop, dtype=np.int64)}, {}, {"top": ""})
@@ -58,7 +58,7 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
     for name, one in plan.source._coords(tops.start, tops.stop, ensemble).items():
         flat, dimension = one.values.reshape(len(one.values), -1), unit(name, degrees)
         for i, component in enumerate(components(name, one.value)):
-            # A quantity may have the name of a parameter, such as spin with want=("spin",).
+            # A recorded quantity can have the name of a parameter, as spin with want=("spin",).
             column = f"{component}_given" if component in names else component
             part.columns[column], part.units[column] = flat[:, i], dimension
     for name, values, dimension in results:
@@ -73,7 +73,7 @@ def tabulate_part(plan: SweepPlan, tops: range, outcome: TaskResult) -> PartTabl
 
 
 def _list_results(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
-    """Return the columns of the results of the tops."""
+    """Return the columns with the results of the tops, without their parameters."""
     if isinstance(outcome, Indicator):
         assert isinstance(plan.task, ChaosTask)
         return _list_indicator(plan.task.name, outcome)
@@ -86,7 +86,7 @@ def _list_results(plan: SweepPlan, outcome: TaskResult) -> list[ColumnWithUnit]:
 
 
 def _list_indicator(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
-    """Return the columns of an indicator of chaos: its last value, its certificate, its curve."""
+    """Return the columns of an indicator of chaos: status, last value, certificate and curve."""
     unit, curve = RATE.get(name, ""), outcome.curve
     names, which = np.unique(outcome.status, return_inverse=True)
     codes = np.array([STATUSES.index(each) for each in names], dtype=np.int8)
@@ -100,7 +100,7 @@ def _list_indicator(name: str, outcome: Indicator) -> list[ColumnWithUnit]:
 
 
 def _list_states(outcome: Paths) -> list[ColumnWithUnit]:
-    """Return the columns of the states of each top, or of the quantities in their place."""
+    """Return the columns of the states of each top, or of the quantities recorded instead."""
     times = np.broadcast_to(outcome.t, (outcome.size, outcome.t.shape[-1]))
     columns = [("t", times, TIME.dimension)]
     for quantity, values in quantity_rows(outcome, (), False, False):
@@ -111,7 +111,7 @@ def _list_states(outcome: Paths) -> list[ColumnWithUnit]:
 
 
 def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
-    """Return the columns of status, time reached and step counts."""
+    """Return the columns of the status, the time reached and the number of steps."""
     buffers = outcome._buffers
     return [
         ("status", buffers.status, ""),
@@ -121,7 +121,7 @@ def _list_statuses(outcome: EnsembleResult) -> list[ColumnWithUnit]:
 
 
 def _add_states(part: PartTable, found: EnsembleEvents | Section) -> None:
-    """Add the states at events, and the number of them of each top."""
+    """Add the states at events, and the number of events of each top, to a table."""
     part.columns[COUNT], part.units[COUNT] = found.count, ""
     for name, quantity in _STATES.items():
         values = getattr(found, name).reshape(-1, quantity.doubles)

@@ -1,16 +1,17 @@
-"""Plans of sweeps as TOML: the arguments of kreisel.sweep, and a table that describes the tops.
+"""Plans of sweeps in TOML: the arguments of kreisel.sweep, and a table that describes the tops.
 
     t = 100                          # or a list, or { from = 0, to = 100, n = 101 }
-    scene = "sleeping"               # a scene with a name, or a file; or a table [scene]
+    scene = "sleeping"               # the name of a scene, or a file; or a table [scene]
     [reduce]
     nutation = ["min", "max"]
     [grid]                           # or [random], [scatter], [columns]: constructors of Source
     spin = { from = 0, to = 20, n = 1000 }
     tilt = { from = 0, to = 1, n = 1000 }
 
-Names of files are relative to the plan. Events are tables [[events]]: the name of their constructor
-as `event`, and its arguments. With task = "section" the plan has no t, and a table [event] of the
-same kind. With "lyapunov", "megno" or "oli" it has the arguments of that function.
+File names are relative to the folder of the plan. Each event is a table [[events]] with the name of
+a function of kreisel.events as `event`, and the arguments of this function. With task = "section"
+the plan has no t, and its event is a table [event] with the same entries. With task = "lyapunov",
+"megno" or "oli", the plan has the arguments of that function.
 """
 
 from __future__ import annotations
@@ -42,7 +43,10 @@ _KEYS = ["task", *ARGUMENTS, "part_size"]
 
 
 def read_plan(file: Path) -> SweepPlan:
-    """Return the plan in a file. Raises TypeError or ValueError with the name of the file."""
+    """Read a plan from a file.
+
+    Raises TypeError or ValueError if the plan is invalid; the message contains the file name.
+    """
     return read(file, lambda text: _plan_from_tables(parse_tables(text), file.parent))
 
 
@@ -101,7 +105,7 @@ def _parse_scene(given: object, folder: Path) -> Scene:
 
 
 def _parse_values(name: str, given: object) -> Any:
-    """Return a value, a list of values, or the evenly spaced values of a table from, to, n."""
+    """Return a value or a list unchanged, and a table { from, to, n } as evenly spaced values."""
     if not isinstance(given, dict):
         return given
     _check_keys(name, given, ["from", "to", "n"])

@@ -1,7 +1,7 @@
-"""Computation of the parts of a sweep, in this process or on the workers of an executor.
+"""Computation of the parts of a sweep, in this process or by the workers of an executor.
 
-In this process several threads compute one part after the other. A worker of an executor computes a
-part on one thread, writes the file, and returns the number of tops.
+In this process, several threads compute one part together, and then the next part. A worker of an
+executor computes a whole part in one thread, writes its file, and returns the number of its tops.
 """
 
 from __future__ import annotations
@@ -16,30 +16,32 @@ from .._results.executor import is_local, run_jobs
 from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
-_IN_FLIGHT = 256  # parts that an executor has at once: more than it has workers, few to cancel
-_PROGRESS_SECONDS = 0.1  # between calls of progress
+# Maximal number of unfinished parts submitted to an executor. It is larger than most numbers of
+# workers, but small, because these parts must be cancelled after an exception.
+_IN_FLIGHT = 256
+_PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 
 
 def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartTable:
-    """Return the rows of the tops with these indices; a top that fails has a row too."""
+    """Compute the table of the tops with the indices `tops`; failed tops have rows, too."""
     return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
 
 
 def store_part(store: SweepStore, i: int, progress: Progress | None = None) -> int:
-    """Compute a part on one thread, write its file, and return the number of its tops."""
+    """Compute part i in one thread, write its file, and return the number of its tops."""
     tops = store.plan.tops_of(i)
     store.write_part(i, compute_part(store, tops, 1, progress))
     return len(tops)
 
 
 class PartsLost(RuntimeError):
-    """Error for parts that an executor did not return."""
+    """Error raised if an executor does not return all parts."""
 
 
 class PartRunner:
-    """The computation of some parts of a sweep, and its progress."""
+    """A computation of some parts of a sweep, which counts its progress."""
 
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
@@ -49,7 +51,7 @@ class PartRunner:
         self._stopped = threading.Event()
 
     def run_local(self, threads: int) -> None:
-        """Compute the parts in this process; while one is written the next is computed."""
+        """Compute the parts in this process. While a part is written, the next is computed."""
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
             for i in tuple(self.left):
@@ -64,18 +66,18 @@ class PartRunner:
             self._report(self.done, last=True)
 
     def _part_progress(self, tops: int) -> Progress | None:
-        """Return the progress callback of a part of `tops` tops."""
+        """Return the progress function for a part with `tops` tops; None if none was given."""
         return self.progress and (lambda share: self._report(self.done + share * tops))
 
     def _report(self, tops: float, last: bool = False) -> None:
-        """Call progress, unless it was called just before."""
+        """Report the number of finished tops, but at most every _PROGRESS_SECONDS unless `last`."""
         now = time.monotonic()
         if self.progress is not None and (last or now - self._reported >= _PROGRESS_SECONDS):
             self._reported = now
             self.progress(tops / self.tops)
 
     def run_on(self, executor: Executor) -> None:
-        """Compute the parts on the workers of an executor; lost parts are tried twice."""
+        """Compute the parts with the workers of an executor; lost parts are computed once more."""
         for _ in range(2):
             self._run_once(executor)
             if not self.left:
@@ -104,12 +106,12 @@ class PartRunner:
         self._report(self.done)
 
     def _check_stopped(self, _: float) -> None:
-        """Raise KeyboardInterrupt in a thread that computes a part, once the run is stopped."""
+        """Raise KeyboardInterrupt in a thread that computes a part if the run was stopped."""
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
     def _collect(self, i: int, future: Future[int]) -> None:
-        """Count a part that was stored; a part that was cancelled or is missing stays left."""
+        """Count part i as finished if its file exists; otherwise it stays in `left`."""
         if future.cancelled():
             return
         tops = len(self.store.plan.tops_of(i))

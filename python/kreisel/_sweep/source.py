@@ -1,6 +1,6 @@
-"""Sources of a sweep: lazy descriptions of tops, built when they are needed.
+"""Sources of a sweep: lazy descriptions of tops, which are built when they are needed.
 
-A source takes no memory for its tops. Each top depends on the source and its own index alone.
+A source needs no memory for its tops. Each top depends only on the source and on its own index.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from .._utils.validation import as_bool, as_int, check_type, short_repr
 from .start_parameters import FLAGS, parse_start
 from .start_table import read_columns
 
-_DRAWS = 4  # random numbers of a top for a parameter: no random parameter has more components
+_DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _BODY = "mass", "inertia", "com", "inertia_rtol", "unphysical"
-_FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # names the parameter of the first top in an error
-_SAMPLE_SIZE = 1 << 10  # tops on which a plan is validated
+_FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # the beginning of an error about top 0
+_SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
 _SCATTERED = "momentum", "attitude", "gravity"
 _WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"
 Places = npt.NDArray[np.int64]
@@ -40,7 +40,7 @@ Parameters = Mapping[str, Parameter]
 
 
 class RandomSpec(NamedTuple):
-    """Random parameters of a source: bounds (2, *value), or widths of normal deviations."""
+    """Random parameters of a source: bounds (2, *value), or standard deviations in `widths`."""
 
     seed: int
     ranges: Parameters
@@ -50,17 +50,17 @@ class RandomSpec(NamedTuple):
 @refuse_assignment("make another kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A lazy description of many tops; kreisel.sweep generates its parts from it.
+    """A lazy description of many tops, from which kreisel.sweep builds the tops of each part.
 
-    Its memory is that of its parameters, however many tops there are. Build one by Source.grid,
-    random, scatter, columns or of.
+    A source stores only its parameters, however many tops it describes. The constructors are
+    Source.grid, Source.random, Source.scatter, Source.columns and Source.of.
 
     scene  the scene whose parameters vary
-    shape  the shape of all tops, which are numbered in C order
-    axes   a name for each dimension
+    shape  the shape of the array of all tops, which are numbered in C order
+    axes   the names of its dimensions
 
-    `len(source)` is the number of tops, `source[i]` the i-th as a kreisel.Scene, `source[a:b]` some
-    as a kreisel.Ensemble of one dimension.
+    `len(source)` is the number of tops, `source[i]` is the i-th top as a kreisel.Scene, and
+    `source[a:b]` is a kreisel.Ensemble of one dimension.
 
         >>> import kreisel as kr, numpy as np
         >>> spin, tilt = np.linspace(0, 20, 10000), np.linspace(0, 1, 10000)
@@ -72,18 +72,18 @@ class Source:
     scene: Scene
     shape: Shape
     axes: tuple[str, ...]
-    _parameters: Parameters = field(default_factory=dict)  # from which the tops are built
-    _varied: Parameters = field(default_factory=dict)  # that vary, as given
+    _parameters: Parameters = field(default_factory=dict)  # parameters from which tops are built
+    _varied: Parameters = field(default_factory=dict)  # parameters that vary, as the user gave them
     _flags: Mapping[str, bool] = field(default_factory=dict)
     _random: RandomSpec | None = None
 
     @classmethod
     def grid(cls, scene: Scene, **arguments: Unpack[VaryKwargs]) -> Source:
-        """Describe all combinations of the values of some parameters.
+        """Return a source of all combinations of the values of several parameters.
 
-        Each parameter with a list of values has a dimension of its own, in the order of the
-        arguments; a single value applies to all tops. The parameters are those of Scene.vary except
-        body. Raises TypeError and ValueError as Scene.vary does.
+        Each parameter with a list of values has its own dimension, in the order of the arguments. A
+        single value applies to all tops. The parameters are those of Scene.vary except body. Raises
+        TypeError and ValueError as Scene.vary does.
 
         >>> import kreisel as kr
         >>> kr.Source.grid(kr.scenes.sleeping, gravity=[1, 2, 3], spin=[4, 5]).shape
@@ -110,13 +110,13 @@ class Source:
     def random(
         cls, scene: Scene, n: int, *, seed: int = 0, **arguments: Unpack[VaryKwargs]
     ) -> Source:
-        """Describe `n` tops with random parameters.
+        """Return a source of `n` tops with random parameters.
 
-        A parameter is uniformly distributed between its two values, as spin=(0, 20), and a vector
-        between two rows. A single value applies to all tops. Each random value depends on the seed,
-        the index of the top and the parameter only. The parameters are those of Scene.vary except
-        body; inertia and attitudes take single values. Raises TypeError and ValueError as
-        Scene.vary does.
+        A parameter with two values, as in spin=(0, 20), is uniformly distributed between them; the
+        bounds of a vector are two rows. A single value applies to all tops. Each random value
+        depends only on the seed, on the index of the top and on the parameter. The parameters are
+        those of Scene.vary except body; inertia and attitudes must be single values. Raises
+        TypeError and ValueError as Scene.vary does.
 
         >>> import kreisel as kr
         >>> tops = kr.Source.random(kr.scenes.sleeping, 10**9, seed=7, spin=(0, 20), tilt=(0, 1))
@@ -148,7 +148,9 @@ class Source:
         attitude: ArrayLike | None = None,
         gravity: float | None = None,
     ) -> Source:
-        """Describe `n` uncertain starts: the tops of Scene.scatter, with its arguments and errors.
+        """Return a source of `n` tops with uncertain initial states, as from Scene.scatter.
+
+        The arguments and exceptions are those of Scene.scatter.
 
         >>> import kreisel as kr
         >>> source = kr.Source.scatter(kr.scenes.thesis, 10**9, seed=7, attitude=0.01)
@@ -172,16 +174,16 @@ class Source:
         steady: bool = False,
         fast: bool = False,
     ) -> Source:
-        """Read tops from the rows of a table.
+        """Return a source whose tops are the rows of a table.
 
-        A column is a parameter of Scene.vary, as gravity, or a component of one, as momentum_x,
-        momentum_y, momentum_z or angles_0, angles_1, angles_2.
+        Each column is a parameter of Scene.vary such as gravity, or a component of a parameter such
+        as momentum_x, momentum_y, momentum_z or angles_0, angles_1, angles_2.
 
         file  the name of a .parquet or .csv file
 
-        degrees, steady and fast are as in Scene.vary, and apply to all tops. Raises TypeError and
-        ValueError for other columns, OSError if the file cannot be read, ImportError without
-        pyarrow.
+        degrees, steady and fast are as in Scene.vary, and apply to all tops. Raises TypeError or
+        ValueError if a column is not such a parameter or has invalid values. Raises OSError if the
+        file cannot be read, and ImportError if pyarrow is not installed.
         """
         arguments = read_columns(os.fspath(file))
         parameters, flags = _split_arguments(
@@ -197,7 +199,7 @@ class Source:
 
     @classmethod
     def of(cls, tops: Ensemble) -> Source:
-        """Describe the tops of an ensemble."""
+        """Return a source of the tops of an ensemble."""
         check_type("tops", tops, Ensemble)
         if not tops.size:
             raise ValueError("an ensemble of no tops has nothing to sweep")
@@ -221,7 +223,7 @@ class Source:
     @overload
     def __getitem__(self, key: int) -> Scene: ...
     def __getitem__(self, key: int | slice) -> Ensemble | Scene:
-        """Return the i-th top, or the tops of a slice."""
+        """Return the i-th top as a scene, or the tops of a slice as an ensemble."""
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
             if step != 1:
@@ -239,9 +241,10 @@ class Source:
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all alike'}>"
 
     def _sample(self) -> Places:
-        """Return the indices of some tops on which a plan is validated.
+        """Return the indices of the tops on which a plan is validated.
 
-        They are spread over the source, with the first and the last. Random tops are all alike.
+        They are spread evenly over the source and include the first and the last top. For random
+        tops, which are statistically equivalent, they are simply the first ones.
         """
         if self._random is not None:
             return np.arange(min(self.size, _SAMPLE_SIZE), dtype=np.int64)
@@ -252,10 +255,10 @@ class Source:
     def _first_error(
         self, parse: Callable[[Ensemble], object], at: Places, common: Exception
     ) -> Exception:
-        """Return the error of the first invalid top among some, with its index in the source.
+        """Return the error of the first invalid top in `at`, with the index of this top.
 
-        `common` is the error that building all of them together raised; it is returned if no single
-        top is invalid.
+        `common` is the error that was raised when all these tops were built together. It is
+        returned if no individual top is invalid.
         """
         while at.size > 1:
             middle = at.size // 2
@@ -277,13 +280,13 @@ class Source:
         return common
 
     def _build(self, at: Places) -> Ensemble:
-        """Return the tops with these indices, which are consecutive if the source is random."""
+        """Build the tops with the indices `at`, which must be consecutive for a random source."""
         random, first = self._random, int(at[0]) if at.size else 0
         if random is not None and random.widths:
             momentum, attitude, gravity = map(random.widths.get, _SCATTERED)
             widths = momentum, attitude, gravity
             return scatter(Ensemble, self.scene, at.size, random.seed, *widths, begin=first)
-        arguments: dict[str, Any] = _take(self._parameters, self.shape, at)
+        arguments: dict[str, Any] = _select_values(self._parameters, self.shape, at)
         if random is not None:
             arguments |= _draw(random, first, at.size)
         if "unphysical" in arguments:
@@ -294,8 +297,11 @@ class Source:
         return vary(Ensemble, self.scene, arguments)
 
     def _coords(self, begin: int, end: int, tops: Ensemble) -> dict[str, Parameter]:
-        """Return the parameters that vary, of the tops begin..end, which are `tops`."""
-        rows = _take(self._varied, self.shape, np.arange(begin, end, dtype=np.int64))
+        """Return the values of the varying parameters for the tops begin..end.
+
+        `tops` are these tops as an ensemble.
+        """
+        rows = _select_values(self._varied, self.shape, np.arange(begin, end, dtype=np.int64))
         if self._random is not None:
             rows |= _draw(self._random, begin, end - begin)
             for name in self._random.widths:
@@ -307,7 +313,7 @@ class Source:
 def _split_arguments(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, Parameter], dict[str, bool]]:
-    """Split `arguments` into parameters with values, and the flags that are True."""
+    """Split `arguments` into validated parameters, and the flags that are True."""
     check_type("scene", scene, Scene)
     parameters: dict[str, Parameter] = {}
     flags: dict[str, bool] = {}
@@ -326,7 +332,7 @@ def _is_row(lead: Shape) -> bool:
 
 
 def _check_range(name: str, one: Parameter) -> None:
-    """Raise ValueError unless a parameter has two values in ascending order."""
+    """Raise ValueError unless a parameter has two values, the bounds of a range of finite width."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
@@ -343,7 +349,10 @@ def _check_range(name: str, one: Parameter) -> None:
 
 
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
-    """Reshape the values along the axis of their name; a single value has length 1 along each."""
+    """Reshape the values of a parameter to extend only along the axis with its name.
+
+    A parameter without such an axis has a single value, and length 1 along all axes.
+    """
     lead = [1] * len(axes)
     if one.name in axes:
         lead[axes.index(one.name)] = len(one.values)
@@ -351,15 +360,15 @@ def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
 
 
 def _drop_broadcasts(columns: Mapping[str, npt.NDArray[Any]], dims: int) -> dict[str, Parameter]:
-    """Return the columns of an ensemble of `dims` dimensions, with shared values stored once."""
+    """Return the columns of an ensemble of `dims` dimensions, storing repeated values only once."""
     return {
         name: Parameter(name, drop_broadcast(column, dims).astype(np.float64), column.shape[dims:])
         for name, column in columns.items()
     }
 
 
-def _take(arguments: Parameters, shape: Shape, at: Places) -> dict[str, Parameter]:
-    """Return the values of the members of a source of `shape` with the indices `at`."""
+def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str, Parameter]:
+    """Return the values of `arguments` for the tops at the indices `at` of a source of `shape`."""
     where = np.unravel_index(at, shape) if shape else ()
     first = np.zeros_like(at)
     taken: dict[str, Parameter] = {}
@@ -375,10 +384,10 @@ def _take(arguments: Parameters, shape: Shape, at: Places) -> dict[str, Paramete
 
 
 def _draw(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
-    """Draw uniformly distributed values of the tops `begin` to `begin` + `n`.
+    """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
 
-    A value depends on the seed, the parameter and the index of the top. The generator Philox has a
-    counter and no other state.
+    A value depends only on the seed, the parameter and the index of the top. This is possible
+    because the state of the generator Philox is a counter, which can be set directly.
     """
     drawn: dict[str, Parameter] = {}
     for name, one in random.ranges.items():

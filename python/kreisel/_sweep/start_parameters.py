@@ -1,4 +1,4 @@
-"""Parameters of the starts in a sweep: the names of their components, and their units."""
+"""Parameters of the initial states in a sweep: names of their components, and their units."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from .._utils.errors import unknown_name_message
 from .._utils.validation import as_finite_array
 
 _AXES, _TURNS = "xyz", "012"
-_ENDINGS = {  # of the names of components, by parameter
+_ENDINGS = {  # {parameter: the endings of the names of its components}
     **dict.fromkeys(["mass", "gravity", "spin", "tilt", "precession"], ""),
     **dict.fromkeys(["com", "momentum", "velocity", "body_momentum", "body_velocity"], _AXES),
     **dict.fromkeys(["inertia", "angles", "rates", "damping"], _TURNS),
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
 }
-_UNITS = {  # also of the parameters of bodies
+_UNITS = {  # dimensions of these parameters, and of parameters of kreisel.Body constructors
     **dict.fromkeys(["radius", "height", "half", "length", "inner", "outer", "pivot"], "L"),
     **dict.fromkeys(["i1", "i3", "inertia_about_com"], "M L^2"),
     "density": "M L^-3",
@@ -40,9 +40,10 @@ PARAMETERS = tuple(_ENDINGS)
 
 
 def parse_start(name: str, numbers: object) -> Parameter:
-    """Return a parameter of finite numbers, in rows of the right length.
+    """Return `numbers` as the validated values of the parameter `name`.
 
-    Raises TypeError or ValueError for an unknown name and for other numbers.
+    Raises TypeError or ValueError for an unknown name, or for values that are not finite numbers or
+    rows of the right length.
     """
     if name not in _ENDINGS:
         raise ValueError(unknown_name_message("parameter", name, [*PARAMETERS, *FLAGS]))
@@ -63,7 +64,10 @@ def parse_start(name: str, numbers: object) -> Parameter:
 
 
 def components(name: str, value: Shape) -> list[str]:
-    """Return the names of the numbers of a value: spin, or momentum_x, momentum_y, ..."""
+    """Return the names of the components of a parameter: spin, or momentum_x, momentum_y, ...
+
+    `value` is the shape of one value of the parameter.
+    """
     if not value:
         return [name]
     n, endings = math.prod(value), _ENDINGS.get(name, "")
@@ -71,6 +75,6 @@ def components(name: str, value: Shape) -> list[str]:
 
 
 def unit(name: str, degrees: bool) -> str:
-    """Return the dimension [M L T] of a parameter; angles have rad or deg in its place."""
+    """Return the dimension [M L T] of a parameter, in which angles appear as rad or deg."""
     known = _UNITS.get(name, "")
     return known.replace("rad", "deg") if degrees else known

@@ -1,4 +1,4 @@
-"""Tables of starts in files: a column for each parameter, or for each of its components."""
+"""Tables of initial states in files, with one column per parameter or component."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .._utils.validation import Array
 from .start_parameters import PARAMETERS, components
 
 PARQUET = "'kreisel[sweep]'"
-_VALUES = (3, 3), (4,), (3,), (1,), ()  # shapes of a value, the longest first
+_VALUES = (3, 3), (4,), (3,), (1,), ()  # possible shapes of a value, the largest first
 
 
 def read_columns(file: str) -> dict[str, Array]:
-    """Return the parameters in a table, (n, *value) each.
+    """Read the parameters in a table, each as an array (n, *value).
 
-    Raises ValueError for a column that is no parameter, ImportError without pyarrow.
+    Raises ValueError if a column is not a parameter, and ImportError if pyarrow is not installed.
     """
     ending = Path(file).suffix.lower()
     if ending not in (".parquet", ".csv"):
@@ -50,7 +50,7 @@ def _read_table(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
 
 
 def _join_components(file: str, columns: dict[str, npt.NDArray[np.generic]]) -> dict[str, Array]:
-    """Join the columns of components to parameters."""
+    """Join columns that are components of the same parameter."""
     parameters, left = {}, dict(columns)
     for name in PARAMETERS:
         for value in _VALUES:

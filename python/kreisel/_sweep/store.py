@@ -1,13 +1,12 @@
-"""The folder of a sweep: plan.json, files of long arrays of starts, and the parts.
+"""The folder of a sweep, which contains plan.json, long arrays of parameters, and the parts.
 
-A file is written under a temporary name and renamed, so that a name stands for a complete file on
-the disk. A part that exists counts if it belongs to this plan, was written by this version, and has
-the checksum of its bits.
+A file is written under a temporary name and then renamed, so that a file with its final name is
+always complete. An existing part is valid if it belongs to this plan, was written by this version
+of kreisel, and has a correct checksum.
 
-The names of parts in the folder belong to the sweep. A file under such a name is replaced, with a
-warning, unless it is a complete part of this plan and this number. Two things are never replaced: a
-folder, and a complete part of another plan, which may have taken long to compute. Files of other
-names stay untouched.
+File names of parts are reserved for the sweep. A file with such a name is replaced with a warning,
+unless it is a valid part with this number. Two things are never replaced: a folder, and a complete
+part of another plan, which may have taken long to compute. Files with other names are not changed.
 """
 
 from __future__ import annotations
@@ -35,14 +34,14 @@ REPAIR = (
     "the same call of kreisel.sweep replaces it, read_sweep(folder, partial=True) leaves it out"
 )
 _MOVE = "it is not overwritten; move it away, or delete it, and call again"
-_PROGRAM = "sweep"  # the value of "kreisel" in a plan file
-_MAX_BYTES = 1 << 30  # of a plan file: far beyond any plan, but an endless device is refused
+_PROGRAM = "sweep"  # the value of the entry "kreisel" in a plan file
+_MAX_BYTES = 1 << 30  # limit of bytes read from a plan file, which could be an endless device
 DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
 FOREIGN = "foreign"
 
 
 class SweepStore:
-    """The files of a plan in its folder. Raises ImportError without pyarrow."""
+    """The files of a plan in its folder. Raises ImportError if pyarrow is not installed."""
 
     def __init__(self, folder: Path, plan: SweepPlan) -> None:
         from . import parquet
@@ -50,11 +49,11 @@ class SweepStore:
         self.folder, self.plan, self._format = folder, plan, parquet
 
     def file(self, i: int) -> Path:
-        """Return the path of a part."""
+        """Return the path of the file of part i."""
         return self.folder / f"part-{i:06}.parquet"
 
     def write_part(self, i: int, part: PartTable) -> None:
-        """Write a part with its checksum."""
+        """Write part i to its file, with a checksum."""
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
         atomic_write(self.file(i), bytes(add_checksum(self._format.encode(part, about))))
 
@@ -69,9 +68,10 @@ class SweepStore:
         return sorted(found)
 
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
-        """Return the columns `names` of a part, or all; without names it has no rows.
+        """Return the columns `names` of part i, or all columns if `names` is None.
 
-        Raises ValueError if the part is damaged, or is not this part of this plan.
+        An empty list gives a table without rows. Raises ValueError if the part is damaged, or if
+        the file is not part i of this plan.
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
@@ -80,7 +80,7 @@ class SweepStore:
             raise ValueError(f"{error}; {REPAIR}") from None
 
     def verify_part(self, i: int) -> str:
-        """Verify each bit of a part, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
+        """Verify all bits of part i, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
         try:
             data = self.file(i).read_bytes()
         except FileNotFoundError:
@@ -100,7 +100,7 @@ class SweepStore:
         return DONE if about.get("version") == version else OLD
 
     def foreign_error(self, i: int) -> FileExistsError:
-        """Return the error for a foreign file or folder in the place of a part."""
+        """Return the exception for a foreign file or folder that has the name of part i."""
         file = self.file(i)
         if file.is_dir():
             return FileExistsError(f"{file} is a folder, in the place of part {i}: {_MOVE}")
@@ -120,7 +120,8 @@ class SweepStore:
 def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """Open the folder of a sweep.
 
-    Raises ValueError if it is none, or if the hash of its plan is not `expected`.
+    Raises ValueError if it is not the folder of a sweep, or if the hash of its plan differs from
+    `expected`.
     """
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
@@ -135,12 +136,16 @@ def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> S
 
 @lru_cache(maxsize=4)
 def _open_cached(folder: str, expected: str) -> SweepStore:
-    """Open the store once for all tasks of a worker process."""
+    """Open the folder of a sweep only once for all tasks of a worker process."""
     return open_store(folder, expected)
 
 
 def _read_plan_file(where: Path) -> dict[str, Any]:
-    """Return the contents of plan.json. Raises ValueError if it is no plan file, or damaged."""
+    """Return the contents of plan.json in the folder `where`.
+
+    Raises FileNotFoundError if the folder does not exist, and ValueError if plan.json is missing,
+    damaged or not a plan.
+    """
     file = where / PLAN
     if not where.is_dir():
         raise FileNotFoundError(f"there is no folder {where}")
@@ -159,7 +164,10 @@ def _read_plan_file(where: Path) -> dict[str, Any]:
 
 
 def _read_starts(file: Path) -> Array:
-    """Return a long array of starts. Raises ValueError if it does not belong to its name."""
+    """Read a long array of parameter values from its file.
+
+    Raises ValueError if the hash of the array differs from the hash in the file name.
+    """
     values: Array = np.load(file, allow_pickle=False)
     if content_name(values) != file.name:
         raise ValueError(f"{file} is damaged: its numbers do not belong to its name")
@@ -169,8 +177,9 @@ def _read_starts(file: Path) -> Array:
 def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """Create the folder of a plan, or open it if it exists.
 
-    Raises ValueError if the folder has another plan, FileExistsError if it belongs to something
-    else, OSError if it cannot be written, ImportError without pyarrow.
+    Raises ValueError if the folder has another plan, and FileExistsError if it is neither empty nor
+    the folder of a sweep. Raises OSError if the folder cannot be written, and ImportError if
+    pyarrow is not installed.
     """
     where = Path(os.path.abspath(folder))
     store = SweepStore(where, plan)
@@ -187,7 +196,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
 
 
 def _create(where: Path, plan: SweepPlan) -> bool:
-    """Write the plan into a new or empty folder; return False if another process was first."""
+    """Write the plan to a new or empty folder. Return False if another process was faster."""
     if where.is_dir():
         for name in sorted(os.listdir(where)):
             if not name.startswith((".", "starts-")) and name != PLAN:
@@ -210,7 +219,7 @@ def _create(where: Path, plan: SweepPlan) -> bool:
 
 
 def _write_starts(where: Path, plan: SweepPlan) -> None:
-    """Write the arrays that are too long for the plan file, unless they exist."""
+    """Write the arrays that are too long for the plan file, unless their files exist."""
     for values in plan.arrays:
         file = where / content_name(values)
         if not file.exists():
@@ -220,21 +229,21 @@ def _write_starts(where: Path, plan: SweepPlan) -> None:
 
 
 def _dump_lines(content: Mapping[str, Any], indent: int) -> str:
-    """Return JSON with a line for each name."""
+    """Return a JSON object as text, with each entry on one line."""
     space = " " * indent
     lines = [f"{space}{json.dumps(name)}: {json.dumps(value)}" for name, value in content.items()]
     return "{\n" + ",\n".join(lines) + "\n}"
 
 
 def _write_exclusive(file: Path, data: bytes) -> bool:
-    """Write a file unless it exists; return True if it was written."""
+    """Write a file unless it exists already. Return True if it was written."""
     new = file.with_name(f".{os.urandom(8).hex()}.plan.new")
     atomic_write(new, data)
     try:
         os.link(new, file)
     except FileExistsError:
         return False
-    except OSError:  # a file system without links
+    except OSError:  # the file system does not support hard links
         if file.exists():
             return False
         os.replace(new, file)
@@ -244,7 +253,7 @@ def _write_exclusive(file: Path, data: bytes) -> bool:
 
 
 def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str:
-    """Describe the differences between two plans."""
+    """Return a message that describes the differences between the plan in a folder and `plan`."""
     there, here = content["plan"], plan.as_json
     names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]
     lines = [

@@ -1,4 +1,4 @@
-"""kreisel.sweep: ensembles larger than memory, written to disk in parts."""
+"""kreisel.sweep: computation of ensembles larger than memory, written to disk in parts."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from .task import ARGUMENTS, TaskName, parse_task
 
 
 class SweepInterrupted(KeyboardInterrupt):
-    """Error for Ctrl-C during kreisel.sweep; the same call computes the missing parts.
+    """Exception for Ctrl-C during kreisel.sweep. Repeating the call computes the missing parts.
 
-    sweep  the kreisel.SweepResult of the parts that were finished
+    sweep  a kreisel.SweepResult with the finished parts
     """
 
-    __module__ = "kreisel"  # a traceback names what users catch
+    __module__ = "kreisel"  # so that a traceback shows the name that users catch
 
     def __init__(self, message: str, sweep: SweepResult) -> None:
         super().__init__(message)
@@ -69,36 +69,39 @@ def sweep(
 ) -> SweepResult:
     """Run a task on many tops, and write the results to a folder in parts.
 
-    A sweep that was interrupted resumes where it stopped: after Ctrl-C, after a crash, or on
-    another machine. A part is a Parquet file with a row for each of its tops: index, start, status
-    and results, with units [M L T]. Its bits depend on the plan and the number of the part only. A
-    top that fails has a row with a status other than 0.
+    Repeating the call resumes an interrupted sweep: after Ctrl-C, after a crash, or on another
+    machine. A part is a Parquet file with one row per top, which contains the index, the
+    parameters, the status and the results of the top. The columns have units [M L T]. The bits of a
+    part depend only on the plan and on the number of the part. The status of a failed top is not 0.
 
-    Existing parts are verified bit by bit; missing and damaged parts are computed. The names of
-    parts in the folder belong to the sweep: a file with such a name that is not this part of the
-    plan counts as damaged, and is replaced with a warning. A folder, or a complete part of another
-    plan, is never replaced. Requires pyarrow: pip install 'kreisel[sweep]'.
+    Existing parts are verified bit by bit; missing and damaged parts are computed. File names of
+    parts are reserved for the sweep: a file with such a name is replaced with a warning unless it
+    is that part of the plan. A folder, or a complete part of another plan, is never replaced.
+    Requires pyarrow: pip install 'kreisel[sweep]'.
 
-    tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file with all arguments
-               up to part_size, the scene (a name, a file or a table), and one of the tables [grid],
-               [random], [scatter], [columns] with the arguments of that constructor of Source.
-               Values may be { from = 0, to = 20, n = 1000 }. Events are tables [[events]] with the
-               name of a function of kreisel.events as `event`, and its arguments; the event of a
-               section is a table [event]
-    t          a number or a list of times, for all tops; as t and the arguments up to reduce of
-               kreisel.solve and kreisel.reduce
+    tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
+               all arguments up to part_size, and the scene (a name, a file or a table). It has one
+               of the tables [grid], [random], [scatter], [columns], with the arguments of the
+               constructor of Source of this name. Values can be { from = 0, to = 20, n = 1000 },
+               which means 1000 evenly spaced values. Each event is a table [[events]]
+               with the name of a function of kreisel.events as `event`, and the arguments of this
+               function; the event of a section is a table [event]
+    t          a number or a list of times, for all tops; t and the arguments up to reduce are those
+               of kreisel.solve and kreisel.reduce
     folder     the folder of the parts: new, empty, or with parts of the same plan
-    task       the function that runs on each top, with its arguments: "solve"; "lyapunov", "megno"
-               or "oli" with t, direction, tol, max_steps, and the columns <task>, certificate, t
-               and <task>_curve; "section" with event, n, max_wait (a number), tol, digits,
-               max_steps, and the columns events, which is the number of states, and event_t,
+    task       the function that is called for the tops: "solve"; "lyapunov", "megno" or "oli" with
+               the arguments t, direction, tol, max_steps, and the columns <task>, certificate, t
+               and <task>_curve; "section" with the arguments event, n, max_wait (a number), tol,
+               digits, max_steps, and the columns events (the number of states) and event_t,
                event_q_w, ..., event_m_z
-    part_size  tops of a part; default: 131072, or fewer for a part of about 64 MB
+    part_size  the number of tops in a part; default: 131072, or fewer so that a part has at most
+               about 64 MB
     parts      the parts that this call computes, as range(0, 100); default: all; range(0): none
-    threads    threads that compute a part, one part after the other; default: all processors
-    executor   an executor of concurrent.futures instead of threads; each worker computes a part on
-               one thread. For a Dask client: client.get_executor()
-    progress   called at intervals with the fraction of the tops of this call that is done, 0 .. 1
+    threads    the number of threads that compute each part; parts are computed one after the
+               other; default: the number of processors
+    executor   an executor of concurrent.futures instead of threads; each worker computes a part in
+               one thread. For a Dask client use client.get_executor()
+    progress   a function called with the finished fraction of the tops of this call, 0 .. 1
 
         >>> import kreisel as kr, numpy as np, tempfile
         >>> spin, tilt = np.linspace(0, 20, 100), np.linspace(0.1, 1, 100)
@@ -112,13 +115,13 @@ def sweep(
         ...     chaos["lyapunov"].shape, chaos["lyapunov_curve"].shape, chaos.units["lyapunov"]
         ((8,), (8, 32), 'T^-1')
 
-    Raises before anything runs TypeError and ValueError for invalid arguments, ValueError for a
-    folder with another plan, FileExistsError for a folder of something else, OSError for a folder
-    that cannot be written, ImportError without pyarrow. Raises during the run OSError for a full
-    disk, RuntimeError if an executor loses parts, kreisel.SweepInterrupted for Ctrl-C; finished
-    parts stay.
+    Before anything runs, raises TypeError or ValueError for invalid arguments. Raises ValueError if
+    the folder has another plan, and FileExistsError if it is neither empty nor the folder of a
+    sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
+    installed. During the run, raises OSError if a file cannot be written, RuntimeError if an
+    executor loses parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
     """
-    arguments = _task_arguments(locals())  # first, while there are no other locals
+    arguments = _task_arguments(locals())  # first, so that locals() contains only the arguments
     plan = _make_plan(tops, task, arguments, part_size)
     callback = parse_progress(progress)
     count = parse_threads(threads, executor)
@@ -129,7 +132,7 @@ def sweep(
 
 
 def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Select the arguments of sweep that belong to its task."""
+    """Return the arguments of kreisel.sweep that belong to its task and differ from defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
     for name in ARGUMENTS:
@@ -142,7 +145,10 @@ def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
 def _run_parts(
     runner: PartRunner, chosen: range, threads: int, executor: Executor | None
 ) -> SweepResult:
-    """Compute parts and return the sweep. Raises SweepInterrupted for Ctrl-C."""
+    """Compute the parts of `runner`, and return the results of the sweep.
+
+    Raises SweepInterrupted after Ctrl-C; its message counts the parts in `chosen`.
+    """
     store = runner.store
     try:
         if executor is None:
@@ -172,7 +178,7 @@ def _make_plan(
 
 
 def _parse_parts(parts: object, count: int) -> range:
-    """Return the parts that are requested."""
+    """Return the requested range of parts, validated. None means all `count` parts."""
     if parts is None:
         return range(count)
     if not isinstance(parts, range) or parts.step != 1:
@@ -185,9 +191,9 @@ def _parse_parts(parts: object, count: int) -> range:
 
 
 def _list_incomplete(store: SweepStore, chosen: range) -> list[int]:
-    """Return the parts that are missing or damaged, and warn of those that are damaged.
+    """Return the parts in `chosen` that must be computed, and warn of parts that are replaced.
 
-    Raises FileExistsError for a folder, or a part of another plan, in the place of a part.
+    Raises FileExistsError if a folder, or a part of another plan, has the name of a part.
     """
     left: list[int] = []
     replaced: dict[str, list[int]] = {DAMAGED: [], OLD: []}

@@ -1,7 +1,7 @@
-"""The plan of a sweep: everything that decides the bits of its parts.
+"""The plan of a sweep: everything that determines the bits of its parts.
 
-It is stored as canonical JSON with a hash. The machine, its threads and the executor do not belong
-to it.
+The plan is stored as canonical JSON with a hash. It does not include the machine, the number of
+threads or the executor, because they do not affect the results.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from .._utils.validation import Array, as_int
 from .source import Places, RandomSpec, Source
 from .task import SweepTask, TaskResult, task_from_json
 
-FORMAT = 1  # the number of the layout of parts
-_MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # tops and bytes of a part, unless part_size is given
-_MAX_INLINE = 1 << 16  # numbers of a parameter in the plan file; more have a file of their own
-_ROW_BYTES = 64  # of a top beside its results: its index, start and status
+FORMAT = 1  # version of the layout of plans and parts
+_MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
+_MAX_INLINE = 1 << 16  # values of a parameter; a longer array is stored in a separate file
+_ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """A source of tops, the task of each top, and the number of tops in a part.
+    """A source of tops, the task for all tops, and the number of tops in a part.
 
-    `options` and `times` are those of the task. `sample` has the tops on which the plan was
-    validated, with their indices.
+    `options` and `times` are those of the task. `sample` contains the indices of the tops on which
+    the plan was validated, and these tops.
     """
 
     source: Source
@@ -62,13 +62,13 @@ class SweepPlan:
         return range(begin, min(begin + self.part_size, self.source.size))
 
     def count_tops(self, parts: Sequence[int]) -> int:
-        """Return the number of tops of some parts; the last part of a plan may be smaller."""
+        """Return the total number of tops in `parts`; the last part of a plan can be smaller."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
 
     @cached_property
     def as_json(self) -> dict[str, Any]:
-        """The plan as an object of JSON."""
+        """The plan as a JSON object."""
         source = self.source
         random = source._random
         plan: dict[str, Any] = {
@@ -96,17 +96,20 @@ class SweepPlan:
 
     @property
     def arrays(self) -> list[Array]:
-        """The arrays of values that are too long for the plan file."""
+        """The arrays of parameter values that are too long for the plan file."""
         parameters = *self.source._parameters.values(), *self.source._varied.values()
         return [one.values for one in parameters if one.values.size > _MAX_INLINE]
 
     @cached_property
     def kernel(self) -> str:
-        """The instruction set of the Taylor kernel here; all that have fma give the same bits."""
+        """The instruction set of the Taylor kernel on this machine.
+
+        All instruction sets with fused multiply-add give the same bits.
+        """
         return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
-        """Return the tops with these indices; the sample is not built again."""
+        """Return the tops with the indices `tops`, reusing the sample if it consists of them."""
         if self.sample is not None:
             at, ensemble = self.sample
             if len(at) == len(tops) and (at[0], at[-1]) == (tops[0], tops[-1]):
@@ -114,9 +117,9 @@ class SweepPlan:
         return self.source[tops.start : tops.stop]
 
     def compute_tops(self, tops: range, threads: int, progress: Progress | None) -> TaskResult:
-        """Compute the tops with these indices.
+        """Compute the results of the tops with the indices `tops`.
 
-        Raises TypeError or ValueError for the first invalid top, with its index.
+        Raises TypeError or ValueError for the first invalid top; the message contains its index.
         """
         try:
             some = self.ensemble(tops)
@@ -132,19 +135,19 @@ def hash_plan(plan: Mapping[str, Any]) -> str:
 
 
 def dump_canonical(plan: Mapping[str, Any]) -> str:
-    """Return JSON with sorted names and without spaces, the same for equal plans."""
+    """Return a plan as JSON with sorted names and without spaces; equal plans give equal text."""
     return json.dumps(plan, sort_keys=True, separators=(",", ":"), allow_nan=False)
 
 
 def content_name(values: Array) -> str:
-    """Return the name of the file of an array, which contains a hash of its numbers."""
+    """Return the file name of an array, which contains a hash of its shape and values."""
     digest = hashlib.sha256(str(values.shape).encode())
     digest.update(np.ascontiguousarray(values, dtype="<f8").data)
     return f"starts-{digest.hexdigest()}.npy"
 
 
 def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
-    """Return each parameter as its name, the shape of a value, and its values or their file."""
+    """Return the name of each parameter, the shape of one value, and all values or their file."""
     return [
         [
             one.name,
@@ -156,7 +159,11 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 
 
 def _list_varied(source: Source) -> list[str | list[Any]]:
-    """Return the parameters that vary: the names of those that build tops, others as a list."""
+    """Return the JSON of the parameters that vary.
+
+    A parameter from which tops are built appears by its name, because the plan already contains its
+    values. Other parameters appear with their values.
+    """
     return [
         name if source._parameters.get(name) is one else _list_parameters([one])[0]
         for name, one in source._varied.items()
@@ -164,9 +171,10 @@ def _list_varied(source: Source) -> list[str | list[Any]]:
 
 
 def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> SweepPlan:
-    """Return the plan of a task for the tops of a source, validated on some of its tops.
+    """Return the plan of a task for the tops of a source, validated on some of these tops.
 
-    Raises TypeError, ValueError or MemoryError for a task that the tops do not allow.
+    Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
+    not fit in memory.
     """
     sample = source._sample()
     try:
@@ -191,9 +199,10 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
 
 
 def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> SweepPlan:
-    """Return the plan in an object of JSON; `load` returns the array of a file beside it.
+    """Return the plan stored as a JSON object.
 
-    Raises ValueError if it is no plan, or a plan of another version.
+    `load` returns the array in the file of a given name, for values that are not in the JSON.
+    Raises ValueError if the object is not a plan, or is a plan of another version.
     """
     try:
         source, task = _source_from_json(plan, load), task_from_json(plan)

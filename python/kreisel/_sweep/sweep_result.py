@@ -1,4 +1,4 @@
-"""Results of a sweep on disk, read on demand: a column, a part, or a table."""
+"""Results of a sweep on disk, of which columns, parts or tables are read on demand."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ _STATUS = "status", "reached"
 class SweepResult:
     """The results of a sweep in a folder.
 
-    `result[name]` is a column as a NumPy array: of the shape of all tops, and (*shape, k) if a top
-    has k values, one for each time. Only the columns that are needed are read.
+    `result[name]` is a column as a NumPy array of shape `shape`, or (*shape, k) if each top has k
+    values, one for each time. Only the columns that are needed are read from the files.
 
-    shape, axes, size  as of the source
+    shape, axes, size  as in the source
     parts    the number of parts
     plan     the plan as in plan.json
     hash     the SHA-256 of the plan
     columns  the names of the columns
     units    the dimension [M L T] of each column
 
-    Iteration yields the parts that exist, each as a mapping from names to arrays. A column raises
-    ValueError if parts are missing, unless the sweep was opened with partial=True: then it has the
-    rows of the tops in `result["top"]`. Each bit of the parts is then verified once, and damaged
-    parts count as missing.
+    Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
+    raises ValueError if parts are missing. If the sweep was opened with partial=True, the column
+    instead has a row for each top in `result["top"]`. All bits of the parts are then verified once,
+    and damaged parts count as missing.
     """
 
     _store: SweepStore
@@ -59,7 +59,7 @@ class SweepResult:
 
     @cached_property
     def done(self) -> list[int]:
-        """The numbers of the parts that exist; with partial=True of those that are intact."""
+        """The numbers of the existing parts; with partial=True of the intact parts."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
@@ -75,12 +75,12 @@ class SweepResult:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of all tops."""
+        """The shape of the array of all tops."""
         return self._store.plan.source.shape
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """A name for each dimension."""
+        """The names of the dimensions."""
         return self._store.plan.source.axes
 
     @property
@@ -105,28 +105,28 @@ class SweepResult:
 
     @property
     def hash(self) -> str:
-        """The SHA-256 of the plan, which each part contains too."""
+        """The SHA-256 of the plan, which is also stored in each part."""
         return self._store.plan.hash
 
     @cached_property
     def _schema(self) -> PartTable:
-        """The columns of all parts without rows, read from the first part."""
+        """The columns of a part without rows, read from the first existing part."""
         if not self.done:
             raise ValueError(f"{self.folder} has no part yet")
         return self._store.read_part(self.done[0], [])
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of the columns of tops, and then of events."""
+        """The names of the columns of tops, followed by those of the columns of events."""
         return (*self._schema.columns, *self._schema.ragged)
 
     @property
     def units(self) -> dict[str, str]:
-        """The dimension [M L T] of each column; empty for a pure number."""
+        """The dimension [M L T] of each column; an empty string for a dimensionless column."""
         return {name: self._schema.units.get(name, "") for name in self.columns}
 
     def __getitem__(self, name: str) -> Column:
-        """Return a column over all tops, or a column of events, top by top."""
+        """Return a column of all tops, or a column of all events, sorted by top."""
         schema = self._schema
         is_ragged = name in schema.ragged
         if name not in schema.columns and not is_ragged:
@@ -139,7 +139,10 @@ class SweepResult:
         return values
 
     def _read_parts(self, names: list[str] | None = None) -> Iterator[PartTable]:
-        """Return an iterator over the parts. Raises ValueError if parts are missing."""
+        """Return an iterator over the existing parts, with the columns `names` or all columns.
+
+        Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
+        """
         left = self.parts - len(self.done)
         if left and not self._partial:
             missing = chain.from_iterable(list_gaps(self.done, self.parts))
@@ -152,13 +155,13 @@ class SweepResult:
         return (self._store.read_part(i, names) for i in self.done)
 
     def __iter__(self) -> Iterator[dict[str, Column]]:
-        """Iterate over the parts that exist, each as columns by name."""
+        """Yield the columns of each existing part, as a mapping from names to arrays."""
         for i in self.done:
             part = self._store.read_part(i)
             yield {**part.columns, **part.ragged}
 
     def part(self, i: int) -> dict[str, Column]:
-        """Return the columns of part `i` by name."""
+        """Return the columns of part `i`, as a mapping from names to arrays."""
         number = as_int("the number of a part", i, 0)
         if number not in self._found:
             raise IndexError(f"part {number} is not there: there are {len(self._found)} parts")
@@ -166,10 +169,10 @@ class SweepResult:
         return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
-        """Verify each bit of each part that exists, and return the sweep.
+        """Verify all bits of all existing parts, and return this result.
 
-        Raises ValueError for the first part that is damaged, FileExistsError for a folder or a part
-        of another plan in the place of a part.
+        Raises ValueError for the first damaged part. Raises FileExistsError if a folder, or a part
+        of another plan, has the name of a part.
         """
         for i in self._found:
             status = self._store.verify_part(i)
@@ -180,18 +183,18 @@ class SweepResult:
         return self
 
     def verify(self) -> dict[str, list[int]]:
-        """Verify each bit of each part, and return the numbers of the parts by their status.
+        """Verify all bits of all parts, and return the numbers of the parts with each status.
 
-        A status is "done", "missing", "damaged", "of another version" or "foreign". The same call
-        of kreisel.sweep computes all of them but foreign ones: a folder, or a complete part of
-        another plan, in the place of a part.
+        A status is "done", "missing", "damaged", "of another version" or "foreign". A part is
+        foreign if a folder, or a complete part of another plan, has its name. Calling kreisel.sweep
+        again with the same arguments computes all other parts that are not done.
         """
         parts, found = self._verify_found()
         missing = [i for gap in list_gaps(found, self.parts) for i in gap]
         return parts | ({MISSING: missing} if missing else {})
 
     def _verify_found(self) -> tuple[dict[str, list[int]], list[int]]:
-        """Verify the parts that have a file; return their numbers by status, and all of them."""
+        """Verify the parts that have a file, and return their numbers by status and in one list."""
         parts: dict[str, list[int]] = {DONE: []}
         found = []
         for i in self._store.list_parts():
@@ -203,10 +206,11 @@ class SweepResult:
 
     @property
     def events(self) -> EnsembleEvents | None:
-        """The events of the tops, or None if none were requested.
+        """The events of the tops, or None if no events were requested.
 
-        Tops of parts that are missing have no events. The states of a section are columns: `events`
-        has the number of states of each top, `event_t` and others have the states of all tops.
+        Tops in missing parts have no events. The value is also None for a section, whose states are
+        in columns: result["events"] is the number of states of each top, and result["event_t"] and
+        similar columns contain the states of all tops.
         """
         if "event_which" not in self._schema.ragged:
             return None
@@ -215,9 +219,10 @@ class SweepResult:
         return ensemble_events(RawEvents(*map(np.concatenate, columns)), self.shape)
 
     def to_arrow(self) -> Table:
-        """Return a pyarrow.Table with a row for each top.
+        """Return a pyarrow.Table with one row per top.
 
-        The metadata of a field has its `units`. A column with many numbers of a top is a list.
+        The metadata of each field contain its `units`. If a top has several values in a column,
+        they are stored as a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa
@@ -226,10 +231,10 @@ class SweepResult:
         return pa.concat_tables([as_table(part) for part in self._read_parts()])
 
     def to_pandas(self) -> DataFrame:
-        """Return a pandas.DataFrame with a row for each top, or for each state of each top.
+        """Return a pandas.DataFrame with one row per top, or one row per state of each top.
 
-        `attrs` has the units. The frame has the number of events; see `events` for the events.
-        Raises ImportError without pandas.
+        `attrs` contains the units. The frame contains the number of events of each top, but not the
+        events, which are in `events`. Raises ImportError if pandas is not installed.
         """
         with optional_dependency(TABLES):
             import pandas as pd
@@ -249,11 +254,12 @@ class SweepResult:
         return frame
 
     def to_xarray(self) -> Dataset:
-        """Return an xarray.Dataset with a variable for each column, with its units.
+        """Return an xarray.Dataset with a variable with units for each column.
 
-        Its dimensions are those of the tops by name, and time if there are states. Parameters that
-        vary are coordinates, and so are `status` and `reached`. Tops of parts that are missing have
-        NaN, or -1. The dataset has the number of events. Raises ImportError without xarray.
+        The dimensions are the named dimensions of the tops, and time if there are states.
+        Parameters that vary are coordinates, and so are `status` and `reached`. The values of tops
+        in missing parts are NaN, or -1 for integers. The dataset contains the number of events of
+        each top, but not the events. Raises ImportError if xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -276,7 +282,7 @@ class SweepResult:
         return xr.Dataset(variables, coordinates, {"plan": self.hash})
 
     def _read_all(self) -> dict[str, Column]:
-        """Return all columns over the shape of all tops."""
+        """Return the columns of all tops as arrays that begin with the shape of the sweep."""
         table: dict[str, Column] = {}
         for part in self._read_parts():
             at = part.columns["top"]
@@ -289,14 +295,14 @@ class SweepResult:
 
 
 def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of numbers below `end` that ascending `numbers` leave out."""
+    """Yield the ranges of integers from 0 to `end` - 1 that the ascending `numbers` leave out."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)
 
 
 def _raw_events(part: PartTable) -> RawEvents:
-    """Return the events of a part with the indices of their tops."""
+    """Return the events of a part, with the indices of their tops in the sweep."""
     top = np.repeat(part.columns["top"], part.columns[COUNT])
     states = np.column_stack([part.ragged[f"event_{name}"] for name in EVENT_STATE])
     which, direction = part.ragged["event_which"], part.ragged["event_direction"]
@@ -306,7 +312,7 @@ def _raw_events(part: PartTable) -> RawEvents:
 def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> SweepResult:
     """Open the results of kreisel.sweep in a folder.
 
-    partial  True: use the intact parts if some parts are missing or damaged
+    partial  True: read the intact parts even if other parts are missing or damaged
 
         >>> import kreisel as kr, tempfile
         >>> tops = kr.Source.random(kr.scenes.sleeping, 1000, seed=7, spin=(0, 20), tilt=(0, 1))
@@ -317,8 +323,8 @@ def read_sweep(folder: str | os.PathLike[str], *, partial: bool = False) -> Swee
         ...     result, result.columns[:4]
         (<kreisel.SweepResult of shape (1000,): 4 of 4 parts>, ('top', 'spin', 'tilt', 'status'))
 
-    Other programs can read the files, as DuckDB: SELECT spin, nutation_max FROM 'runs/*.parquet'.
-    Raises FileNotFoundError and ValueError if the folder does not belong to a sweep, ImportError
-    without pyarrow.
+    Other programs can read the files, for example DuckDB: SELECT spin, nutation_max FROM
+    'runs/*.parquet'. Raises FileNotFoundError if the folder does not exist, ValueError if it is not
+    the folder of a sweep, and ImportError if pyarrow is not installed.
     """
     return SweepResult(open_store(folder), as_bool("partial", partial))

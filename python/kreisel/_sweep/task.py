@@ -1,6 +1,6 @@
-"""Tasks of a sweep: the arguments of kreisel.solve, of an indicator of chaos or of a section.
+"""Tasks of a sweep: calls of kreisel.solve, of an indicator of chaos or of kreisel.section.
 
-A plan file stores them as JSON.
+A plan file stores a task and its arguments as JSON.
 """
 
 from __future__ import annotations
@@ -38,19 +38,20 @@ TaskResult = Paths | Reductions | Indicator | Section
 
 
 class SweepTask(Protocol):
-    """A function of kreisel with its arguments."""
+    """A function of kreisel that a sweep calls for its tops, with the arguments of the calls."""
 
     @property
     def as_json(self) -> dict[str, Any]:
-        """The arguments as an object of JSON."""
+        """The task as a JSON object."""
 
     def normalize(self, options: EnsembleOptions) -> SweepTask:
-        """Return the task in the form of a plan, with equivalent arguments alike."""
+        """Return the task in canonical form, so that equivalent arguments give equal plans."""
 
     def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
-        """Return the options of some tops, and their times; of a section, the waits for its states.
+        """Return the options and the times for the tops `some`.
 
-        Raises TypeError or ValueError for an invalid argument.
+        For a section, the times are the longest waits for each of its states. Raises TypeError or
+        ValueError for an invalid argument.
         """
 
     def compute_tops(
@@ -61,14 +62,14 @@ class SweepTask(Protocol):
         threads: int,
         progress: Progress | None,
     ) -> TaskResult:
-        """Compute the results of the tops `some`, with the options and times of `parse`.
+        """Compute the results of the tops `some`, with options and times returned by `parse`.
 
-        Raises TypeError or ValueError for the first top that the task does not suit.
+        Raises TypeError or ValueError for the first top to which the task does not apply.
         """
 
 
 class SolveTask(NamedTuple):
-    """A call of kreisel.solve, or of kreisel.reduce if there are reductions."""
+    """A call of kreisel.solve, or of kreisel.reduce if the arguments contain reductions."""
 
     t: Numbers
     method: str
@@ -126,7 +127,7 @@ class SolveTask(NamedTuple):
 
 
 class ChaosTask(NamedTuple):
-    """A call of kreisel.lyapunov, megno or oli."""
+    """A call of kreisel.lyapunov, kreisel.megno or kreisel.oli."""
 
     name: str
     t: Numbers
@@ -211,10 +212,10 @@ ARGUMENTS = tuple(dict.fromkeys(name for names in _ARGUMENTS.values() for name i
 
 
 def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
-    """Return the task called `task` with its arguments.
+    """Return the task with the name `task` and its arguments.
 
-    Raises TypeError or ValueError for an unknown task, for an argument that it does not have, and
-    for an argument with a value for each top.
+    Raises TypeError or ValueError for an unknown task, for an argument that the task does not have,
+    and for an argument whose value differs between tops.
     """
     if not isinstance(task, str) or task not in _ARGUMENTS:
         raise ValueError(unknown_name_message("task", str(task), list(_ARGUMENTS)))
@@ -250,7 +251,7 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
 
 
 def _materialize(names: Any) -> Any:
-    """Return names that can be read more than once."""
+    """Return an iterator of names as a list, so that it can be read more than once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
@@ -263,12 +264,15 @@ def _as_float(value: float | None) -> float | None:
 
 
 def _as_floats(values: Numbers) -> Any:
-    """Return a float, or floats in a list."""
+    """Return one value as a float, or several values as a list of floats."""
     return np.asarray(values, dtype=np.float64).tolist()
 
 
 def task_from_json(plan: Mapping[str, Any]) -> SweepTask:
-    """Return the task of a plan. Raises KeyError, TypeError or ValueError if it is invalid."""
+    """Return the task in the JSON of a plan.
+
+    Raises KeyError, TypeError or ValueError if the task is invalid.
+    """
     task = next((name for name in _ARGUMENTS if name in plan), "solve")
     arguments: dict[str, Any] = dict(plan[task])
     if task == "solve":

@@ -1,7 +1,7 @@
 """Archives: named texts and arrays in one file that numpy.load can also read.
 
-An archive is a zip of .npy members without compression. Its declared sizes therefore never exceed
-the size of the file, and reading it never executes anything.
+An archive is a zip file of uncompressed .npy members. The declared sizes of the members therefore
+cannot exceed the size of the file. Reading an archive never executes code.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ _HEADER = re.compile(
     rb"'shape': \(([0-9, ]{0,200})\), \} *\n",
     re.DOTALL,
 )
-_MAX_ERROR_LENGTH = 100  # largest length of zipfile's error text, which may quote the file
+_MAX_ERROR_LENGTH = 100  # characters of zipfile's message that are kept: it may quote the file
 
 
 def pack(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:
-    """Return the bytes of an archive of `texts` and `arrays`."""
+    """Return the bytes of an archive that contains `texts` and `arrays`."""
     from zipfile import ZipFile  # imported here to keep `import kreisel` fast
 
     out = io.BytesIO()
     with ZipFile(out, "w") as archive:
         for name, text in texts.items():
-            _add(archive, name, np.array(text, dtype=f"<U{len(text)}"))
+            _write_array(archive, name, np.array(text, dtype=f"<U{len(text)}"))
         for name, array in arrays.items():
-            _add(archive, name, array.astype("<i4" if array.dtype.kind == "i" else "<f8"))
+            _write_array(archive, name, array.astype("<i4" if array.dtype.kind == "i" else "<f8"))
     return out.getvalue()
 
 
-def _add(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
+def _write_array(archive: ZipFile, name: str, array: npt.NDArray[np.generic]) -> None:
     from zipfile import ZipInfo
 
     with archive.open(ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
@@ -62,7 +62,7 @@ class Archive:
 
         try:
             with ZipFile(file) as archive:
-                self._members = _members(archive, size)
+                self._members = _read_members(archive, size)
         except (EOFError, OSError, RuntimeError, struct.error, BadZipFile) as error:
             raise ValueError(f"the archive is damaged: {str(error)[:_MAX_ERROR_LENGTH]}") from None
 
@@ -71,7 +71,10 @@ class Archive:
         return str(self._data(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def doubles(self, name: str, n: int | None, *shape: int) -> Array:
-        """Return the array `name` of shape (n, *shape); with `n` None, of any length."""
+        """Return the array `name` of doubles, which must have the shape (n, *shape).
+
+        If `n` is None, the first dimension may have any length.
+        """
         data = self._data(name, "f8", (n, *shape))
         rows = len(data) // (8 * math.prod(shape)) if n is None else n
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
@@ -99,8 +102,11 @@ class Archive:
         return rest
 
 
-def _members(archive: ZipFile, size: int) -> dict[str, bytes]:
-    """Read all members of a zip file of `size` bytes."""
+def _read_members(archive: ZipFile, size: int) -> dict[str, bytes]:
+    """Return the bytes of each member of a zip file of `size` bytes.
+
+    Raises ValueError if a member is compressed or the members are larger than the file.
+    """
     from zipfile import ZIP_STORED
 
     members = archive.infolist()

@@ -1,6 +1,6 @@
 """Atomic file output: write a temporary file, then rename it into place.
 
-Neither a reader, nor a full disk, nor a crash ever leaves half a file under the final name.
+The final name never refers to an incomplete file, not even on a full disk or after a crash.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 class AtomicWriter:
-    """A file that is written in blocks; errors carry the final file name."""
+    """A file that is written in blocks. Its OSErrors contain the final file name."""
 
     def __init__(self, descriptor: int, name: str) -> None:
         self._descriptor, self._whole, self._name = descriptor, 0, name
@@ -23,7 +23,10 @@ class AtomicWriter:
         return self._whole == 0
 
     def add(self, data: bytes) -> None:
-        """Append `data` completely, or raise OSError and leave a temporary file as it was."""
+        """Append all of `data`.
+
+        If writing fails, the file is truncated to its previous length, and the error is raised.
+        """
         left = memoryview(data)
         try:
             while left:
@@ -39,9 +42,9 @@ class AtomicWriter:
 
 @contextlib.contextmanager
 def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
-    """Open a temporary file that replaces `path`, synced to disk, when the block ends.
+    """Open a temporary file that is synced to disk and replaces `path` when the block ends.
 
-    If the block raises or writes nothing, the temporary file is removed and `path` stays untouched.
+    If the block raises or writes nothing, the temporary file is removed and `path` is unchanged.
     Devices and pipes are written directly.
     """
     file, name = Path(os.path.realpath(path)), os.fspath(path)
@@ -75,7 +78,7 @@ def atomic_write(path: str | os.PathLike[str], data: bytes) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Sync the directory entry of `folder` to disk, where the system can open a folder."""
+    """Sync `folder` to disk. Does nothing on systems that cannot open or sync a folder."""
     try:
         there = os.open(folder, os.O_RDONLY)
     except OSError:
@@ -112,13 +115,13 @@ def _temp_path(file: Path) -> Path:
 
 
 def _open_temp(new: Path, file: Path, name: str) -> int:
-    """Open the temporary file `new` that will replace `file`; errors carry `name`."""
+    """Create the temporary file `new`, which will replace `file`; an OSError contains `name`."""
     try:
-        return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _mode(file))
+        return os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL, _permissions(file))
     except OSError as error:
         error.filename = name
         raise
 
 
-def _mode(file: Path) -> int:
+def _permissions(file: Path) -> int:
     return file.stat().st_mode & 0o777 if file.exists() else 0o666

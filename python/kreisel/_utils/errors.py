@@ -15,16 +15,16 @@ _T = TypeVar("_T")
 _SKIPPED_PACKAGES = {
     __package__.partition(".")[0],
     "dataclasses",
-}  # frames of these packages are skipped
+}  # a warning points past the stack frames of these packages
 
 
 def status_to_exception(status: str, detail: str) -> Exception:
-    """Return the exception for a core status that was reported before anything ran."""
+    """Return the exception for a status with which the core refused its arguments."""
     what, text = statuses[status]
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 
 
-_MAX_LENGTH = 100  # largest length of a name that is compared with the known ones
+_MAX_LENGTH = 100  # characters of an unknown name that are compared with the known names
 _SYNONYMS = {  # synonyms from textbooks
     "attitude": "q",
     "omega": "velocity",
@@ -51,7 +51,10 @@ def suggest(name: str, known: Iterable[str]) -> str:
 
 
 def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
-    """Return a class decorator that refuses assignments with a helpful message."""
+    """Return a class decorator that makes every assignment raise FrozenInstanceError.
+
+    The message ends with `instead`, in which {} is replaced by the name of the field.
+    """
 
     def decorate(cls: type[_T]) -> type[_T]:
         def refuse(_: object, name: str, __: object) -> None:
@@ -64,7 +67,7 @@ def refuse_assignment(instead: str) -> Callable[[type[_T]], type[_T]]:
 
 
 def warn(message: str) -> None:
-    """Issue a UserWarning that points at the user's own line, however deep the call."""
+    """Issue a UserWarning that points at the user's line of code, however deep the call stack."""
     level, frame = 2, sys._getframe(1)
     while (
         frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] in _SKIPPED_PACKAGES

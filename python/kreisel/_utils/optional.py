@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def optional_dependency(by: str) -> Iterator[None]:
-    """Turn a missing optional module into an ImportError that names the `pip install` command."""
+    """Add the command that installs `by` to the error that reports a missing module."""
     try:
         yield
     except ModuleNotFoundError as error:

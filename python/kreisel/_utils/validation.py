@@ -1,4 +1,4 @@
-"""Validation of arguments: convert to numbers and arrays, or raise with the argument's name."""
+"""Validation of arguments: conversion to numbers and arrays, with errors that name the argument."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _SHORT.maxlevel, _SHORT.maxstring, _SHORT.maxother = 2, 60, 80
 
 
 def short_repr(value: object) -> str:
-    """Return a repr of `value` that fits into an error message; for an array, its shape."""
+    """Return a short repr of `value` for an error message; for a large array, only its shape."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array of shape {value.shape}"
     try:
@@ -92,7 +92,7 @@ def as_non_negative(name: str, value: object) -> float:
 
 
 def as_int(name: str, value: object, least: int) -> int:
-    """Return `value` as an integer of at most 63 bits that is not below `least`."""
+    """Return `value` as an integer n with least <= n < 2**63."""
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise TypeError(f"{name} must be a whole number, not {short_repr(value)}")
     n = int(value)
@@ -104,15 +104,18 @@ def as_int(name: str, value: object, least: int) -> int:
 
 
 def as_bool(name: str, value: object) -> bool:
-    """Return `value` if it is True or False; truthy objects of other types raise TypeError."""
+    """Return `value` as a bool; raise TypeError if it is neither True nor False."""
     if not isinstance(value, bool | np.bool_):
         raise TypeError(f"{name} must be True or False, not {short_repr(value)}")
     return bool(value)
 
 
 def as_array(name: str, value: object, what: str) -> Array:
-    """Return a new array of doubles of any shape; `what` describes the expected form in errors."""
-    # Without numpy.ma loaded no array is masked; importing it only for this check is slow.
+    """Return `value` as a new array of doubles of any shape.
+
+    `what` describes the expected form in error messages.
+    """
+    # No array is masked unless numpy.ma is loaded; importing it only for this check is slow.
     if "numpy.ma" in sys.modules and np.ma.is_masked(value):
         raise TypeError(f"{name} must be {what} without masked values")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
@@ -129,7 +132,7 @@ def as_array(name: str, value: object, what: str) -> Array:
 
 
 def as_finite_array(name: str, value: object, what: str) -> Array:
-    """Return a new array of finite doubles of any shape; see `as_array` for `what`."""
+    """Return `value` as a new array of finite doubles of any shape; see `as_array` for `what`."""
     numbers = as_array(name, value, what)
     if not np.isfinite(numbers).all():
         if numbers.ndim == 0:
@@ -141,9 +144,9 @@ def as_finite_array(name: str, value: object, what: str) -> Array:
 
 
 def as_floats(name: str, value: object, n: int, what: str) -> list[float]:
-    """Return a list of `n` finite floats."""
+    """Return `value` as a list of `n` finite floats."""
     if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
-        with contextlib.suppress(OverflowError):  # the common case, ten times as fast
+        with contextlib.suppress(OverflowError):  # fast path for the common case: ten times as fast
             plain = [float(x) for x in value]
             if len(plain) == n and all(map(math.isfinite, plain)):
                 return plain
@@ -154,7 +157,7 @@ def as_floats(name: str, value: object, n: int, what: str) -> list[float]:
 
 
 def as_vector(name: str, value: object) -> Vector:
-    """Return three finite floats."""
+    """Return `value` as three finite floats."""
     x, y, z = as_floats(name, value, 3, "3 numbers")
     return x, y, z
 
@@ -166,7 +169,7 @@ def read_only(values: Array) -> Array:
 
 
 def freeze_arrays(value: object) -> None:
-    """Make all arrays in `value` read-only, also those in tuples, lists and dictionaries."""
+    """Make all arrays in `value` read-only, including those in tuples, lists and dictionaries."""
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
     elif isinstance(value, (tuple, list)):
@@ -178,7 +181,7 @@ def freeze_arrays(value: object) -> None:
 
 
 class ReadOnlyArrays:
-    """A base of classes whose arrays are read-only, also after a copy or from a pickle."""
+    """A base class that makes the arrays of copied and unpickled objects read-only."""
 
     def __setstate__(self, state: dict[str, object]) -> None:
         self.__dict__.update(state)

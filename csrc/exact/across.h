@@ -1,0 +1,119 @@
+/* Bodies with two equal moments and the centre of mass across the third, the odd axis: from a
+ * user's scene to the axes and units of the closed form. Axis 3 is the odd axis; axis 1 is the
+ * direction of the centre of mass times `side` and the sign of gravity; mass |gravity| |com| = 1.
+ *
+ * This header is source that is compiled once per instruction set. */
+#ifndef KR_EXACT_ACROSS_H
+#define KR_EXACT_ACROSS_H
+#include "model/scene.h"
+#include "single.h"
+
+/* A body's odd axis, and the direction and distance of its centre of mass. */
+typedef struct across_body {
+    int odd;
+    double com[2];  /* along the axes after the odd one, over a power of two */
+    dd reach, c, s; /* |com| likewise, and the direction of axis 1 there */
+} across_body;
+/* The way from the axes and units of the closed form back to the scene. */
+typedef struct across_way {
+    dd time;                       /* the unit of time, in units of the power of two `units.time` */
+    double momentum, own_momentum; /* the unit of momentum, in the user's units and in `units` */
+    kr_units units;
+    kr_quat attitude; /* the start's, of the axes of the closed form */
+    kr_quat turn;     /* these axes -> working axes */
+    kr_quat axes;     /* these axes -> frame of description */
+} across_way;
+/* A start seen from the body. */
+typedef struct across_start {
+    dd momentum[3], up[3]; /* the angular momentum, and e3 */
+    dd vertical;           /* <m, e3> */
+} across_start;
+
+static double component(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
+static int odd_axis_of(kr_vec3 i) { return i.x < i.y ? (i.x < i.z ? 0 : 2) : i.y < i.z ? 1 : 2; }
+
+static across_body body_of(const kr_body *b, kr_vec3 com, double side)
+{
+    across_body r;
+    r.odd = odd_axis_of(b->inertia);
+    for (int j = 0; j < 2; j++) r.com[j] = component(com, (r.odd + 1 + j) % 3);
+    const dd square = dd_add(dd_square(dd_of(r.com[0])), dd_square(dd_of(r.com[1])));
+    r.reach = dd_sqrt(square);
+    r.c = dd_div(dd_of(side * r.com[0]), r.reach);
+    r.s = dd_div(dd_of(side * r.com[1]), r.reach);
+    return r;
+}
+/* Returns the turn about the third axis by an angle with this cosine and sine. */
+static kr_quat turn_about_third(double c, double s)
+{
+    const double half = sqrt(0.5 * (1.0 + fabs(c))), other = 0.5 * s / half;
+    return c >= 0.0 ? q4(half, v3(0.0, 0.0, other))
+                    : q4(fabs(other), v3(0.0, 0.0, s < 0.0 ? -half : half));
+}
+/* Computes the components of q* v q along axes that are turned about the third. */
+static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, dd out[3])
+{
+    dd r[3];
+    turned_back(q, v, r);
+    out[0] = dd_add(dd_mul(b->c, r[0]), dd_mul(b->s, r[1]));
+    out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
+    out[2] = r[2];
+}
+/* Brings a checked scene into these axes and units. The unit of moment is `factor`, a power of two,
+ * times the odd moment. */
+static kr_status read_across(const kr_scene *scene, double side, double factor, across_start *start,
+                             across_way *way)
+{
+    const kr_pull pull = kr_scene_pull(scene, scene->body.com);
+    const kr_working working = kr_body_working(&scene->body);
+    const kr_status status = kr_scene_units(scene, &working, &way->units);
+    if (status != KR_OK) return status;
+    const across_body b = body_of(&scene->body, pull.com, scene->gravity < 0.0 ? -side : side);
+    const kr_units *u = &way->units;
+    const int power = pull.power - exponent_of(u->moment) + 2 * exponent_of(u->time);
+    const dd lever = dd_times(pull.mass, dd_times(fabs(pull.gravity), b.reach)),
+             own = dd_make(times_power_of_2(lever.hi, power), times_power_of_2(lever.lo, power)),
+             moment = dd_of(factor * (component(scene->body.inertia, b.odd) / u->moment));
+    if (!(own.hi > LEAST_LEVER)) return KR_ERR_METHOD;
+    way->time = dd_sqrt(dd_div(moment, own));
+    const dd unit = dd_div(moment, way->time);
+    way->own_momentum = unit.hi;
+    way->momentum = unit.hi * (u->moment / u->time);
+    const kr_quat q = scene->start.q;
+    const kr_vec3 m = v_scale(u->time, v_scale(1.0 / u->moment, scene->start.m));
+    dd turn[4] = {dd_of(q.w), dd_of(q.x), dd_of(q.y), dd_of(q.z)}, seen[3];
+    turn_first(turn, scene->body.axes);
+    turn_first(turn, working.axes);
+    const dd momentum[3] = {dd_of(m.x), dd_of(m.y), dd_of(m.z)},
+             up[3] = {dd_of(0.0), dd_of(0.0), dd_of(1.0)};
+    seen_from_body(turn, momentum, &b, seen);
+    for (int i = 0; i < 3; i++) start->momentum[i] = dd_div(seen[i], unit);
+    seen_from_body(turn, up, &b, start->up);
+    start->vertical = dd_div(dd_of(m.z), unit);
+    way->turn = turn_about_third(b.c.hi, b.s.hi);
+    way->axes = q_unit(q_mul(q_mul(scene->body.axes, working.axes), way->turn));
+    way->attitude = q_unit(q_mul(q, way->axes));
+    return KR_OK;
+}
+/* Brings the phases of a plan to the user's unit of time or, with `own`, to that of `units`. */
+static void scale_phases(kr_phase turn[], int count, const across_way *way, int own)
+{
+    const double unit = own ? 1.0 : way->units.time;
+    for (int i = 0; i < count; i++) {
+        const dd turns = dd_div(dd_make(turn[i].fast, turn[i].slow), way->time);
+        turn[i].fast = turns.hi / unit;
+        turn[i].slow = turns.lo / unit;
+    }
+}
+/* Returns the largest relative deviation of a body's equal moments from `ratio` times the odd one,
+ * and of its centre of mass from the plane across the odd axis. */
+static double mismatch_of(const kr_body *body, double ratio)
+{
+    const kr_vec3 i = body->inertia, c = body->com;
+    const int odd_axis = odd_axis_of(i);
+    const double pair = ratio * component(i, odd_axis), one = component(i, (odd_axis + 1) % 3),
+                 other = component(i, (odd_axis + 2) % 3);
+    return fmax(fmax(fabs(one - pair), fabs(other - pair)) / pair,
+                fabs(component(c, odd_axis)) / v_largest(c));
+}
+#endif

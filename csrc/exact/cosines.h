@@ -1,0 +1,52 @@
+/* Samples of even functions of an angle at equal steps: a table of cosines in double-double, and
+ * the sine series of an integral. Averages by the trapezoidal rule converge exponentially.
+ *
+ * This header is source that is compiled once per instruction set, by files that define GRID, the
+ * largest number of intervals between 0 and pi. */
+#ifndef KR_EXACT_COSINES_H
+#define KR_EXACT_COSINES_H
+#include "math/dd.h"
+
+static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
+
+/* The cosines of pi i/GRID, for multiples i of `stride`. */
+typedef struct cosine_table {
+    int stride;
+    dd c[GRID + 1];
+} cosine_table;
+
+static void begin_cosines(cosine_table *t)
+{
+    t->stride = GRID / 2;
+    t->c[0] = dd_of(1.0);
+    t->c[GRID / 2] = dd_of(0.0);
+    t->c[GRID] = dd_of(-1.0);
+}
+/* Refine the table to this stride. */
+static void refine_cosines(cosine_table *t, int stride)
+{
+    while (t->stride > stride) {
+        const int s = t->stride /= 2;
+        t->c[s] = dd_sqrt(dd_half(dd_plus(t->c[2 * s], 1.0)));
+        const dd scale = dd_div(dd_of(0.5), t->c[s]);
+        for (int i = 3 * s; i < GRID; i += 2 * s)
+            t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
+    }
+}
+/* Compute the sine series of the integral of an even function less its average, from samples at
+ * n + 1 angles between 0 and pi. */
+static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
+{
+    const int stride = GRID / n;
+    for (int k = 1; k < n; k++) {
+        double sum = 0.5 * (v[0].hi + (k % 2 ? -v[GRID].hi : v[GRID].hi));
+        for (int i = 1, at = k; i < n; i++) {
+            sum += v[i * stride].hi * table->c[(at <= n ? at : 2 * n - at) * stride].hi;
+            at += k;
+            if (at >= 2 * n) at -= 2 * n;
+        }
+        out[k] = 2.0 * sum / n / k;
+    }
+    out[0] = 0.0;
+}
+#endif

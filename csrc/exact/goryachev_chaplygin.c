@@ -1,0 +1,302 @@
+/* The closed form of a scene's Goryachev-Chaplygin top. This file is compiled once per instruction
+ * set, because products in double-double are three times as fast where a fused product gives what
+ * the rounded one leaves out. */
+#include "across.h"
+#include "goryachev_chaplygin_series.h"
+#include "math/trig.h"
+
+/* The plan, and what it is made with. */
+typedef struct chaplygin_memory {
+    kr_chaplygin_plan plan;
+    chaplygin_curve curve;
+    series_work work;
+} chaplygin_memory;
+
+/* A top in the axes and units of goryachev_chaplygin_curve.h: L, e3, and the square roots of |u1|
+ * and |u2| times exp(i chi/2). */
+typedef struct chaplygin_top {
+    dd L[3], g[3], u[2];
+    cdd root[2];
+} chaplygin_top;
+
+/* Sets H and G, and turns the axes about the first by pi where G is negative. Returns whether they
+ * were turned. */
+static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
+{
+    const dd across = dd_add(dd_square(y->L[0]), dd_square(y->L[1]));
+    o->H = dd_add(dd_half(dd_add(across, dd_scale(4.0, dd_square(y->L[2])))), y->g[0]);
+    o->G = dd_sub(dd_mul(y->L[2], across), dd_mul(y->L[0], y->g[2]));
+    if (o->G.hi >= 0.0) return 0;
+    o->G = dd_neg(o->G);
+    for (int i = 1; i < 3; i++) {
+        y->L[i] = dd_neg(y->L[i]);
+        y->g[i] = dd_neg(y->g[i]);
+    }
+    return 1;
+}
+/* Computes Chaplygin's variables and the square roots. With A(u) = g1 u - L1 g3/2 and
+ * C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi); and L1 - i L2 is -2i times the product of the
+ * roots, which chooses the sign of the second. */
+static void separate(chaplygin_top *y)
+{
+    const dd square = dd_times(0.25, dd_add(dd_square(y->L[0]), dd_square(y->L[1]))),
+             half = dd_half(y->L[2]), root = dd_sqrt(dd_add(dd_square(half), square));
+    if (half.hi >= 0.0) {
+        y->u[0] = dd_add(half, root);
+        y->u[1] = dd_neg(dd_div(square, y->u[0]));
+    } else {
+        y->u[1] = dd_sub(half, root);
+        y->u[0] = dd_neg(dd_div(square, y->u[1]));
+    }
+    for (int j = 0; j < 2; j++) {
+        const dd A = dd_sub(dd_mul(y->g[0], y->u[j]), dd_half(dd_mul(y->L[0], y->g[2]))),
+                 C = dd_sub(dd_half(dd_mul(y->L[1], y->g[2])), dd_mul(y->g[1], y->u[j]));
+        y->root[j] = cdd_sqrt(j ? cdd_of(dd_neg(A), dd_neg(C)) : cdd_of(A, C));
+    }
+    const cdd product = cdd_mul(y->root[0], y->root[1]);
+    /* -2i product, times the conjugate of L1 - i L2 */
+    if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
+        y->root[1] = cdd_neg(y->root[1]);
+}
+/* Computes half of an arc's angle at the start in turns, and the time's series there; sets the sign
+ * of c and s. The variable u falls while x goes from 0 to pi. */
+static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
+                      kr_angle_series *e, double *time)
+{
+    const dd up = dd_max(dd_sub(arc->B, u), dd_of(0.0)),
+             down = dd_max(dd_sub(dd_mul(u, arc->C), arc->A), dd_of(0.0)), both = dd_add(up, down);
+    const double sign = root.re.hi * root.im.hi > 0.0 ? -1.0 : 1.0,
+                 s = sign * dd_sqrt(dd_div(up, both)).hi, c = dd_sqrt(dd_div(down, both)).hi,
+                 sine = 2.0 * s * c, cosine = c * c - s * s;
+    double half[2];
+    arc_halves(o, arc, s, c, half);
+    const int first = fabs(root.re.hi) > fabs(root.im.hi);
+    const double one = first ? half[0] * root.re.hi : -half[1] * root.im.hi;
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < e->count[k]; i++) e->part[k][i] *= (one < 0.0) == (k == 0) ? -1.0 : 1.0;
+    *time = arc_time(arc, sine, cosine);
+    return dd_add(turns_of(s, c),
+                  dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
+}
+/* Sets the rates of the angles in tau and in time, and how tau slips. */
+static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2], dd rate[2])
+{
+    const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
+    double bound = 0.0;
+    plan->mean = dd_div(det, dd_mul(arc[0].p, arc[1].p)).hi;
+    plan->tau_rate = 1.0 / plan->mean;
+    for (int j = 0; j < 2; j++) {
+        kr_angle_series *e = &plan->angle[j];
+        rate[j] = dd_div(dd_of(1.0), arc[j].p);
+        e->rate = rate[j].hi;
+        e->half_turns = 0.5 * dd_mul(rate[j], one_turn()).hi;
+        plan->turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
+        for (int k = 1; k < e->times; k++) bound += fabs(e->time[k]);
+    }
+    plan->most_slip = 1.01 * bound / plan->mean;
+    plan->tolerance = 1e-11 / fmax(plan->angle[0].rate, plan->angle[1].rate);
+}
+/* Lets the angles begin: their mean growth is the angle less the rate times the slip. */
+static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double time[2])
+{
+    plan->slip = -(time[0] + time[1]) / plan->mean;
+    for (int j = 0; j < 2; j++)
+        phase_start(&plan->turn[j], dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
+}
+static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
+{
+    chaplygin_curve *o = &m->curve;
+    series_work *w = &m->work;
+    kr_chaplygin_plan *plan = &m->plan;
+    dd rate[2], half[2];
+    double time[2];
+    int M[2];
+    if (!(o->G.hi >= 1e-9 && fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_ZERO;
+    const kr_chaplygin_refusal degenerate = find_branch_points(o);
+    if (degenerate != KR_CHAPLYGIN_PLANNED) return degenerate;
+    separate(y);
+    if (!make_arcs(o, y->u[0], y->u[1], w->arc)) return KR_CHAPLYGIN_START;
+    begin_cosines(&w->table);
+    for (int j = 0; j < 2; j++)
+        if (!average_arc(o, &w->arc[j], &w->table, &w->samples)) return KR_CHAPLYGIN_INTEGRALS;
+    w->tail = 0.0;
+    for (int j = 0; j < 2; j++)
+        if (!make_angle_series(o, w, &w->arc[j], &plan->angle[j])) return KR_CHAPLYGIN_INTEGRALS;
+    set_angle_rates(plan, w->arc, rate);
+    for (int j = 0; j < 2; j++)
+        half[j] = start_angle(o, &w->arc[j], y->u[j], y->root[j], &plan->angle[j], &time[j]);
+    const double tail = make_heading_grid(w, plan->angle, M);
+    if (!(tail < 1e-13)) return KR_CHAPLYGIN_HEADING;
+    w->tail = fmax(w->tail, tail);
+    plan->is_even = plan->angle[0].is_sine[0] == plan->angle[1].is_sine[1];
+    set_start(plan, half, time);
+    return fill_heading_rows(plan, w, M, rate, half) ? KR_CHAPLYGIN_PLANNED : KR_CHAPLYGIN_HEADING;
+}
+/* Sets the heading at the start by the attitude there, in a plan that has no frame yet. */
+static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
+{
+    const dd mean[2] = {half_angle(plan, 0, dd_of(0.0)), half_angle(plan, 1, dd_of(0.0))};
+    angle_lanes a[2];
+    (void)find_slip(plan, mean, a);
+    plan->heading_value = sum_heading(plan, a);
+    plan->heading_start = plan->heading_more = 0.0;
+    const kr_quat at = chaplygin_kernel(plan, 0.0, dd_of(0.0)).q, turn = q_mul(q, q_conj(at));
+    const dd half = turns_of(turn.z, turn.w);
+    plan->heading_start = half.hi;
+    plan->heading_more = half.lo;
+}
+enum { SERIES_ORDER = 12 };
+
+/* Writes the Taylor series of L and e3. */
+static void expand_top(const chaplygin_top *y, dd c[6][SERIES_ORDER + 1])
+{
+    for (int i = 0; i < 6; i++) c[i][0] = i < 3 ? y->L[i] : y->g[i - 3];
+    for (int n = 0; n < SERIES_ORDER; n++) {
+        dd d[6] = {{0.0, 0.0}};
+        for (int i = 0; i <= n; i++) {
+            const int j = n - i;
+            const dd four = dd_scale(4.0, c[2][j]);
+            d[0] = dd_add(d[0], dd_times(3.0, dd_mul(c[1][i], c[2][j])));
+            d[1] = dd_sub(d[1], dd_times(3.0, dd_mul(c[0][i], c[2][j])));
+            d[3] = dd_add(d[3], dd_sub(dd_mul(c[4][i], four), dd_mul(c[5][i], c[1][j])));
+            d[4] = dd_add(d[4], dd_sub(dd_mul(c[5][i], c[0][j]), dd_mul(c[3][i], four)));
+            d[5] = dd_add(d[5], dd_sub(dd_mul(c[3][i], c[1][j]), dd_mul(c[4][i], c[0][j])));
+        }
+        d[1] = dd_add(d[1], c[5][n]);
+        d[2] = dd_neg(c[4][n]);
+        for (int i = 0; i < 6; i++) c[i][n + 1] = dd_div(d[i], dd_of(n + 1.0));
+    }
+}
+static void sum_top(dd c[6][SERIES_ORDER + 1], double span, double out[6])
+{
+    for (int i = 0; i < 6; i++) {
+        dd sum = c[i][SERIES_ORDER];
+        for (int n = SERIES_ORDER - 1; n >= 0; n--) sum = dd_add(dd_times(span, sum), c[i][n]);
+        out[i] = sum.hi;
+    }
+}
+/* Returns the growth of psi over a moment, the integral of L1/|L|^2, by Gauss' rule of 5 points. */
+static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
+{
+    static const double place[5] = {0.04691007703066800, 0.23076534494715845, 0.5,
+                                    0.76923465505284155, 0.95308992296933200},
+                        weight[5] = {0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
+                                     0.23931433524968324, 0.11846344252809454};
+    double sum = 0.0, y[6];
+    for (int i = 0; i < 5; i++) {
+        sum_top(c, place[i] * moment, y);
+        sum += weight[i] * moment * y[0] / (y[0] * y[0] + (y[1] * y[1] + y[2] * y[2]));
+    }
+    return sum;
+}
+/* Returns by how much a plan in own units misses the top at the start, and a moment later e3, the
+ * momentum and the heading. */
+static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
+                           kr_quat attitude)
+{
+    dd series[6][SERIES_ORDER + 1];
+    double y[6], miss = 0.0;
+    const kr_vec3 L = v3(top->L[0].hi, top->L[1].hi, top->L[2].hi);
+    const double size = v_length(L), moment = 0.03125 * fmin(1.0, size) / (1.0 + size);
+    kr_state s[2];
+    expand_top(top, series);
+    for (int i = 0; i < 2; i++) {
+        const double t = i * moment;
+        s[i] = chaplygin_kernel(plan, t, dd_of(t));
+        const kr_vec3 up = q_vertical(s[i].q), m = q_turn_back(s[i].q, s[i].m);
+        sum_top(series, t, y);
+        miss = fmax(miss, v_length(v_sub(up, v3(y[3], y[4], y[5]))));
+        miss = fmax(miss, v_length(v_sub(m, v3(y[0], y[1], y[2]))) / (1.0 + size));
+    }
+    miss = fmax(miss, kr_attitude_error(s[0].q, attitude));
+    const double grown = (s[0].m.x * s[1].m.y - s[0].m.y * s[1].m.x) /
+                         (v_length(s[0].m) * v_length(s[1].m)),
+                 growth = heading_growth(series, moment);
+    double sine, cosine;
+    sin_cos(growth, &sine, &cosine);
+    return fmax(miss, fabs(grown - sine));
+}
+/* Brings the plan to the user's units, and to the frame of description. With `own` it goes to the
+ * units and the working axes of the method `exact`, and begins at time 0. */
+static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_state *start,
+                       int own)
+{
+    const kr_units *u = &way->units;
+    kr_goryachev_chaplygin *head = &plan->head;
+    scale_phases(plan->turn, 2, way, own);
+    plan->tau_rate = plan->tau_rate / way->time.hi / (own ? 1.0 : u->time);
+    head->first = two_pi * plan->turn[0].fast;
+    head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->turn[1].fast;
+    plan->begin = own ? 0.0 : start->t;
+    plan->momentum = own ? way->own_momentum : way->momentum;
+    plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
+    plan->frame = q_conj(own ? way->turn : way->axes);
+}
+/* Reads a checked scene, whose vertical momentum is taken for zero. */
+static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
+                                across_way *way)
+{
+    kr_scene level = *scene;
+    across_start start;
+    level.start.m.z = 0.0;
+    const kr_status status = read_across(&level, 1.0, 4.0, &start, way);
+    if (status != KR_OK) return status;
+    for (int i = 0; i < 3; i++) {
+        top->L[i] = start.momentum[i];
+        top->g[i] = start.up[i];
+    }
+    if (set_integrals(top, &m->curve)) {
+        const kr_quat over = q4(0.0, v3(1.0, 0.0, 0.0));
+        way->turn = q_mul(way->turn, over);
+        way->axes = q_mul(way->axes, over);
+        way->attitude = q_mul(way->attitude, over);
+    }
+    return KR_OK;
+}
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, chaplygin_memory *memory)
+{
+    kr_chaplygin_plan *plan = &memory->plan;
+    kr_goryachev_chaplygin *head = &plan->head;
+    chaplygin_top top;
+    across_way way;
+    memset(head, 0, sizeof *head);
+    kr_status status = kr_scene_check(scene);
+    if (status != KR_OK) return status;
+    if (scene->gravity == 0.0 ||
+        kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN ||
+        v_largest(scene->damping) > 0.0)
+        return KR_ERR_METHOD;
+    const kr_vec3 m = scene->start.m;
+    head->refusal = KR_CHAPLYGIN_VERTICAL;
+    if (!kr_chaplygin_is_level(scene)) return KR_ERR_METHOD;
+    head->mismatch = mismatch_of(&scene->body, 4.0);
+    if (m.z != 0.0) head->mismatch = fmax(head->mismatch, fabs(m.z) / v_largest(m));
+    status = read_chaplygin(scene, memory, &top, &way);
+    if (status != KR_OK) return status;
+    plan->momentum = 1.0;
+    plan->begin = plan->vertical = 0.0;
+    plan->frame = q_one();
+    head->refusal = (int)make_plan(&top, memory);
+    if (head->refusal != KR_CHAPLYGIN_PLANNED) return KR_ERR_METHOD;
+    set_heading(plan, way.attitude);
+    head->certificate = fmax(memory->work.tail, miss_of_plan(plan, &top, way.attitude));
+    bring_back(plan, &way, &scene->start, own);
+    if (!(head->certificate <= (bound > 0.0 ? bound : KR_CHAPLYGIN_BOUND)))
+        head->refusal = KR_CHAPLYGIN_CERTIFICATE;
+    return head->refusal == KR_CHAPLYGIN_PLANNED ? KR_OK : KR_ERR_METHOD;
+}
+static kr_status plan_one(const kr_scene *scene, int own, double bound, void *memory)
+{
+    return plan_scene(scene, own, bound, memory);
+}
+static size_t size_of_memory(void) { return sizeof(chaplygin_memory); }
+/* Returns the state at a time; that of the start, which has every integral, where the time is too
+ * late for its phases to be known, and NaN at a time that is not finite. */
+static kr_state chaplygin_state(const kr_chaplygin_plan *plan, double t)
+{
+    const dd span = two_sum(t, -plan->begin);
+    const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
+    if (chaplygin_is_within(plan, span.hi)) return chaplygin_kernel(plan, t, span);
+    return isfinite(t) ? chaplygin_kernel(plan, t, dd_of(0.0)) : none;
+}
+const kr_chaplygin_one KR_NAME(kr_chaplygin_one) = {size_of_memory, plan_one, chaplygin_state};

@@ -1,0 +1,226 @@
+/* The curve of a Goryachev-Chaplygin top, its two arcs and their averages, in double-double.
+ *
+ * Units and axes: moments (1, 1, 1/4), mass |gravity| |com| = 1, axis 1 along sign(gravity) com,
+ * axis 3 along the odd principal axis with the sign that makes G positive. With the momentum L and
+ * g = e3 seen from the body, L.g = 0,
+ *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
+ *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
+ * Chaplygin's variables u1 > 0 > u2, the roots of u^2 - L3 u - (L1^2 + L2^2)/4, move on arcs
+ * between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L|
+ * (S. A. Chaplygin, 1901). On an arc
+ *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half an angle x,
+ * where du/sqrt(-p+ p-) = P dx, and P is even and periodic in x: averages by the trapezoidal rule
+ * converge exponentially.
+ *
+ * This header is source that is compiled once per instruction set. */
+#ifndef KR_GORYACHEV_CHAPLYGIN_CURVE_H
+#define KR_GORYACHEV_CHAPLYGIN_CURVE_H
+#include "complex.h"
+#include "goryachev_chaplygin.h"
+#include "phase.h"
+enum { GRID = 2048 /* intervals between x = 0 and pi, at most */ };
+#include "cosines.h"
+
+/* The roots 0, 1, 2 are those of p+, and 3, 4, 5 those of p-. */
+enum { CURVE_ROOTS = 6 };
+
+typedef struct chaplygin_curve {
+    dd H, G;
+    int pair; /* roots 4 and 5 are root[4] +- i root[5] */
+    dd root[CURVE_ROOTS];
+    int order[CURVE_ROOTS], real; /* the real roots, from the least on, and their number */
+} chaplygin_curve;
+
+/* An arc from the root `high` at x = 0 to `low` at x = pi. */
+typedef struct chaplygin_arc {
+    dd A, B, C;
+    int low, high;
+    dd a[CURVE_ROOTS], b[CURVE_ROOTS]; /* N - root D = a sin^2 + b cos^2; of a pair the real part */
+    dd p, q;                           /* averages of P and |u| P */
+    int points;                        /* intervals that were needed */
+    double sine[2][GRID];              /* of the integrals of P and |u| P, less the averages' */
+} chaplygin_arc;
+
+/* Finds the roots of 2 u^3 - h u - G/2 from the largest on: by Newton's method from outside, where
+ * the cubic is convex. Returns the discriminant of the others over the square of the largest. */
+static double find_cubic_roots(dd h, dd G, dd root[3])
+{
+    const dd p = dd_half(dd_neg(h)), q = dd_times(-0.25, G);
+    double x = sqrt(fabs(p.hi)) + 1.0;
+    while (x * x * x < fabs(p.hi) * x + fabs(q.hi)) x *= 1.5;
+    for (int i = 0; i < 200; i++) {
+        const double next = x - ((x * x + p.hi) * x + q.hi) / (3.0 * x * x + p.hi);
+        if (!(x - next > 1e-14 * x)) break;
+        x = next;
+    }
+    dd u = dd_of(x);
+    for (int i = 0; i < 4; i++)
+        u = dd_sub(u, dd_div(dd_add(dd_mul(dd_add(dd_square(u), p), u), q),
+                             dd_add(dd_times(3.0, dd_square(u)), p)));
+    const dd product = dd_div(dd_neg(q), u), half = dd_half(u),
+             square = dd_sub(dd_square(half), product), far = dd_sqrt(dd_abs(square));
+    root[0] = u;
+    if (square.hi < 0.0) {
+        root[1] = dd_neg(half);
+        root[2] = far;
+    } else {
+        root[1] = dd_neg(dd_add(half, far));
+        root[2] = dd_div(product, root[1]);
+    }
+    return square.hi / (u.hi * u.hi);
+}
+static void sort_curve_roots(chaplygin_curve *o)
+{
+    o->real = 0;
+    for (int i = 0; i < CURVE_ROOTS - 2 * o->pair; i++) {
+        int at = o->real++;
+        while (at > 0 && dd_less(o->root[i], o->root[o->order[at - 1]])) {
+            o->order[at] = o->order[at - 1];
+            at--;
+        }
+        o->order[at] = i;
+    }
+}
+/* Finds the branch points. Returns why the motion is degenerate, or KR_CHAPLYGIN_PLANNED. */
+static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
+{
+    const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
+                 minus = find_cubic_roots(dd_plus(o->H, -1.0), o->G, o->root + 3);
+    /* The discriminants have about 31 digits; frequencies depend on the second's logarithm. */
+    if (!(plus > 1e-20)) return plus > -1e-20 ? KR_CHAPLYGIN_COINCIDENT : KR_CHAPLYGIN_START;
+    if (!(fabs(minus) > 1e-15)) return KR_CHAPLYGIN_SEPARATRIX;
+    o->pair = minus < 0.0;
+    sort_curve_roots(o);
+    return KR_CHAPLYGIN_PLANNED;
+}
+static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
+
+/* Makes the arc from the real root number `low`, counted from the least, to the next one. The scale
+ * moves the neighbours of the arc on the circle of real numbers as far away as possible. */
+static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
+{
+    const int n = o->real;
+    arc->low = o->order[low];
+    arc->high = o->order[low + 1];
+    const dd from = o->root[arc->low], to = o->root[arc->high],
+             below = ordered_root(o, (low + n - 1) % n), above = ordered_root(o, (low + 2) % n);
+    const dd up = dd_mul(dd_sub(to, below), dd_sub(to, above)),
+             down = dd_mul(dd_sub(below, from), dd_sub(above, from));
+    arc->C = dd_sqrt(dd_abs(dd_div(up, down)));
+    arc->A = dd_mul(from, arc->C);
+    arc->B = to;
+    for (int i = 0; i < CURVE_ROOTS; i++) {
+        arc->a[i] = dd_mul(arc->C, dd_sub(from, o->root[i]));
+        arc->b[i] = dd_sub(to, o->root[i]);
+    }
+}
+/* Makes the arcs on which u1 and u2 move. Returns whether u1 and u2 of the start lie there. */
+static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2])
+{
+    const int lower = o->real == 4 || u2.hi < 0.5 * (ordered_root(o, 1).hi + ordered_root(o, 2).hi);
+    make_arc(o, o->real - 2, &arc[0]);
+    make_arc(o, lower ? 0 : 2, &arc[1]);
+    for (int j = 0; j < 2; j++) {
+        const dd u = j ? u2 : u1;
+        const double slack = 1e-25 * (1.0 + fabs(u.hi));
+        if (!(dd_sub(u, o->root[arc[j].low]).hi >= -slack) ||
+            !(dd_sub(o->root[arc[j].high], u).hi >= -slack))
+            return 0;
+    }
+    return 1;
+}
+static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
+/* Computes P and |u| at sin^2 and cos^2 of half an angle. */
+static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd c, dd *size)
+{
+    const dd D = mix(arc->C, s, dd_of(1.0), c);
+    dd product = dd_of(1.0);
+    for (int i = 0; i < CURVE_ROOTS - o->pair; i++) {
+        if (i == arc->low || i == arc->high) continue;
+        dd factor = mix(arc->a[i], s, arc->b[i], c);
+        if (o->pair && i == 4) factor = dd_add(dd_square(factor), dd_square(dd_mul(o->root[5], D)));
+        product = dd_mul(product, factor);
+    }
+    *size = dd_abs(dd_div(mix(arc->A, s, arc->B, c), D));
+    return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
+}
+/* Computes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), the square roots of |p+|/2 and |p-|/2, from
+ * sine and cosine of half an angle. They are positive between 0 and pi. */
+static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
+                       double out[2])
+{
+    const double ss = s * s, cc = c * c, D = arc->C.hi * ss + cc;
+    for (int k = 0; k < 2; k++) {
+        double product = 1.0, ends = 1.0;
+        for (int i = 3 * k; i < 3 * k + 3; i++) {
+            if (o->pair && i == 5) continue;
+            double factor = arc->a[i].hi * ss + arc->b[i].hi * cc;
+            if (o->pair && i == 4) factor = factor * factor + o->root[5].hi * o->root[5].hi * D * D;
+            if (i == arc->low) {
+                factor = arc->b[i].hi;
+                ends *= c;
+            } else if (i == arc->high) {
+                factor = arc->a[i].hi;
+                ends *= s;
+            }
+            product *= factor;
+        }
+        out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
+    }
+}
+/* The samples of one arc, and where its sums stand. */
+typedef struct arc_samples {
+    dd v[2][GRID + 1]; /* P and |u| P */
+    dd sum[2];
+} arc_samples;
+
+static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const cosine_table *t,
+                       int i, arc_samples *out)
+{
+    const dd c = dd_half(dd_plus(t->c[i], 1.0)), s = dd_half(dd_sub(dd_of(1.0), t->c[i]));
+    const double weight = i == 0 || i == GRID ? 0.5 : 1.0;
+    dd size;
+    out->v[0][i] = arc_rate(o, arc, s, c, &size);
+    out->v[1][i] = dd_mul(out->v[0][i], size);
+    for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
+}
+/* Halves the intervals until doubling their number changes no average by more than rounding of a
+ * double: the error is the square of that. Returns 0 if GRID intervals do not suffice. */
+static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
+                       arc_samples *v)
+{
+    dd mean[2] = {{0.0, 0.0}};
+    memset(v, 0, sizeof *v);
+    sample_arc(o, arc, table, 0, v);
+    sample_arc(o, arc, table, GRID, v);
+    for (int n = 1; n <= GRID; n *= 2) {
+        const int stride = GRID / n;
+        int settled = n >= 16;
+        refine_cosines(table, stride);
+        for (int i = stride; i < GRID; i += 2 * stride) sample_arc(o, arc, table, i, v);
+        for (int k = 0; k < 2; k++) {
+            const dd now = dd_div(v->sum[k], dd_of(n));
+            settled &= fabs(dd_sub(now, mean[k]).hi) <= 1e-16 * now.hi;
+            mean[k] = now;
+        }
+        if (!settled) continue;
+        arc->p = mean[0];
+        arc->q = mean[1];
+        arc->points = n;
+        for (int k = 0; k < 2; k++) integrate_samples(v->v[k], table, n, arc->sine[k]);
+        return 1;
+    }
+    return 0;
+}
+/* Returns the sine series `which` of an arc. */
+static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
+{
+    double one = 0.0, two = 0.0;
+    for (int k = arc->points - 1; k > 0; k--) {
+        const double now = arc->sine[which][k] + 2.0 * c * one - two;
+        two = one;
+        one = now;
+    }
+    return one * s;
+}
+#endif

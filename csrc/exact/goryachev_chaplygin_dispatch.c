@@ -1,0 +1,63 @@
+/* The public functions of the closed form of Goryachev-Chaplygin tops: each goes to what was
+ * compiled for the widest instruction set that this processor has. All give the same bits. */
+#include <math.h>
+#include "goryachev_chaplygin.h"
+
+const kr_chaplygin_isa *kr_chaplygin_isa_at(int i)
+{
+    static const kr_chaplygin_isa isas[] = {
+#ifdef KR_X86
+        {"avx512", kr_has_avx512, &kr_chaplygin_one_avx2, kr_chaplygin_many_avx512},
+        {"avx2", kr_has_avx2, &kr_chaplygin_one_avx2, kr_chaplygin_many_avx2},
+#endif
+        {KR_BASE_NAME, kr_has_base, &kr_chaplygin_one_base, kr_chaplygin_many_base},
+    };
+    return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
+}
+/* Returns the first instruction set that runs here; the last one runs everywhere. */
+static const kr_chaplygin_isa *here(void)
+{
+    int i = 0;
+    while (!kr_chaplygin_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    return kr_chaplygin_isa_at(i);
+}
+size_t kr_goryachev_chaplygin_size(void) { return here()->one->size(); }
+kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
+                                      const kr_goryachev_chaplygin **out)
+{
+    if (!memory || !out || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
+    const kr_status status = here()->one->plan(scene, 0, bound, memory);
+    if (status == KR_OK) *out = memory;
+    return status;
+}
+kr_status kr_chaplygin_own(const kr_scene *scene, void *memory)
+{
+    return here()->one->plan(scene, 1, 0.0, memory);
+}
+int kr_chaplygin_is_level(const kr_scene *scene)
+{
+    const kr_vec3 m = scene->start.m;
+    return fabs(m.z) <= 0x1p-49 * fmax(fabs(m.x), fabs(m.y));
+}
+static const kr_chaplygin_plan *plan_of(const kr_goryachev_chaplygin *top)
+{
+    return (const kr_chaplygin_plan *)(const void *)top;
+}
+kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t)
+{
+    return here()->one->state(plan_of(top), t);
+}
+void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n, const double t[],
+                                   kr_state out[])
+{
+    here()->many(plan_of(top), n, t, out);
+}
+const char *kr_goryachev_chaplygin_refusal_text(int refusal)
+{
+    static const char *const texts[] = {
+#define X(name, text) text,
+        KR_CHAPLYGIN_REFUSAL_LIST(X)
+#undef X
+    };
+    return refusal >= 0 && refusal < (int)(sizeof texts / sizeof *texts) ? texts[refusal] : NULL;
+}

@@ -1,0 +1,335 @@
+/* The series of a Goryachev-Chaplygin top: of one angle each, and of the heading in both. The
+ * angles grow at constant rates in tau. Functions are sampled at multiples of pi/M, up to M, and
+ * have definite parities there and at pi: each series is of sines or of cosines, of whole multiples
+ * or of those and a half.
+ *
+ * The heading's rate is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2) in tau. Its integral divides
+ * each term by the sum or difference of two multiples of the rates. A term that this makes large is
+ * integrated from the start on (kr_slow_term), so that no resonance loses digits.
+ *
+ * This header is source that is compiled once per instruction set. */
+#ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
+#define KR_GORYACHEV_CHAPLYGIN_SERIES_H
+#include "goryachev_chaplygin_curve.h"
+#include "goryachev_chaplygin_state.h"
+
+enum { LEAST_POINTS = 16, MOST_POINTS = 1024, LARGE_TERM = 4 };
+/* Samples of the heading on a grid, at most: 512 by 512 intervals, or 256 by 1024. */
+enum { GRID_SAMPLES = (MOST_POINTS / 4 + 1) * (MOST_POINTS + 1) };
+
+/* What the series of both angles are made with: rows of samples. */
+typedef struct series_work {
+    cosine_table table;
+    arc_samples samples;
+    chaplygin_arc arc[2];
+    double row[3][MOST_POINTS + 1];
+    double part[2][3][MOST_POINTS + 1]; /* c, s and c^2 + s^2 of each angle */
+    double grid[2][GRID_SAMPLES];
+    cx fourier[2 * MOST_POINTS];
+    double tail; /* the largest of what the series leave out, relatively */
+} series_work;
+
+/* Returns cos(pi order i/2M), or the sine. */
+static double wave_at(const cosine_table *t, int M, int is_sine, int order, int i)
+{
+    const int at = (order * i + (is_sine ? 3 * M : 0)) % (4 * M),
+              up = at <= 2 * M ? at : 4 * M - at;
+    return t->c[up * (GRID / (2 * M))].hi;
+}
+/* Returns exp(-pi i at/2M) from the table. */
+static cx unit_at(const cosine_table *t, int M, int at)
+{
+    return cx_of(wave_at(t, M, 0, 1, at), -wave_at(t, M, 1, 1, at));
+}
+/* Computes the discrete Fourier transform of n = 2^j numbers in place, by Cooley and Tukey. */
+static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
+{
+    for (int i = 1, j = 0; i < n; i++) {
+        int bit = n / 2;
+        for (; j & bit; bit /= 2) j ^= bit;
+        j ^= bit;
+        if (i < j) {
+            const cx other = v[i];
+            v[i] = v[j];
+            v[j] = other;
+        }
+    }
+    for (int size = 2; size <= n; size *= 2)
+        for (int k = 0; k < size / 2; k++) {
+            const cx turn = unit_at(t, M, 4 * M / size * k);
+            for (int i = k; i < n; i += size) {
+                const cx other = cx_mul(turn, v[i + size / 2]);
+                v[i + size / 2] = cx_sub(v[i], other);
+                v[i] = cx_add(v[i], other);
+            }
+        }
+}
+/* Replaces M + 1 samples by coefficients, number k of the multiple k or k + 1/2. The samples lie
+ * `stride` apart. Half multiples take a transform of M numbers only, because number 2 M - 1 - k is
+ * the conjugate of number k. */
+static void transform(series_work *w, int M, int is_sine, int is_whole, int stride, double v[])
+{
+    cx *const f = w->fourier;
+    const int n = is_whole ? 2 * M : M;
+    memset(f, 0, sizeof(cx) * (size_t)n);
+    for (int i = 0; i <= M; i++) {
+        const double sample = (i % M ? 1.0 : 0.5) * v[i * stride];
+        const cx turn = is_whole ? cx_of(1.0, 0.0) : unit_at(&w->table, M, i);
+        f[i % n] = cx_add(f[i % n], cx_scale(sample, turn));
+    }
+    fourier_transform(&w->table, M, n, f);
+    for (int k = 0; k < M; k++) {
+        const cx c = is_whole ? f[k] : k % 2 ? cx_conj(f[M - 1 - k / 2]) : f[k / 2];
+        v[k * stride] = (is_whole && k == 0 ? 1.0 : 2.0) / M * (is_sine ? -c.im : c.re);
+    }
+    v[M * stride] = 0.0;
+}
+/* Returns the size of the last quarter of coefficients over that of all. */
+static double tail_of(const double v[], int M)
+{
+    double most = 0.0, last = 0.0;
+    for (int k = 0; k < M; k++) {
+        most = fmax(most, fabs(v[k]));
+        if (4 * k >= 3 * M) last = fmax(last, fabs(v[k]));
+    }
+    return last / most;
+}
+/* Returns the number of coefficients up to the last that matters. */
+static int count_terms(const double v[], int M)
+{
+    int count = M;
+    double most = 0.0;
+    for (int k = 0; k < M; k++) most = fmax(most, fabs(v[k]));
+    while (count > 1 && !(fabs(v[count - 1]) > 5e-17 * most)) count--;
+    return count;
+}
+/* Returns the arc's variable x where the angle is alpha, between 0 and pi, and gives sine and
+ * cosine of half of it: Newton's method in a bracket. */
+static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, double alpha,
+                          double *s, double *c)
+{
+    double low = 0.0, high = 0.5 * two_pi, x = alpha;
+    for (int i = 0; i < 80; i++) {
+        dd size;
+        sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
+        const double sine = 2.0 * *s * *c, cosine = *c * *c - *s * *s,
+                     value = x + sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi - alpha,
+                     slope = arc_rate(o, arc, dd_of(*s * *s), dd_of(*c * *c), &size).hi / arc->p.hi;
+        if (value > 0.0)
+            high = x;
+        else
+            low = x;
+        double next = x - value / slope;
+        if (!(next >= low && next <= high)) next = 0.5 * (low + high);
+        const double change = fabs(next - x);
+        x = next;
+        if (change < 1e-13) break;
+    }
+    sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
+}
+/* Returns the integral of |u| less its mean over tau, at an arc's variable. */
+static double arc_time(const chaplygin_arc *arc, double sine, double cosine)
+{
+    return sum_arc_sines(arc, 1, sine, cosine) -
+           arc->q.hi / arc->p.hi * sum_arc_sines(arc, 0, sine, cosine);
+}
+/* Makes the series of one angle. Returns 0 if they have too many terms. */
+static int make_angle_series(const chaplygin_curve *o, series_work *w, const chaplygin_arc *arc,
+                             kr_angle_series *e)
+{
+    for (int k = 0; k < 2; k++) {
+        const int has_sine = arc->high / 3 == k, has_cosine = arc->low / 3 == k;
+        e->is_sine[k] = has_sine;
+        e->is_whole[k] = has_sine == has_cosine;
+    }
+    for (int M = LEAST_POINTS; M <= MOST_POINTS; M *= 2) {
+        double tail = 0.0;
+        refine_cosines(&w->table, GRID / (2 * M));
+        for (int i = 0; i <= M; i++) {
+            double s, c, half[2];
+            find_variable(o, arc, 0.5 * two_pi * i / M, &s, &c);
+            if (i == 0) s = 0.0, c = 1.0;
+            if (i == M) s = 1.0, c = 0.0;
+            arc_halves(o, arc, s, c, half);
+            w->row[0][i] = half[0];
+            w->row[1][i] = half[1];
+            w->row[2][i] = arc_time(arc, 2.0 * s * c, c * c - s * s);
+        }
+        for (int k = 0; k < 3; k++) {
+            transform(w, M, k == 2 || e->is_sine[k], k == 2 || e->is_whole[k], 1, w->row[k]);
+            tail = fmax(tail, k == 2 ? tail_of(w->row[2], M) : tail_of(w->row[k], M));
+        }
+        if (tail > 4e-16 && M < MOST_POINTS) continue;
+        w->tail = fmax(w->tail, tail);
+        for (int k = 0; k < 2; k++) {
+            e->count[k] = count_terms(w->row[k], M);
+            memcpy(e->part[k], w->row[k], sizeof(double) * (size_t)e->count[k]);
+        }
+        e->times = count_terms(w->row[2], M);
+        for (int k = 0; k < e->times; k++) {
+            e->time[k] = w->row[2][k];
+            e->time_rate[k] = k * w->row[2][k];
+        }
+        return tail < 1e-13;
+    }
+    return 0;
+}
+/* Samples the series of an angle at M + 1 points. */
+static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
+{
+    refine_cosines(&w->table, GRID / (2 * M));
+    for (int i = 0; i <= M; i++) {
+        angle_lanes a;
+        a.c = wave_at(&w->table, M, 0, 1, i);
+        a.s = wave_at(&w->table, M, 1, 1, i);
+        a.cosine = wave_at(&w->table, M, 0, 2, i);
+        a.sine = wave_at(&w->table, M, 1, 2, i);
+        for (int k = 0; k < 2; k++) w->part[j][k][i] = part_at(e, k, &a);
+        w->part[j][2][i] =
+            w->part[j][0][i] * w->part[j][0][i] + w->part[j][1][i] * w->part[j][1][i];
+    }
+}
+/* Transforms the heading's rate on a grid: grid 0 gets the coefficients of the sines of the first
+ * angle, grid 1 those of its cosines. A row has the multiples of the second angle. */
+static void transform_heading(series_work *w, const kr_angle_series angle[2], const int M[2])
+{
+    const int width = M[1] + 1, sine = !angle[0].is_sine[0];
+    for (int g = 0; g < 2; g++) {
+        const int one =
+            g ? !sine : sine; /* c of the first angle with s of the second, or s with c */
+        double *v = w->grid[g];
+        for (int i = 0; i <= M[0]; i++) {
+            double *row = v + i * width;
+            const double factor = 2.0 * w->part[0][one][i], size = w->part[0][2][i];
+            for (int j = 0; j <= M[1]; j++)
+                row[j] = factor * w->part[1][!one][j] / (size + w->part[1][2][j]);
+            transform(w, M[1], angle[1].is_sine[!one], angle[1].is_whole[!one], 1, row);
+        }
+        for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
+    }
+}
+/* Computes by how much the coefficients have fallen at the ends of both ranges. */
+static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
+{
+    double most = 0.0, last[2] = {0.0, 0.0};
+    for (int k1 = 0; k1 < M[0]; k1++)
+        for (int k2 = 0; k2 < M[1]; k2++) {
+            const double size = fmax(fabs(w->grid[0][k1 * (M[1] + 1) + k2]),
+                                     fabs(w->grid[1][k1 * (M[1] + 1) + k2]));
+            most = fmax(most, size);
+            if (8 * k1 >= 7 * M[0]) last[0] = fmax(last[0], size);
+            if (8 * k2 >= 7 * M[1]) last[1] = fmax(last[1], size);
+        }
+    for (int j = 0; j < 2; j++) tail[j] = last[j] / most;
+}
+/* Returns whether the grid may have twice as many points along axis j. */
+static int has_room(const int M[2], int j)
+{
+    return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
+}
+/* Doubles the grid until the coefficients have fallen to rounding. Returns their tail. */
+static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
+{
+    double tail[2];
+    M[0] = M[1] = LEAST_POINTS;
+    for (;;) {
+        for (int j = 0; j < 2; j++) sample_angle(w, &angle[j], j, M[j]);
+        transform_heading(w, angle, M);
+        find_heading_tails(w, M, tail);
+        int grows = 0;
+        for (int j = 0; j < 2; j++)
+            if (tail[j] > 1e-15 && has_room(M, j)) {
+                M[j] *= 2;
+                grows = 1;
+            }
+        if (!grows) return fmax(tail[0], tail[1]);
+    }
+}
+/* The two terms of a pair of multiples: value cos or sin of the sum and of the difference, and what
+ * divides them. */
+typedef struct heading_pair {
+    double value[2], rate[2];
+} heading_pair;
+
+/* Appends the term of the sum (`way` 1) or the difference (-1) to the slow ones. */
+static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
+                       int way, const dd half[2])
+{
+    if (plan->slow_terms == SLOW_TERMS) return 0;
+    kr_slow_term *n = &plan->slow[plan->slow_terms++];
+    double s, c;
+    n->first = order[0];
+    n->second = way * order[1];
+    n->value = value;
+    n->rate = rate;
+    n->over = rate != 0.0 ? value / rate : 0.0;
+    n->offset = plan->is_even ? 0.0 : -0.25;
+    const dd sum =
+        dd_plus(dd_add(dd_times(n->first, half[0]), dd_times(n->second, half[1])), n->offset);
+    n->phase = (sum.hi - nearest(sum.hi)) + sum.lo;
+    sincos_turns(dd_of(n->phase), &s, &c);
+    n->sine = s;
+    return 1;
+}
+/* Computes the pair of coefficients of the cosine and the sine of a multiple of the second angle.
+ * Returns 0 if there is no room for a slow term. */
+static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const int order[2],
+                     const dd half[2], double out[2])
+{
+    double d[2];
+    for (int i = 0; i < 2; i++) {
+        const double value = pair->value[i], rate = pair->rate[i];
+        d[i] = 0.0;
+        if (value == 0.0) continue;
+        if (fabs(value) > LARGE_TERM * fabs(rate)) {
+            if (!append_slow(plan, value, rate, order, i ? -1 : 1, half)) return 0;
+        } else
+            d[i] = value / rate;
+    }
+    out[0] = plan->is_even ? d[0] + d[1] : -(d[0] + d[1]);
+    out[1] = d[0] - d[1];
+    return 1;
+}
+/* Fills in the heading's rows. `half` has half of the angles at the start, in turns. Returns 0 if
+ * the terms are too many. */
+static int fill_heading_rows(kr_chaplygin_plan *plan, const series_work *w, const int M[2],
+                             const dd rate[2], const dd half[2])
+{
+    const int is_whole = plan->angle[1].is_whole[0];
+    int terms = 0;
+    plan->rows = plan->wide = plan->slow_terms = 0;
+    for (int k1 = 0; k1 < M[0]; k1++) {
+        kr_heading_row row = {k1, 0, 0};
+        const int begin = terms;
+        int end = begin;
+        for (int k2 = 0; k2 < M[1]; k2++) {
+            const int order[2] = {2 * k1 + 1, 2 * k2 + !is_whole}, at = k1 * (M[1] + 1) + k2;
+            const double sine = 0.5 * w->grid[0][at], cosine = 0.5 * w->grid[1][at];
+            const dd one = dd_times(0.5 * order[0], rate[0]),
+                     two = dd_times(0.5 * order[1], rate[1]);
+            const heading_pair pair = {{plan->is_even ? cosine - sine : sine + cosine,
+                                        plan->is_even ? cosine + sine : sine - cosine},
+                                       {dd_add(one, two).hi, dd_sub(one, two).hi}};
+            double c[2];
+            if (!(fabs(sine) + fabs(cosine) > 1e-18))
+                c[0] = c[1] = 0.0;
+            else if (!make_pair(plan, &pair, order, half, c))
+                return 0;
+            const int matters = fabs(c[0]) + fabs(c[1]) > 1e-17;
+            if (end == begin && !matters) continue;
+            if (end == begin) terms = begin, row.from = k2;
+            if (terms + 2 > HEADING_TERMS) return 0;
+            plan->term[terms++] = c[0];
+            plan->term[terms++] = c[1];
+            if (matters) end = terms;
+        }
+        terms = end;
+        row.count = (end - begin) / 2;
+        if (row.count == 0) continue;
+        plan->row[plan->rows++] = row;
+        if (row.from + row.count > HEADING_WIDE) return 0;
+        if (row.from + row.count > plan->wide) plan->wide = row.from + row.count;
+    }
+    return 1;
+}
+#endif

@@ -1,0 +1,200 @@
+/* The state of a Goryachev-Chaplygin top at a time, from its plan. One kernel serves one time and
+ * as many as there are lanes: each lane has the bits of a time alone.
+ *
+ * This header is source that is compiled once per instruction set and number of lanes. */
+#ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
+#define KR_GORYACHEV_CHAPLYGIN_STATE_H
+#include "frame.h"
+#include "goryachev_chaplygin.h"
+#include "kernel.h"
+
+/* Half of an angle in turns, and what follows from it. */
+typedef struct angle_lanes {
+    dd half;
+    wide s, c, sine, cosine; /* of the half, and of the whole */
+} angle_lanes;
+
+INLINE dd half_angle(const kr_chaplygin_plan *plan, int j, dd span)
+{
+    const kr_phase *p = &plan->turn[j];
+    const phase_lanes phase = {wide_splat(p->fast), wide_splat(p->slow), wide_splat(p->start),
+                               wide_splat(p->more)};
+    return phase_at(&phase, span);
+}
+INLINE angle_lanes angle_of(dd half)
+{
+    angle_lanes a;
+    a.half = half;
+    sincos_turns(half, &a.s, &a.c);
+    a.sine = 2.0 * a.s * a.c;
+    a.cosine = a.c * a.c - a.s * a.s;
+    return a;
+}
+/* Sums downwards by Clenshaw's recurrence; returns its last value and writes the one before. */
+INLINE wide clenshaw(const double a[], int count, wide cosine, wide *before)
+{
+    const wide twice = 2.0 * cosine;
+    wide one = wide_splat(0.0), two = one;
+    for (int k = count - 1; k >= 0; k--) {
+        const wide now = (a[k] + twice * one) - two;
+        two = one;
+        one = now;
+    }
+    *before = two;
+    return one;
+}
+/* Returns the series c or s of an angle. */
+INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
+{
+    wide before;
+    const wide last = clenshaw(e->part[which], e->count[which], a->cosine, &before);
+    if (e->is_whole[which]) return e->is_sine[which] ? a->sine * before : last - a->cosine * before;
+    return e->is_sine[which] ? a->s * (last + before) : a->c * (last - before);
+}
+/* Finds by how much tau differs from its mean growth at these mean angles: Newton's method in a
+ * bracket, because t grows with tau everywhere. Leaves the true angles in `a`. */
+INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
+{
+    wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high;
+    mask done = wide_less(high, low);
+    for (int step = 0; step < 80 && !mask_all(done); step++) {
+        wide value = plan->mean * slip, slope = wide_splat(plan->mean);
+        for (int j = 0; j < 2; j++) {
+            const kr_angle_series *e = &plan->angle[j];
+            const angle_lanes at = angle_of(phase_plus(half[j], slip * e->half_turns));
+            wide before;
+            (void)clenshaw(e->time, e->times, at.cosine, &before);
+            value = value + at.sine * before;
+            const wide last = clenshaw(e->time_rate, e->times, at.cosine, &before);
+            slope = slope + e->rate * (last - at.cosine * before);
+        }
+        const mask up = wide_less(wide_splat(0.0), value);
+        high = wide_choose(up, slip, high);
+        low = wide_choose(up, low, slip);
+        wide next = slip - value / slope;
+        next = wide_choose(mask_and(wide_at_most(low, next), wide_at_most(next, high)), next,
+                           0.5 * (low + high));
+        const mask settled = wide_at_most(wide_abs(next - slip), wide_splat(plan->tolerance));
+        slip = wide_choose(done, slip, next);
+        done = mask_or(done, settled);
+    }
+    for (int j = 0; j < 2; j++)
+        a[j] = angle_of(phase_plus(half[j], slip * plan->angle[j].half_turns));
+    return slip;
+}
+/* Cosines and sines of the multiples of the second angle. */
+typedef struct heading_waves {
+    wide c[HEADING_WIDE], s[HEADING_WIDE];
+} heading_waves;
+
+INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes *a,
+                               heading_waves *w)
+{
+    const int is_whole = plan->angle[1].is_whole[0];
+    w->c[0] = is_whole ? wide_splat(1.0) : a->c;
+    w->s[0] = is_whole ? wide_splat(0.0) : a->s;
+    for (int k = 1; k < plan->wide; k++) {
+        w->c[k] = w->c[k - 1] * a->cosine - w->s[k - 1] * a->sine;
+        w->s[k] = w->s[k - 1] * a->cosine + w->c[k - 1] * a->sine;
+    }
+}
+/* Returns the regular terms of the heading. */
+INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
+{
+    heading_waves w;
+    wide c = a[0].c, s = a[0].s, sum = wide_splat(0.0);
+    const double *term = plan->term;
+    fill_heading_waves(plan, &a[1], &w);
+    for (int i = 0, k = 0; i < plan->rows; i++, k++) {
+        const kr_heading_row *row = &plan->row[i];
+        wide u = wide_splat(0.0), v = wide_splat(0.0);
+        for (; k < row->first; k++) {
+            const wide next = c * a[0].cosine - s * a[0].sine;
+            s = s * a[0].cosine + c * a[0].sine;
+            c = next;
+        }
+        for (int j = 0; j < row->count; j++, term += 2) {
+            u = u + term[0] * w.c[row->from + j];
+            v = v + term[1] * w.s[row->from + j];
+        }
+        sum = sum + (plan->is_even ? s * u + c * v : c * u + s * v);
+        const wide next = c * a[0].cosine - s * a[0].sine;
+        s = s * a[0].cosine + c * a[0].sine;
+        c = next;
+    }
+    return sum;
+}
+/* Returns the integral of the slow terms, value cos(phase + rate tau), over `tau` from the start.
+ * */
+INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide tau)
+{
+    wide sum = wide_splat(0.0);
+    for (int i = 0; i < plan->slow_terms; i++) {
+        const kr_slow_term *n = &plan->slow[i];
+        const wide x = n->rate * tau;
+        const mask near = wide_less(wide_abs(x), wide_splat(1.0));
+        const wide half = wide_choose(near, 0.5 * x, wide_splat(0.0)), hh = half * half,
+                   sinc =
+                       1.0 -
+                       hh * (1.0 / 6 -
+                             hh * (1.0 / 120 - hh * (1.0 / 5040 -
+                                                     hh * (1.0 / 362880 - hh * (1.0 / 39916800)))));
+        wide s, c, unused;
+        const dd turn = one_turn();
+        sincos_turns(dd_add(dd_of(wide_splat(n->phase)), dd_times(half, turn)), &unused, &c);
+        const dd one = dd_times(wide_splat(n->first), a[0].half),
+                 two = dd_times(wide_splat(n->second), a[1].half);
+        dd now = dd_add(dd_add(dd_make(one.hi - nearest(one.hi), one.lo),
+                               dd_make(two.hi - nearest(two.hi), two.lo)),
+                        dd_of(wide_splat(n->offset)));
+        sincos_turns(now, &s, &unused);
+        sum = sum + wide_choose(near, n->value * tau * c * sinc, n->over * (s - n->sine));
+    }
+    return sum;
+}
+/* Returns the state at `time`, which lies `span` behind the beginning, of the frame of description:
+ * the plan's frame leads there. */
+INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+{
+    const dd mean[2] = {half_angle(plan, 0, span), half_angle(plan, 1, span)};
+    const dd turn = one_turn();
+    angle_lanes a[2];
+    const wide slip = find_slip(plan, mean, a),
+               tau = span.hi * plan->tau_rate + (slip - plan->slip);
+    const wide c1 = part_at(&plan->angle[0], 0, &a[0]), s1 = part_at(&plan->angle[0], 1, &a[0]),
+               c2 = part_at(&plan->angle[1], 0, &a[1]), s2 = part_at(&plan->angle[1], 1, &a[1]);
+    const wide size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
+    const wide grown = (sum_heading(plan, a) - plan->heading_value) + sum_slow_terms(plan, a, tau);
+    /* psi/2 in turns; the low word of the product is less than a rounding of the series. */
+    const wide half = 0.5 * (grown * turn.hi);
+    dd heading = two_sum(wide_splat(plan->heading_start), half - nearest(half));
+    heading.lo = heading.lo + plan->heading_more;
+    wide s, c;
+    sincos_turns(heading, &s, &c);
+    const wide n = wide_sqrt(wide_splat(0.5)) / wide_sqrt(size);
+    /* (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k), and then the heading's turn */
+    const wide uw = -n * (c2 + s1), ux = n * (c1 + s2), uy = n * (c2 - s1), uz = n * (c1 - s2);
+    const quat_lanes q = {c * uw - s * uz, c * ux - s * uy, c * uy + s * ux, c * uz + s * uw};
+    const wide unit = plan->momentum * size;
+    const kr_quat f = plan->frame;
+    state_lanes r;
+    r.t = time;
+    r.m.x = unit * (c * c - s * s);
+    r.m.y = unit * (2.0 * c * s);
+    r.m.z = wide_splat(plan->vertical);
+    r.q.w = (q.w * f.w - q.x * f.x) - (q.y * f.y + q.z * f.z);
+    r.q.x = (q.w * f.x + q.x * f.w) + (q.y * f.z - q.z * f.y);
+    r.q.y = (q.w * f.y - q.x * f.z) + (q.y * f.w + q.z * f.x);
+    r.q.z = (q.w * f.z + q.x * f.y) + (q.z * f.w - q.y * f.x);
+    return r;
+}
+/* Returns whether the kernel serves so long after the beginning. */
+INLINE mask chaplygin_is_within(const kr_chaplygin_plan *plan, wide span)
+{
+    const wide most = wide_splat(0x1p50);
+    mask within = wide_less(wide_abs(span), wide_splat(longest));
+    for (int i = 0; i < 2; i++)
+        within = mask_and(within, wide_less(wide_abs(span * plan->turn[i].fast), most));
+    return within;
+}
+#endif

@@ -1,0 +1,46 @@
+/* Tops whose closed form is a torus of two angles, for the tests of these: random ones, and errors
+ * of their states against the Taylor series with 30 digits. */
+#ifndef KR_TORUS_TOPS_H
+#define KR_TORUS_TOPS_H
+#include "random.h"
+#include "tops.h"
+
+static inline kr_scene scene_of(kr_vec3 inertia, kr_vec3 com, double gravity, kr_quat q, kr_vec3 m)
+{
+    const kr_scene s = {
+        {1.0, inertia, com, {1, 0, 0, 0}, 0}, gravity, {0.0, q, m}, {0.0, 0.0, 0.0}};
+    return s;
+}
+/* Returns a random top with moments of `ratio`, `ratio` and 1, with the axes in any order, the
+ * centre of mass along an equal axis and both signs of gravity. */
+static inline kr_scene drawn_top_of_ratio(double ratio)
+{
+    const double unit = ldexp(1.0, (int)uniform(-3, 4)), reach = exp(uniform(-1.4, 1.4)),
+                 gravity = uniform(0, 1) < 0.5 ? -2.5 : 9.81, side = uniform(0, 1) < 0.5 ? -1 : 1;
+    const int odd = (int)uniform(0, 3), which = (int)uniform(1, 3);
+    const double pair = ratio * unit;
+    double inertia[3] = {pair, pair, pair}, com[3] = {0.0, 0.0, 0.0};
+    inertia[odd] = unit;
+    com[(odd + which) % 3] = side * reach;
+    const double rate = sqrt(fabs(gravity) * reach / unit);
+    const kr_quat q = random_quat();
+    const double size = pair * rate * pow(10.0, uniform(-1, 1));
+    return scene_of(v3(inertia[0], inertia[1], inertia[2]), v3(com[0], com[1], com[2]), gravity, q,
+                    random_vec(size));
+}
+/* Returns the largest |m| that the top's energy allows, the unit of errors of m. */
+static inline double scale_of(const kr_scene *s)
+{
+    const double lever = fabs(s->gravity) * v_length(s->body.com);
+    return sqrt(2.0 * v_largest(s->body.inertia) * (kr_state_kinetic(s, &s->start) + 2.0 * lever));
+}
+static inline double error_of(const kr_scene *s, kr_state got, kr_state want)
+{
+    return kr_attitude_error(got.q, want.q) + off(got.m, want.m) / scale_of(s);
+}
+static inline kr_state by_series(const kr_scene *s, double t)
+{
+    const kr_config config = {.digits = 30, .step = t < s->start.t ? -1.0 : 0.0};
+    return state_at(t, s, taylor(), config);
+}
+#endif
