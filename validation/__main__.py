@@ -1,4 +1,4 @@
-"""The entry point, `python -m validation`; `kreisel report` calls `main`.
+"""The entry point of `python -m validation`. The command `kreisel report` calls `main`.
 
 kreisel report [scene.toml ...] [--quick | --full | --thesis] [--only PART[,...]] [--out report]
 """

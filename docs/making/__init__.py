@@ -1,7 +1,7 @@
 """Extensions of Sphinx for the site.
 
-They render docstrings in plain text, formulas as MathML, the C header with an index, the page with
-a scene inside, the report if it exists, and checked links.
+They render plain-text docstrings, formulas as MathML, the C header with an index, and the
+interactive page with a scene. They also copy the report if it exists, and check links.
 """
 
 from pygments.lexers import TextLexer
@@ -12,5 +12,5 @@ from . import code_blocks, docstrings, formulas, header, links, live, report
 def setup(app):
     for part in (code_blocks, docstrings, formulas, header, links, live, report):
         part.setup(app)
-    app.add_lexer("layers", TextLexer)  # the plan in ARCHITECTURE.md
+    app.add_lexer("layers", TextLexer)  # the code block with the layers in ARCHITECTURE.md
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,4 +1,4 @@
-"""Code blocks that keyboard users can scroll: the Tab key reaches each one."""
+"""Keyboard access to code blocks: the Tab key reaches each one, so that it can be scrolled."""
 
 
 def setup(app):
@@ -11,5 +11,5 @@ def update_page(app, pagename, templatename, context, doctree):
 
 
 def make_focusable(body):
-    """Return HTML in which code blocks take part in the order of the Tab key."""
+    """Return HTML in which the Tab key reaches the code blocks."""
     return body.replace("<pre>", '<pre tabindex="0">')

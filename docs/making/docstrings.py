@@ -1,7 +1,7 @@
-"""Docstrings as they are written in the package, plain text that `help()` shows, as reST.
+"""Conversion of the package's plain-text docstrings to reST.
 
-A paragraph of lines "name  what it is" becomes a list of definitions, a paragraph that is indented
-code or a formula, `kreisel.name` a link; all else stays as it is.
+A paragraph of lines "name  description" becomes a definition list, and an indented paragraph
+becomes a code block. `kreisel.name` becomes a link. All other text is unchanged.
 """
 
 import inspect
@@ -26,7 +26,7 @@ def as_rest(app, what, name, thing, options, lines):
 
 
 def render_paragraph(block):
-    """Return the lines of a paragraph, as reST."""
+    """Return the lines of a paragraph, converted to reST."""
     text = inspect.cleandoc("\n".join(["", *block])).splitlines()
     if not text:
         return []
@@ -42,7 +42,7 @@ def render_paragraph(block):
 
 
 def bullets(text):
-    """Return a bullet list, which a sentence may precede."""
+    """Return a bullet list, which may follow a sentence."""
     first = next(i for i, line in enumerate(text) if line.startswith("- "))
     rows = [line if line[0] == " " else "\n" + line for line in map(plain, text[first:])]
     return [*map(plain, text[:first]), "", *"\n".join(rows).splitlines()]
@@ -60,7 +60,7 @@ def definitions(text):
 
 
 def plain(line):
-    """Return a line with escaped marks of reST, and with links."""
+    """Return a line in which reST markup is escaped and public names are links."""
     parts = re.split(r"(`[^`]+`)", line)
     return "".join(code(p[1:-1]) if p[:1] == "`" else add_links(escape(p)) for p in parts)
 
@@ -78,7 +78,7 @@ def add_links(text):
 
 
 def link(found):
-    """Return a reference if the name is public."""
+    """Return a cross-reference if the name is public, and otherwise the name itself."""
     thing = kr
     for word in found[1].split("."):
         thing = getattr(thing, word, None)
@@ -93,7 +93,7 @@ def signature(app, what, name, thing, options, given, returned):
 
 
 def bases(app, name, thing, options, found):
-    """Keep public base classes only."""
+    """Keep only public base classes."""
     found[:] = [base for base in found if not base.__module__.startswith("kreisel._")] or [object]
 
 

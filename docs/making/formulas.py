@@ -1,9 +1,9 @@
-"""Formulas as MathML, which browsers set by themselves: no script, no font, no network."""
+"""Formulas as MathML, which browsers render without scripts, fonts or network."""
 
 from docutils.nodes import SkipNode
 from latex2mathml.converter import convert
 
-BETTER = {  # what latex2mathml writes, and what it means
+BETTER = {  # corrections of the output of latex2mathml
     "<mo>&#x0007C;</mo>": '<mo stretchy="false" lspace="0" rspace="0">&#x0007C;</mo>',
     "<mi>&#x0007E;</mi>": "<mo>&#x0223C;</mo>",
 }

@@ -1,4 +1,4 @@
-"""Style of the gallery, and the scraper of kreisel's own pictures."""
+"""The style of the gallery, and a scraper for figures that pyplot does not manage."""
 
 from weakref import WeakSet
 
@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
-shown = WeakSet()  # what a block before had ended with
-LAST = "___"  # where sphinx-gallery keeps what the last expression of a block gives
+shown = WeakSet()  # figures already shown at the end of earlier blocks
+LAST = "___"  # the name under which sphinx-gallery stores the value of a block's last expression
 COLOURS = ["#1f6fd6", "#e07a1f", "#2a9d68", "#8a5cc7", "#c23b54", "#17a2b8", "#8c6d3f", "#7d8590"]
 LOOK = {
     "axes.prop_cycle": cycler(color=COLOURS),
@@ -31,12 +31,15 @@ LOOK = {
 
 
 def style(conf, file):
-    """Before each example."""
+    """Set the style before each example."""
     matplotlib.rcParams.update(LOOK)
 
 
 def scraper(block, block_vars, gallery_conf):
-    """The picture that a block ends with, where pyplot does not know of it."""
+    """Save the figure that a block ends with, and return its reST.
+
+    Figures that pyplot manages are left to sphinx-gallery.
+    """
     figure = figure_of(block_vars["example_globals"].get(LAST))
     pyplots_own = hasattr(figure, "number")
     if figure is None or pyplots_own or figure in shown:

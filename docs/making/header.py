@@ -1,5 +1,4 @@
-"""The directive `c-header`: a header whole, and before it an index of its functions, by what they
-are about."""
+"""The directive `c-header`: a C header, preceded by an index of its functions by subject."""
 
 import re
 from itertools import groupby
@@ -21,7 +20,7 @@ def setup(app):
 
 
 def functions(text):
-    """(subject, name, line) of each."""
+    """Yield (subject, name, line) of each function that a header declares."""
     for found in DECLARED.finditer(text):
         name = found[1]
         yield found[2] or name.removeprefix("kr_"), name, text.count("\n", 0, found.start()) + 1
@@ -41,7 +40,7 @@ class Header(Directive):
 
 
 def index_of(subject, rows):
-    """A paragraph of links, each an entry of the site's index too."""
+    """Return a paragraph of links, which are also entries of the site's index."""
     made = nodes.paragraph("", "", nodes.strong("", subject), nodes.Text(": "))
     for i, (_, name, line) in enumerate(rows):
         entry = addnodes.index(entries=[("single", f"{name} (C function)", name, "", None)])

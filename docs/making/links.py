@@ -1,4 +1,4 @@
-"""Checks of links inside the site, to files and to anchors, also in raw HTML."""
+"""Checks of the site's internal links to files and anchors, including those in raw HTML."""
 
 import re
 from functools import cache
@@ -8,11 +8,12 @@ from urllib.parse import unquote, urlsplit
 
 from sphinx.errors import ExtensionError
 
-PAGE = "viewer.html"  # takes a scene from behind the #
+PAGE = "viewer.html"  # its fragment is a scene, not an anchor
 
 
 def setup(app):
-    app.connect("build-finished", refuse_dead_links, priority=900)  # when the report is there
+    # runs after the report is copied
+    app.connect("build-finished", refuse_dead_links, priority=900)
 
 
 def refuse_dead_links(app, exception):
@@ -27,7 +28,7 @@ def refuse_dead_links(app, exception):
 
 
 def dead_links(page):
-    """Yields the links of a page that lead nowhere."""
+    """Yield the links of a page whose targets do not exist."""
     if page.name == PAGE:
         return
     for link in re.findall(r'(?:href|src)="([^"]+)"', page.read_text()):

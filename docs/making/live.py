@@ -1,7 +1,7 @@
-"""Moving outputs of an example.
+"""Animated outputs of examples: the interactive page and films.
 
-All share one file of the page, which reads the scene from its address. A film is shown as the GIF
-that it would save, because the player of matplotlib fetches its icons.
+All examples share one copy of the page, which reads the scene from its address. A film is shown as
+a GIF, because matplotlib's HTML player fetches icons from the network.
 """
 
 import base64
@@ -21,7 +21,7 @@ def setup(app):
 
 
 def in_a_frame(view):
-    """Return the page in a frame; a notebook shows the page from memory instead."""
+    """Return a frame with the page. In a notebook, the page is embedded instead."""
     address = "../../_static/viewer.html#scene=" + quote(json.dumps(view.scene))
     return (
         f'<iframe class="live" loading="lazy" src="{html.escape(address)}" '

@@ -1,4 +1,4 @@
-"""The report and the thesis' chapter beside the site, where `make report` has made them."""
+"""The report and the chapter on the thesis, copied into the site if `make report` has made them."""
 
 import shutil
 from pathlib import Path

@@ -55,7 +55,7 @@ SOURCES = [
     kr.Source.scatter(TOP, 5, attitude=0.1),
     *(kr.Source.of(tops) for tops in ENSEMBLES if tops.size),
 ]
-MOST = 300  # steps of a run: a call that asks for more ends there
+MOST = 300  # steps after which a run ends
 CHECKPOINT = kr.start(TOP, max_steps=MOST).checkpoint
 TOML = TOP.to_toml()
 FLAGS = [True, False, np.True_]
@@ -141,14 +141,14 @@ RIGHT = {
     "partial": FLAGS,
     "sweep": [None],
 }
-WORDS = {  # what a function's **words are
+WORDS = {  # the keywords that the **words of a function may contain
     "more": ["direction", "where", "max_count", "terminal"],
     "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
     "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],
 }
 WORDS["arguments"] = [name for name in WORDS["words"] if name != "body"]
 PLACES = [0, -1, slice(None), (0, ...), ..., None, [0, 0], np.array([0]), (slice(1), 0), ()]
-PARTICULAR = {  # where a word means something else than elsewhere
+PARTICULAR = {  # values of parameters whose meaning differs from call to call
     **dict.fromkeys(["apex.path", "rod.path", "Event.value.path"], PATHS),
     **dict.fromkeys(["events.crossing.value", "events.kinetic.value"], SIZES),
     "plot.path": [*PATHS, PATHS[:2]],

@@ -1,6 +1,6 @@
 """Workers of a sweep that are killed while they compute a part.
 
-Kept apart from the tests so that worker processes import it quickly.
+The module is separate from the tests so that worker processes import it quickly.
 """
 
 import os

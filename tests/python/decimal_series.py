@@ -1,5 +1,8 @@
-"""A solution of the equations of motion in the body as Taylor series in decimal arithmetic. The
-tests hold kreisel's numbers to it: it shares no code with the library."""
+"""A Taylor-series solution of the equations of motion in decimal arithmetic.
+
+The equations are those in the body frame. The solution shares no code with the library, and the
+tests compare the results of the library with it.
+"""
 
 import math
 from decimal import Decimal, localcontext
@@ -29,7 +32,7 @@ def unit(q):
 
 
 def turn(q, v):
-    """Return `v`, given in the body of attitude `q`, as seen from space."""
+    """Rotate the vector `v` from the body frame, whose attitude is `q`, to the space frame."""
     return multiply(multiply(q, [Decimal(0), *v]), conjugate(q))[1:]
 
 
@@ -38,7 +41,7 @@ def decimals(numbers):
 
 
 class Series:
-    """The motion of a scene from its start on, in either direction of time."""
+    """The motion of a scene, forward or backward from its start."""
 
     def __init__(self, scene):
         body = scene.body
@@ -53,8 +56,8 @@ class Series:
             self.q = unit(multiply(unit(decimals(scene.attitude)), self.axes))
             self.m = turn(conjugate(self.q), decimals(scene.momentum))
 
-    def _rates(self, m, w, p, n):
-        """Return the n-th coefficients of the torque and of what turns the momentum."""
+    def _momentum_rates(self, m, w, p, n):
+        """Return the n-th Taylor coefficients of the time derivative of the body momentum."""
         torque = []
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3
@@ -66,7 +69,7 @@ class Series:
         return torque
 
     def _expand(self):
-        """Return the coefficients of the attitude and of the momentum in the body."""
+        """Return the Taylor coefficients of the attitude and of the momentum in the body frame."""
         m, q, half = [[x] for x in self.m], [[x] for x in self.q], Decimal("0.5")
         p = [[x] for x in turn(conjugate(self.q), decimals((0, 0, 1)))]
         w = [[x / i] for (x,), i in zip(m, self.moments, strict=True)]
@@ -75,7 +78,7 @@ class Series:
             return sum((a[k] * b[n - k] for k in range(n + 1)), Decimal(0))
 
         for n in range(ORDER):
-            torque = self._rates(m, w, p, n)
+            torque = self._momentum_rates(m, w, p, n)
             new_p = [
                 product(p[(i + 1) % 3], w[(i + 2) % 3], n)
                 - product(p[(i + 2) % 3], w[(i + 1) % 3], n)
@@ -96,8 +99,8 @@ class Series:
                 q[i].append(half * new_q[i] / (n + 1))
         return q, m
 
-    def _span(self, q, m):
-        """Return a step at whose end the last two terms are below the last digit."""
+    def _choose_step(self, q, m):
+        """Return a step for which the last two terms of each series are below the last digit."""
         span = math.inf
         for rows in (q, m):
             size = max(abs(row[0]) for row in rows) or Decimal(1)
@@ -108,14 +111,14 @@ class Series:
         return Decimal(0.8 * span)
 
     def to(self, t):
-        """Move to the time `t`; return the attitude and the momentum in space as decimals."""
+        """Advance to the time `t`, and return attitude and momentum in space as decimals."""
         with localcontext() as context:
             context.prec = DIGITS
             goal = Decimal(float(t))
             while self.t != goal:
                 q, m = self._expand()
                 left = goal - self.t
-                span = min(self._span(q, m), abs(left)).copy_sign(left)
+                span = min(self._choose_step(q, m), abs(left)).copy_sign(left)
                 self.t = goal if span == left else self.t + span
                 powers = [span**n for n in range(ORDER + 1)]
 
@@ -126,12 +129,12 @@ class Series:
             return multiply(self.q, conjugate(self.axes)), turn(self.q, self.m)
 
     def velocity(self):
-        """Return the angular velocity along principal axes."""
+        """Return the components of the angular velocity along the principal axes."""
         return [float(m / i) for m, i in zip(self.m, self.moments, strict=True)]
 
 
 def attitude_error(q, high, low=(0, 0, 0, 0)):
-    """Return the angle between a decimal attitude and one in doubles, with its low words."""
+    """Return the angle between the decimal attitude `q` and the attitude `high` + `low`."""
     with localcontext() as context:
         context.prec = DIGITS
         there = [a + b for a, b in zip(decimals(high), decimals(low), strict=True)]

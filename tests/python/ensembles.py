@@ -13,19 +13,19 @@ FIELDS = "states", "status", "done", "reached", "steps", "evaluations", "rejecte
 
 
 def random_ensemble(n, seed=1):
-    """Return `n` tops of two bodies with random momenta; every third one has a closed form."""
+    """Return `n` tops with random momenta. Every third top has a body with a closed form."""
     momenta = np.random.default_rng(seed).normal(size=(n, 3))
     bodies = [kr.scenes.cusps.body if i % 3 == 0 else kr.scenes.asymmetric.body for i in range(n)]
     return kr.Ensemble.of([kr.Scene(body, m) for body, m in zip(bodies, momenta, strict=True)])
 
 
 def same(one, other):
-    """Return whether two results have the same bits."""
+    """Return True if two results are equal bit by bit."""
     return all(np.array_equal(getattr(one, f), getattr(other, f), equal_nan=True) for f in FIELDS)
 
 
 def same_path(one, other, events=False):
-    """Return whether two paths have the same bits and the same options."""
+    """Return True if two paths are equal bit by bit and have the same options."""
     words = "method", "step", "tol", "digits", "want"
     alike = all(getattr(one, word) == getattr(other, word) for word in words)
     columns = one.want or ("states",)

@@ -1,4 +1,4 @@
-"""The public API: every callable by name, with the parameters that it takes."""
+"""The public API: every callable by name, with its parameters."""
 
 import dataclasses
 import inspect
@@ -10,7 +10,7 @@ from kreisel import quaternion
 
 DUNDERS = "__call__", "__getitem__", "__getattr__", "__len__", "__iter__", "__repr__"
 FAILURES = kr.Error, kr.Interrupted, kr.CompareInterrupted, kr.SweepInterrupted
-NAMES = "MethodName", "QuantityName"  # types of texts, which nobody calls
+NAMES = "MethodName", "QuantityName"  # types of strings, which are never called
 NAMESPACES = kr, kr.events, quaternion, kr.scenes
 
 
@@ -32,7 +32,7 @@ def run(scene, method="auto", **more):
     return lambda: kr.start(scene, method, max_steps=MOST, **more)
 
 
-SELVES = {  # things of each class that has methods
+SELVES = {  # factories of an instance for each class with methods
     kr.Apex: [always(kr.apex(PATHS[0])), always(kr.apex(PATHS[4]))],
     kr.Bodies: [always(bodies) for bodies in argument_values.BODIES],
     kr.Body: [always(body) for body in RIGHT["body"]],
@@ -80,12 +80,12 @@ USERS = (
     kr.Bodies,
     kr.Ensemble,
     kr.Scene,
-)  # make these; all else kreisel makes, and they read
+)  # made by users; kreisel makes all other classes, whose fields users only read
 RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in USERS]
 
 
 def calls():
-    """Return, by name, the factories of the callables and their parameters."""
+    """Return a dictionary from the name of each callable to its factories and its parameters."""
     found = {"methods.__getitem__": ([always(kr.methods.__getitem__)], parameters(lambda key: key))}
     for space in NAMESPACES:
         prefix = "" if space is kr else space.__name__.removeprefix("kreisel.") + "."
@@ -98,7 +98,7 @@ def calls():
 
 
 def functions(space):
-    """Yield the public functions and classes that a module defines."""
+    """Yield the public functions and classes that the module `space` defines."""
     for name in getattr(space, "__all__", None) or vars(space):
         thing = getattr(space, name)
         own = space is kr or getattr(thing, "__module__", "") == space.__name__
@@ -112,7 +112,7 @@ def of_class(cls):
 
 
 def members(cls):
-    """Yield the public members of a class that kreisel defines."""
+    """Yield the public members of the class `cls` that are defined in kreisel."""
     for name in dir(cls):
         found = inspect.getattr_static(cls, name)
         inner = getattr(found, "__func__", getattr(found, "fget", getattr(found, "func", found)))
@@ -122,7 +122,7 @@ def members(cls):
 
 
 def member(cls, name, found):
-    """Return a factory of a bound method and its parameters; of a property, its getter."""
+    """Return a factory of a bound method and its parameters. For a property, return its getter."""
     if isinstance(found, classmethod):
         return [always(getattr(cls, name))], parameters(getattr(cls, name))
     if inspect.isfunction(found):

@@ -15,23 +15,23 @@ HERE = Path(__file__).parent
 TOP = kr.scenes.asymmetric
 LOW = kr.events.nutation(direction=1)
 SOURCE = kr.Source.grid(TOP, spin=np.linspace(0, 9, 12), gravity=np.linspace(-1, 1, 25))
-# Of these tops some fail, and some have a closed form.
+# Some of these tops fail, and some have a closed form.
 REDUCED = {"t": [1.0, 4.0], "reduce": {"nutation": ("min", "max"), "apex": "mean"}}
 REDUCED |= {"max_steps": 14, "part_size": 64}
 WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part_size": 64}
 PARTS = 5
 
-# A cluster that is slow to come up leaves the sockets behind by which it was looked for.
+# While a cluster starts slowly, the sockets used to look for it are left open.
 SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExceptionWarning"
 
 
 def run_sweep(to, words=REDUCED, source=SOURCE, **more):
-    """Run a sweep of all parts, or of some."""
+    """Run a sweep in the folder `to`, with the options `words` and `more`."""
     return kr.sweep(source, folder=to, **words, **more)
 
 
 def hash_rows(folder):
-    """Return the hash of all rows sorted by top, independent of the files that hold them."""
+    """Return a hash of all rows sorted by top, regardless of how files divide the rows."""
     files = sorted(Path(folder).glob("*.parquet"), reverse=True)
     tables = [parquet.read_table(file, partitioning=None) for file in files]
     rows = sorted(
@@ -41,7 +41,7 @@ def hash_rows(folder):
 
 
 def hex_doubles(value):
-    """Return `value` with all bits of its doubles."""
+    """Return `value` with its doubles written in hexadecimal, so that every bit is visible."""
     if isinstance(value, list):
         return tuple(map(hex_doubles, value))
     return value.hex() if isinstance(value, float) else value

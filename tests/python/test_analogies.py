@@ -26,14 +26,14 @@ def path(request):
 
 
 def test_the_rod_has_the_lagrangian_of_the_top(path):
-    """Theorem 3.8, with alpha1 = I_B, alpha2 = I_N and the load -mass gravity |com| e3."""
+    """Check theorem 3.8 with alpha1 = I_B, alpha2 = I_N and load = -mass * gravity * |com| e3."""
     rod, size = kr.rod(path), path.kinetic.max()
     assert rod.elastic == pytest.approx(path.kinetic, abs=1e-14 * size)
     assert rod.density == pytest.approx(path.kinetic - path.potential, abs=1e-13 * size)
 
 
 def slope(values, t):
-    """Return fourth-order central differences at the inner points."""
+    """Return the derivatives at the inner points, by fourth-order central differences."""
     h = t[1] - t[0]
     return (8 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12 * h)
 
@@ -73,7 +73,7 @@ def test_the_body_says_what_section_its_rod_has():
 
 
 def test_an_axis_between_equal_moments_is_a_principal_axis_too():
-    """A Kowalewski top with the centre of mass anywhere in the plane of the equal moments."""
+    """Use a Kowalewski top with its centre of mass anywhere in the plane of the equal moments."""
     body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0), unphysical=True)
     path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
     rod = kr.rod(path)
@@ -89,10 +89,10 @@ def test_no_rod_for_a_centre_of_mass_off_the_axes():
 
 
 def nutation_by_quadrature(scene, n=400):
-    """Return lowest and highest height, period and precession, by quadrature.
+    """Return the lowest and highest height, the period and the precession, by quadrature.
 
-    The equation of the height is I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v
-    and c are the vertical and the axial momentum, and h is the energy without that of the spin.
+    The height u satisfies I1^2 u'^2 = 2 I1 (h - M g a u) (1 - u^2) - (v - c u)^2. Here v and c are
+    the vertical and the axial momentum, and h is the energy minus the energy of the spin.
     """
     i1, _, i3 = scene.body.moments
     start = kr.solve(scene, [0.0])
@@ -181,7 +181,7 @@ def test_nutation_of_a_damped_top_is_measured_too():
 
 
 def test_nutation_near_a_pole_loses_no_digits():
-    """At a height of 1 - 1e-12 the arc cosine alone would have four digits."""
+    """At a height of 1 - 1e-12, the arc cosine would have only four correct digits."""
     scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), momentum=(1e-6, 0, 5))
     top = kr.exact(scene)
     read = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()

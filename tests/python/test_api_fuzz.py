@@ -1,6 +1,7 @@
-"""Random calls of the whole public API: each returns, or raises an error of the documented kind.
+"""Random calls of the whole public API: each returns or raises a documented exception.
 
-A fixed seed gives a few examples by default. KREISEL_CALLS=1000 tries 1000 random ones per call.
+By default a few examples are drawn with a fixed seed. With KREISEL_CALLS=1000 in the environment,
+1000 random examples are tried per callable.
 """
 
 import contextlib
@@ -29,26 +30,30 @@ EXAMPLES = settings(
     database=None,
     suppress_health_check=list(HealthCheck),
 )
-SECONDS = 60  # after which a call is one that does not end
-LETTERS = 1000  # of the longest refusal: some tell all the names there are
+SECONDS = 60  # seconds after which a call is considered endless
+LETTERS = 1000  # most letters of an error message, some of which list all valid names
 REFUSALS = TypeError, ValueError, MemoryError, kr.Error
-LEFT_OUT = "it keeps what want="  # says a path of an array that was not wanted
+LEFT_OUT = "it keeps what want="  # in the error of a path that lacks an array because of want=
 IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at": IndexError}
 IDIOMS |= dict.fromkeys(
     ("conditioning", "tangents", "tangents_low", "tangents_rest"), AttributeError
 )
 IDIOMS |= {"end": IndexError, "get_scene": KeyError, "message": IndexError, "part": IndexError}
-PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}  # words of files
-LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}  # what may well ask for hours
-LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}  # of values, in their refusals
-SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}  # and so may these
+# parameters that name files
+PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}
+# parameters whose large values may take hours
+LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}
+# parameters that only label a value in error messages
+LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}
+# parameters that may also take hours
+SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}
 
 CALLS = calls()
 pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "ignore:.*unphysical")
 
 
 class Endless(BaseException):
-    """A call that does not end."""
+    """A call that takes longer than `SECONDS`."""
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -82,7 +87,7 @@ def right(name, word):
 
 
 def is_tame(name, word, value):
-    """Return whether a call with `value` ends within moments."""
+    """Return True if a call with `value` for the parameter `word` takes little time."""
     limit = LIMITED.get(word, 10.0 if word in SLOW.get(name, ()) else None)
     if limit is None:
         return True
@@ -96,7 +101,7 @@ def is_tame(name, word, value):
 
 @st.composite
 def draw_arguments(draw, name, parameters):
-    """Draw the arguments of a call: up to two of any value, the others valid or left out."""
+    """Draw the arguments of a call: at most two are arbitrary, the others are valid or omitted."""
     listed, named = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
     odd = draw(st.sets(st.sampled_from(names), max_size=2))
@@ -120,7 +125,7 @@ def value(name, word, any_value):
 
 
 def possible_exceptions(name, parameters):
-    """Return the exceptions that a call may raise."""
+    """Return the types of the exceptions that a call may raise."""
     member = name.rpartition(".")[2]
     idiom = (IDIOMS[member],) if member in IDIOMS else ()
     files = bool(PLACES & {p.name for p in parameters}) or name.startswith("View.")
@@ -128,7 +133,7 @@ def possible_exceptions(name, parameters):
 
 
 def use_result(result):
-    """Use a result as a caller would: read its first parts, or its repr."""
+    """Use a result as a caller would: take the first items of a generator, and check the repr."""
     if isinstance(result, GeneratorType):
         result = list(itertools.islice(result, 3))
     assert isinstance(repr(result), str)
@@ -150,7 +155,8 @@ def test_any_call_ends_with_a_result_or_a_refusal(name):
         try:
             use_result(call(*listed, **named))
         except possible_exceptions(name, parameters) as refused:
-            assert len(str(refused)) < LETTERS or isinstance(refused, OSError)  # names the file
+            # whose messages include the file name
+            assert len(str(refused)) < LETTERS or isinstance(refused, OSError)
         except AttributeError as refused:
             assert LEFT_OUT in str(refused)
         finally:
@@ -180,7 +186,7 @@ def test_each_word_has_values_that_are_right(name):
 
 @pytest.mark.parametrize("cls", RECORDS, ids=lambda cls: cls.__name__)
 def test_a_record_with_a_field_of_any_value_harms_nothing(cls):
-    """A record with an invalid field may raise any exception, but does not crash."""
+    """A record with an invalid field may raise any exception, but the process must not crash."""
 
     @EXAMPLES
     @given(st.data())

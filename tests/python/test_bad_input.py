@@ -8,7 +8,7 @@ TOP = kr.scenes.asymmetric
 
 
 class Metres(np.ndarray):
-    """An array with a unit that numpy drops."""
+    """An array with a unit, which numpy silently drops."""
 
     unit = "m"
 

@@ -9,7 +9,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def million_steps(method, step, gravity, within=1e-12):
-    """Return the path of a million steps, and check that its momenta stay within bounds."""
+    """Return a path of a million steps, after checking that its momenta stay within bounds."""
     top = scene("lagrange", gravity=gravity)
     path = kr.solve(top, 1e6 * step, method=method, step=step, every=1000)
     assert np.ptp(path.vertical_momentum) == 0
@@ -76,7 +76,7 @@ def test_bobenko_suris4_is_right_for_fast_tops():
 
 
 def test_the_maps_are_conjugate():
-    """Axes of bobenko_suris, started half a kick early, equal those of bobenko_suris2."""
+    """If bobenko_suris starts half a kick early, its apex agrees with that of bobenko_suris2."""
     top, h = scene("lagrange"), 0.1
     start = kr.solve(top, [0.0])
     early = top.replace(momentum=start.m[0] - 0.5 * h * start.torque[0])
@@ -87,7 +87,7 @@ def test_the_maps_are_conjugate():
 
 
 def test_spin_is_exact_for_fast_tops():
-    """The Cayley map alone would lose the angle of a fast upright top at once."""
+    """The Cayley map alone would give a wrong angle for a fast upright top within a few steps."""
     top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
     path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
     angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2

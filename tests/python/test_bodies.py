@@ -1,4 +1,4 @@
-"""kreisel.Bodies: members equal bodies made one by one, in any broadcast shape."""
+"""kreisel.Bodies: each member equals the body made separately, for any broadcast shape."""
 
 import pickle
 
@@ -10,11 +10,13 @@ from internals import core
 TOP, THESIS, FREE = kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.dzhanibekov
 
 RNG = np.random.default_rng(5)
-R, H = RNG.uniform(0.5, 2, (4, 1)), RNG.uniform(0.5, 2, 3)  # three, as many as a vector has numbers
+# three values: a length that could be mistaken for that of a vector
+R, H = RNG.uniform(0.5, 2, (4, 1)), RNG.uniform(0.5, 2, 3)
 HALF, SOME = RNG.uniform(0.5, 2, (4, 1, 3)), RNG.uniform(-1, 1, (3, 3))
-ON_AXIS = np.array([(0.0, 0.0, -1.0)] * 3)  # where a body keeps its axes
+# with the centre of mass on an axis, a body keeps its axes
+ON_AXIS = np.array([(0.0, 0.0, -1.0)] * 3)
 MATRICES = np.array([kr.Body.cuboid((1, 2, 3), pivot).inertia for pivot in SOME])
-MAKERS = {  # of all, and of the one at i, j with its pivot
+MAKERS = {  # makers of all members, and of the member at (i, j) with its pivot
     "cuboid": lambda pivot: (kr.Bodies.cuboid(HALF, pivot), lambda i, j, at: (HALF[i, 0], at)),
     "ellipsoid": lambda pivot: (
         kr.Bodies.ellipsoid(HALF, pivot, mass=H),
@@ -58,7 +60,7 @@ MAKERS = {  # of all, and of the one at i, j with its pivot
 
 
 def assert_same(bodies, index, body):
-    """Assert that a member and its columns have the bits of `body`."""
+    """Assert that a member and its columns are equal to `body` bit by bit."""
     assert bodies[index] == body and bodies[index]._block == body._block
     assert tuple(bodies.moments[index]) == body.moments
     assert tuple(bodies.principal_com[index]) == body.principal_com
@@ -106,7 +108,7 @@ def test_the_moments_of_three_bodies_are_no_matrix():
     assert three.inertia.shape == (3, 3) and three[2].moments == (2, 2, 3)
     with pytest.raises(ValueError, match="three bodies by their moments give three matrices"):
         kr.Bodies(1, [(2, 2, 1), (2, 2, 2), (2, 3, 3)], (0, 0, 0))
-    with pytest.raises(ValueError, match="not physical"):  # symmetric, and never a body
+    with pytest.raises(ValueError, match="not physical"):  # symmetric, but not physical
         kr.Bodies(1, [(1, 2, 2), (2, 1, 2), (2, 2, 1)], (0, 0, 0))
 
 

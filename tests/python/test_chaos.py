@@ -1,4 +1,4 @@
-"""Lyapunov exponents and other indicators of chaos, against formulas."""
+"""Lyapunov exponents and other indicators of chaos, compared with formulas."""
 
 import kreisel as kr
 import numpy as np
@@ -11,7 +11,7 @@ UP = (1.0, 0.0, 0.0, 0.0)
 
 
 def slope(scene, rate, period=None):
-    """Return the growth rate of the tangent over a whole number of periods, after transients."""
+    """Return the growth rate of the tangent after transients, over a whole number of periods."""
     t = np.array([200.0, 300.0]) / rate
     if period:
         t = period * np.round(t / period)
@@ -43,7 +43,7 @@ INDICATORS = (kr.lyapunov, kr.megno, kr.oli)
 
 
 def assert_regular(scene, t):
-    """Assert that a tangent grows by no more than a linear law allows."""
+    """Assert that a tangent grows at most linearly in time."""
     exponent, mean, largest = (indicator(scene, t) for indicator in INDICATORS)
     bound = np.log(1.0 + abs(t)) + 5.0
     assert exponent.value * abs(t) < bound and largest.value < bound and mean.value < 3.0

@@ -1,4 +1,4 @@
-"""Random command lines with a fixed seed: none ends with a traceback."""
+"""Random command lines with a fixed seed: none of them causes a traceback."""
 
 import random
 
@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from internals import RECORDABLE, cli, view
 
-# In each list what may do comes first, and is drawn more often.
+# In each list the words that are often valid come first, and are drawn more often.
 NUMBERS = [
     "0.1",
     "1e-3",
@@ -76,12 +76,12 @@ OF = {"solve": list(OPTIONS)[:15], "compare": list(OPTIONS)[15:20], "resume": li
 
 
 def draw_word(dice, words):
-    """Return one of the words, with a probability of 4/5 one of the first half."""
+    """Return a random word, with a probability of 4/5 from the first half of `words`."""
     return dice.choice(words[: (len(words) + 1) // 2] if dice.random() < 0.8 else words)
 
 
 def line(dice):
-    """Return a random command line whose run is short."""
+    """Return a random command line that takes little time."""
     command = dice.choice(
         ["solve"] * 6 + ["compare", "resume", "view", "methods", "scenes", "look"]
     )

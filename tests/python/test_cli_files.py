@@ -11,11 +11,11 @@ from cli_helpers import call, join_lines
 from internals import cli, view
 
 KREISEL = [sys.executable, "-m", "kreisel"]
-ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run that no test waits for
+ENDLESS = "asymmetric --t 1e9 --max-steps 100000"  # a run too long for a test to wait for
 
 
 def shell(words, **how):
-    """Run a command in a process of its own, and assert that it prints no traceback."""
+    """Run a command in a separate process, and assert that it prints no traceback."""
     done = subprocess.run(
         [*KREISEL, *words.split()], stderr=subprocess.PIPE, text=True, timeout=60, **how
     )

@@ -125,7 +125,7 @@ def test_a_signal_between_rows_loses_and_doubles_none(tmp_path, number, buffered
     then = rows(call(f"resume {tmp_path}/run --t 0:{end!r}:0.05 --csv -"))
     found = np.concatenate([first, then])
     grid = np.isin(found[:, 0], np.arange(len(found)) * 0.05)
-    assert (~grid).sum() <= 1  # the last good state, where it lies between two times
+    assert (~grid).sum() <= 1  # the last good state may lie between two requested times
     path = kr.solve(TOP, np.arange(grid.sum()) * 0.05, "strang", step=0.1)
     assert np.array_equal(found[grid], path.states)
 
@@ -222,7 +222,7 @@ def test_an_archive_of_a_stopped_run_with_events_is_read_again(tmp_path):
 
 
 def test_a_run_with_events_is_saved_and_goes_on(tmp_path):
-    """Events before and after the save are those of one run."""
+    """The events before and after the save equal those of an uninterrupted run."""
     run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
     whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
     first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()

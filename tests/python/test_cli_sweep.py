@@ -46,7 +46,7 @@ def plan_hash(plan):
     return hash_rows(plan / "expected")
 
 
-@pytest.mark.filterwarnings("default")  # a warning is a line
+@pytest.mark.filterwarnings("default")  # a warning must appear as a line of the output
 def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
     told = call("sweep plan.toml --folder runs --parts 0:0")
     assert "runs: 0 of 5 parts, 300 tops in all, 0 MB; plan " in told

@@ -1,4 +1,4 @@
-"""Processes that are killed while they write, and full disks: existing files stay whole."""
+"""Processes killed while they write, and full disks: existing files stay intact."""
 
 import inspect
 import itertools
@@ -17,8 +17,8 @@ from toolbox import python
 END, CHUNK = 40.0, 100
 
 TOP = kr.scenes.asymmetric
-# In a process of its own for each writer: at this moment of the writing it is ended, or the disk is
-# full.
+# Runs in a separate process for each writer. At the given moment of writing, the process is ended
+# or the disk is full.
 WRITER = """
 import importlib.metadata, os, pathlib, resource, signal, sys
 import kreisel as kr
@@ -72,7 +72,7 @@ JUNK = re.compile(r"\.[0-9a-f]{16}\.new")
 
 
 def run_writers(moment, folder):
-    """Run every writer in `folder`; return how each ended and its output."""
+    """Run every writer in `folder`, and return the exit status and the output of each."""
     done = subprocess.run(
         [sys.executable, "-c", WRITER, moment, str(folder)],
         capture_output=True,
@@ -143,9 +143,9 @@ def example():
 
 
 def lives(folder, kill):
-    """Return how many processes it takes to reach the end.
+    """Return the number of processes needed to reach the end.
 
-    Each process is killed at the third call of the function `kill`, and leaves half a row behind.
+    Each process is killed at the third call of the function `kill`, and leaves an incomplete row.
     """
     code = f"""
 import os, pathlib, kreisel as kr, numpy as np
@@ -166,7 +166,7 @@ def deadly(*words):
         assert done.returncode in (0, 9), done.stderr
         if done.returncode == 0:
             return life
-        with open(folder / "states", "ab") as states:  # as of a write cut short
+        with open(folder / "states", "ab") as states:  # as if the write had been cut short
             states.write(b"half a row")
 
 

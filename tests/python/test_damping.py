@@ -1,6 +1,6 @@
-"""Damped tops against an independent integrator, with every other option.
+"""Damped tops, with every other option, compared with an independent integrator.
 
-The C tests compare them with closed forms.
+The C tests compare damped tops with closed forms.
 """
 
 import math
@@ -29,7 +29,7 @@ TIMES = [0.5, 2.0, 7.0]
 
 
 def rates(t, y):
-    """Return the right-hand side in the body frame, for a general tensor."""
+    """Return the time derivatives in the body frame, for a general inertia tensor."""
     q, w = y[:4], y[4:]
     x = kr.quaternion
     inertia, com = np.array(GENERAL.inertia), np.array(GENERAL.com)
@@ -71,7 +71,7 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
 
 
 def test_none_is_none():
-    """Damping of zero equals no damping: same bits, same closed form."""
+    """Zero damping gives the same bits and the same closed form as no damping."""
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
         zero = scene.replace(damping=0.0)
         assert zero == scene and hash(zero) == hash(scene)
@@ -111,7 +111,7 @@ def test_what_is_no_damping(bad):
 
 
 def test_methods():
-    """Methods without damping refuse, and name one that has it."""
+    """Methods without damping raise an error that names a method with damping."""
     damped = kr.scenes.thesis.replace(damping=0.1)
     assert kr.solve(damped, 1.0).method == "taylor"
     for name, method in kr.methods.items():
@@ -138,7 +138,7 @@ def test_what_has_no_damping():
 
 
 def test_verbs():
-    """Streams, runs and want= agree with solve, and events are found."""
+    """Streams, runs and want= agree with kr.solve, and events are found."""
     path = kr.solve(HEAVY, TIMES)
     assert path.error < 1e-12
     run = kr.start(HEAVY)

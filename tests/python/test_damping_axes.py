@@ -1,5 +1,8 @@
-"""Damping that differs from axis to axis, of bodies described in every order of axes. Every verb is
-held to a solution in decimals, at every number of digits and in both directions of time."""
+"""Damping that differs from axis to axis, for bodies described in every order of axes.
+
+Every public function is compared with a solution in decimals, for every number of digits and in
+both directions of time.
+"""
 
 import itertools
 import math
@@ -49,13 +52,13 @@ def scene_of(name):
 
 
 def states_of(scene, times):
-    """Return the states of the series of `scene` at monotonic `times`."""
+    """Return the states of `scene` at monotonic `times`, from its series in decimals."""
     series = Series(scene)
     return [series.to(t) for t in times]
 
 
 def assert_agrees(path, states, tolerance):
-    """Assert that the states of `path` are `states`, pairs of attitude and momentum in decimals."""
+    """Assert that `path` agrees with `states`, pairs of attitude and momentum in decimals."""
     low = path.q_low if path.q_low is not None else np.zeros_like(path.q)
     for i, (q, m) in enumerate(states):
         assert attitude_error(q, path.q[i], low[i]) < tolerance
@@ -129,7 +132,7 @@ def test_events_lie_where_the_series_has_them(name):
 
 
 def rotation_vector(q, other):
-    """Return twice the vector of q* other, which is near one."""
+    """Return the rotation vector from `q` to `other`, to first order."""
     w, x, y, z = q
     p, r, s, u = other
     vector = (

@@ -1,7 +1,7 @@
-"""Runs with 20 and 30 digits against elementary solutions.
+"""Runs with 20 and 30 digits, compared with elementary solutions.
 
-These motions are sums of few exponentials, so the last terms of the series say little about the
-others.
+These motions are sums of a few exponentials, so the last terms of a series say little about the
+size of the omitted terms.
 """
 
 import kreisel as kr
@@ -23,14 +23,14 @@ def exact(numbers):
 
 
 def turn(vector, angle):
-    """Return the quaternion of a rotation by `angle` times the length of the vector."""
+    """Return the quaternion of a rotation about `vector` by `angle` * |vector|."""
     size = mp.sqrt(sum(x * x for x in vector))
     sine = mp.sin(size * angle / 2) / size if size else mp.mpf(0)
     return [mp.cos(size * angle / 2), *(x * sine for x in vector)]
 
 
 def free_symmetric(scene, t):
-    """Return the attitude of a free symmetric body: rotations about momentum and axis."""
+    """Return the attitude of a free symmetric body, by rotations about momentum and axis."""
     given, axes, m = exact(scene.attitude), exact(scene.body.axes), exact(scene.momentum)
     both = product(given, axes)
     norm = mp.sqrt(sum(x * x for x in both))
@@ -46,7 +46,7 @@ def free_symmetric(scene, t):
 
 
 def off(path):
-    """Return the largest angle to the elementary solution [rad]."""
+    """Return the largest angle between the path and the elementary solution [rad]."""
     worst = mp.mpf(0)
     for t, high, low in zip(path.t, path.q, path.q_low, strict=True):
         q = [a + b for a, b in zip(exact(high), exact(low), strict=True)]
@@ -91,7 +91,7 @@ def test_a_steady_precession_has_all_its_digits():
 
 
 def needles(lone, turned):
-    """Yield random free needles, with axes along those of the frame or turned."""
+    """Yield random free needles, with principal axes along the frame of description or rotated."""
     random = np.random.default_rng(5)
     for _ in range(8):
         body = kr.Body(1.0, (1, 1, lone), (0, 0, 1), unphysical=True)
@@ -104,7 +104,10 @@ def needles(lone, turned):
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("lone", [1e-2, 1e-5, 1e-7])
 def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
-    """The least moment magnifies a rounding of the momentum, alike in a run of shorter steps."""
+    """The small moment magnifies roundings of the momentum.
+
+    The run with shorter steps, which estimates the error, magnifies them alike.
+    """
     ratios = []
     with mp.workdps(60):
         for end, scene in zip((8.0, -8.0) * 4, needles(lone, turned), strict=True):
@@ -116,7 +119,7 @@ def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
 
 
 def test_a_path_of_thirty_digits_knows_how_many_are_right():
-    """Roundings of one run may by chance be smaller or larger than typical."""
+    """The roundings of a single run may by chance be smaller or larger than typical ones."""
     with mp.workdps(60):
         paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
         ratios = sorted(path.error / off(path) for path in paths)

@@ -1,4 +1,4 @@
-"""kreisel.Ensemble: broadcasting, members that equal single scenes, and indexing."""
+"""kreisel.Ensemble: broadcasting, indexing, and members that equal individual scenes."""
 
 import copy
 import dataclasses
@@ -25,12 +25,12 @@ FULL = kr.Ensemble(MANY, M, Q, G, damping=D)
 
 
 def block(tops, index):
-    """Return the block of a member for the core."""
+    """Return the data block that the core receives for a member."""
     return tops._core_scenes.block(int(np.ravel_multi_index(index, tops.shape)) if index else 0)
 
 
 def assert_same(tops, scene_at):
-    """Assert that each member has the bits of its scene, in Python and in the core."""
+    """Assert that each member equals its scene bit by bit, in Python and in the core."""
     assert tops._core_scenes.check() == ("OK", tops.size)
     for index in np.ndindex(tops.shape):
         scene = scene_at(index)
@@ -131,7 +131,8 @@ def test_general_bodies_by_the_angles_of_their_apex():
     angles = RNG.uniform(-3, 3, (3, 3))
     tops = kr.Ensemble.from_euler(MANY, angles, (0, 0, 1))
     assert_same(tops, lambda at: kr.Scene.from_euler(MANY[at], angles[at], (0, 0, 1)))
-    spheres = kr.Bodies.sphere([1, 2, 3], (0, 0, 0), mass=1)  # with no lever the axis is the third
+    # without a lever, the axis is the third one
+    spheres = kr.Bodies.sphere([1, 2, 3], (0, 0, 0), mass=1)
     assert_same(
         kr.Ensemble.spinning(spheres, 2.0, 1.0), lambda at: kr.Scene.spinning(spheres[at], 2.0, 1.0)
     )

@@ -1,4 +1,4 @@
-"""Independence of ensemble members: bits do not depend on neighbours, failures lose nothing."""
+"""Independence of ensemble members: other members affect neither their bits nor their success."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 

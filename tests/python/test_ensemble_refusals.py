@@ -1,4 +1,4 @@
-"""Invalid arguments of ensembles; interruption keeps finished members."""
+"""Invalid arguments of ensembles, and interruptions, which keep finished members."""
 
 import contextlib
 import signal
@@ -135,7 +135,7 @@ LONG = np.linspace(0.0, 1e6, 101)  # would take an hour
 
 @contextlib.contextmanager
 def send_sigint(after):
-    """Send SIGINT to this process after `seconds`."""
+    """Send SIGINT to this process after `after` seconds."""
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, after)
     try:
@@ -146,7 +146,7 @@ def send_sigint(after):
 
 
 def short_and_long_times(n):
-    """Return times of which some are short and most would take an hour."""
+    """Return rows of times for `n` tops: 40 short rows, and others that would take an hour."""
     times = np.tile(LONG, (n, 1))
     times[:40] *= 1e-6
     return times
@@ -169,8 +169,8 @@ def test_ctrl_c_keeps_what_is_done(words):
 
 def test_ctrl_c_is_heard_by_a_thread_that_waits_for_another():
     times = short_and_long_times(64) * 1e-6
-    times[-1] *= 1e6  # one of the threads has this top, and the others are done at once
-    for _ in range(4):  # whichever thread has it
+    times[-1] *= 1e6  # the thread with this top runs long, the other one finishes immediately
+    for _ in range(4):  # because either thread may have this top
         with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
             kr.solve(TOPS[:64], times, "taylor", threads=2)
         assert list(stop.value.paths.failed) == [63]
@@ -178,7 +178,7 @@ def test_ctrl_c_is_heard_by_a_thread_that_waits_for_another():
 
 def test_ctrl_c_is_told_beside_tops_that_failed():
     times = short_and_long_times(400)
-    times[0, -1] = 1e300  # no double tells where the top is then
+    times[0, -1] = 1e300  # a double cannot resolve the attitude at this time
     with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
         kr.solve(TOPS, times)
     paths = stop.value.paths
@@ -197,7 +197,8 @@ def test_ctrl_c_ends_all_that_is_asked_for(words):
 def test_ctrl_c_ends_what_an_executor_does(pool):
     with pool(2) as executor:
         times = short_and_long_times(400)
-        times[:] = np.minimum(times, 5e3)  # another process is not waited for, and ends by itself
+        # other processes are not awaited, so they must end by themselves
+        times[:] = np.minimum(times, 5e3)
         with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
             kr.solve(TOPS, np.maximum.accumulate(times, axis=1), "taylor", executor=executor)
         assert stop.value.paths.failed.size

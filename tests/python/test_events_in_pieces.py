@@ -1,4 +1,4 @@
-"""Events of streams and resumed runs have the bits of one kreisel.solve."""
+"""Events of streams and resumed runs equal those of a single kreisel.solve bit by bit."""
 
 import itertools
 import json
@@ -27,7 +27,7 @@ WAYS = {
 
 
 def same(parts, whole):
-    """Return whether the events of consecutive paths have the bits of those of one path."""
+    """Return True if the events of consecutive paths equal those of one path bit by bit."""
     for name in ("states", "which", "direction"):
         got = np.concatenate([getattr(part.events, name) for part in parts])
         assert np.array_equal(got, getattr(whole.events, name)), name
@@ -120,11 +120,11 @@ def test_a_terminal_event_ends_what_is_wanted():
     assert kept.t[-1] == kept.events.t[-1]
 
 
-# What stops a run, and what is no run
+# Interrupted runs, and invalid checkpoints
 
 
 def test_a_stopped_run_loses_no_event():
-    """Events before Ctrl-C are in the first path, later ones in the next."""
+    """Events before Ctrl-C belong to the first path, later events to the next path."""
     whole = kr.solve(GENERAL, 3e3, events=[events.nutation()])
     run, told = kr.start(GENERAL, events=[events.nutation()], max_steps=1000), []
     with pytest.raises(kr.Error, match="largest number of steps") as stopped:
@@ -137,7 +137,7 @@ def test_a_stopped_run_loses_no_event():
 
 
 def test_many_times_heed_ctrl_c():
-    """Also where the times are so close that no step lies between them."""
+    """Ctrl-C must also work if the times are so dense that no step ends between them."""
     code = """
 import numpy as np, kreisel as kr
 def stop(t):

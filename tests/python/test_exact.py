@@ -1,4 +1,4 @@
-"""kreisel.exact: results, refusals, and its use by method="auto"."""
+"""kreisel.exact: results, errors, and its use by method="auto"."""
 
 import copy
 import math
@@ -72,7 +72,7 @@ def test_a_number_gives_one_state_with_the_same_bits():
 
 @pytest.mark.parametrize("name", ["tilted", "hanging"])
 def test_rates_are_those_of_the_axis(name):
-    """After a period the axis has the same height, and has moved by the mean precession."""
+    """After a period the apex has the same height and has turned by the mean precession."""
     scene = SCENES[name]
     top = kr.exact(scene)
     axis = top(np.linspace(0.0, top.period, 2001)).apex

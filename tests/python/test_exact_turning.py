@@ -1,4 +1,4 @@
-"""Turning points, type of motion and potential of closed forms, against roots with 60 digits."""
+"""Turning points, type of motion and potential of closed forms, against roots of 60 digits."""
 
 import copy
 import doctest
@@ -27,7 +27,7 @@ def exact_start(scene):
 
 
 def roots_of(a, b, c, d):
-    """Return the real roots of a cubic that has three, in ascending order."""
+    """Return the roots of a cubic with three real roots, in ascending order."""
     shift, p = b / (3 * a), c / a - (b / a) ** 2 / 3
     q = 2 * shift**3 - shift * c / a + d / a
     size = 2 * mp.sqrt(max(-p / 3, 0))
@@ -36,7 +36,7 @@ def roots_of(a, b, c, d):
 
 
 def true_turning(scene):
-    """Return least and greatest nutation of a top with moments (I1, I1, I3), com (0, 0, h)."""
+    """Return the least and greatest nutation. The moments are (I1, I1, I3) and com is (0, 0, h)."""
     with mp.workdps(250):
         u, vertical, axial = exact_start(scene)
         pull = 2 * mp.mpf(scene.body.moments[0]) * mp.mpf(scene.body.mass)
@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return random tops near a motion of this type."""
+    """Return random tops close to a motion of the type `kind`."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True
@@ -74,7 +74,7 @@ def scenes_near(rng, kind):
         q = unit((1, near, 0, 0))
         spin = rng.uniform(0.2, 4) * math.sqrt(i1 * lever)
         return kr.Scene(body, (near * rng.normal(), near * rng.normal(), spin), q)
-    # a pendulum with the energy of the upright, up to `near`
+    # a pendulum whose energy differs from that of the upright by up to `near`
     rate = 2 * math.sqrt(lever / i1) * math.sin(tilt / 2)
     return kr.Scene(body, (i1 * rate * (1 + near), 0, 0), q)
 
@@ -103,7 +103,7 @@ COURSES = {
     "circle": kr.Scene(BODY, momentum=(1, 2, 3), attitude=TILTED, gravity=0),
     "resting": kr.Scene(BODY, momentum=(0, 0, 0), attitude=TILTED, gravity=0),
 }
-TURNED = {  # the same motion, upside down, and of a body that hangs from its axis the other way
+TURNED = {  # the same motion upside down, and with a body whose axis points the other way
     "as it is": lambda scene: scene,
     "gravity upwards": lambda s: s.replace(
         attitude=kr.quaternion.multiply((0, 1, 0, 0), s.attitude),

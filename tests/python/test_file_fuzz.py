@@ -1,7 +1,7 @@
-"""Random files: each is read as what it holds, or refused with a message.
+"""Random files: each is either read correctly or refused with a message.
 
-Valid files are mutated: bytes flipped, cut and doubled, words replaced. Where a checksum guards
-them, it is recomputed. KREISEL_CALLS as in test_api_fuzz.
+Valid files are mutated: bytes are flipped, cut and doubled, and words are replaced. If a file has a
+checksum, the checksum is recomputed. KREISEL_CALLS has the same meaning as in test_api_fuzz.
 """
 
 import io
@@ -175,7 +175,7 @@ def members(path, file):
 
 
 def array(text):
-    """Return a text as a numpy array file."""
+    """Return `text` as the bytes of a numpy array file."""
     out = io.BytesIO()
     np.save(out, np.array(text))
     return out.getvalue()
@@ -184,7 +184,7 @@ def array(text):
 @EXAMPLES
 @given(data=st.data())
 def test_any_archive_is_a_path_or_refused(data, file):
-    """Archives have correct checksums and mutated members."""
+    """The archives have correct checksums but mutated members."""
     inside = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
     text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""
@@ -213,7 +213,7 @@ def test_a_damaged_archive_is_told_in_short(file):
     data = bytearray(file.read_bytes())
     data[26:28] = (2000).to_bytes(
         2, "little"
-    )  # letters of the first name, which go on into numbers
+    )  # some letters of the first name continue into numbers
     file.write_bytes(data)
     with pytest.raises(
         ValueError, match="the archive is damaged: File name in directory"

@@ -1,4 +1,4 @@
-"""Films of paths: GIF and HTML files, their frames, sizes and colours."""
+"""Animations of paths as GIF and HTML files: their frames, sizes and colours."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""method="geometric": the requested error is met or refused."""
+"""method="geometric": the requested error is met, or an exception is raised."""
 
 import itertools
 import math
@@ -42,7 +42,7 @@ def tilt_about_e1(angle):
 
 
 def lingering(rng):
-    """Return a top that starts near an unstable equilibrium, at rest or almost."""
+    """Return a top that starts near an unstable equilibrium, at rest or almost at rest."""
     small = rng.normal(size=3) * 10 ** rng.uniform(-9, -4)
     if rng.random() < 0.4:
         body = kr.Body(1, (1, rng.uniform(1.6, 2.0), 2.5), (0, 0, 0))
@@ -77,12 +77,12 @@ def test_whichever_run_is_ended_leaves_a_state(most, end):
 
 
 def turning_over():
-    """Return a free body near its middle axis; its error is largest where it turns over."""
+    """Return a free body near its middle axis, whose error is largest where it turns over."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
 
 
 def test_the_error_is_of_the_states_the_choice_of_all_the_way():
-    """Check one path and many, a part of a path, a loaded path, and the attitude alone."""
+    """Check a path, an ensemble, a part of a path, a loaded path, and a path of attitudes only."""
     scene, times = turning_over(), [10.0, 20.0, 39.0]
     steered = {"method": "geometric", "error": 1e-5}
     path = kr.solve(scene, times, **steered)
@@ -174,7 +174,7 @@ def test_it_says_what_was_chosen_and_what_it_cost():
 
 
 def test_no_more_is_done_than_it_takes():
-    free = LAGRANGE.replace(gravity=0.0)  # its drift has no error
+    free = LAGRANGE.replace(gravity=0.0)  # its drift is exact
     assert kr.solve(free, 100, method="geometric", error=1e-9).plan.choice.run <= 30
     still = free.replace(momentum=(0, 0, 0))
     assert kr.solve(still, 5, method="geometric", error=1e-9).q[-1].tolist() == list(still.attitude)
@@ -223,7 +223,7 @@ def test_published_figures_are_met(capsys):
 
 
 def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
-    """Its energy above the lowest may be negative by a rounding."""
+    """The energy of the top above the minimum may be slightly negative because of rounding."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)
@@ -231,7 +231,8 @@ def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
             half[1] = half[0]
         pivot = np.array((0.0, 0.0, -half[2])) if symmetric else -half * random.uniform(0.2, 1, 3)
         body = kr.Body.cuboid(half=half, pivot=pivot)
-        down = np.array(body.com) / np.linalg.norm(body.com) - (0, 0, 1)  # com goes where -e3 is
+        # the centre of mass is turned to -e3
+        down = np.array(body.com) / np.linalg.norm(body.com) - (0, 0, 1)
         scene = kr.Scene(
             body, (0, 0, 0), (0, *unit(down)) if np.linalg.norm(down) else (0, 1, 0, 0)
         )
@@ -239,7 +240,7 @@ def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
 
 
 def test_a_step_too_large_on_the_way_is_tried_smaller():
-    """The first trial ends between two steps, from where takahashi_imada4 cannot step."""
+    """The first trial step is so large that takahashi_imada4 fails after some steps."""
     inertia = (
         (10.437340318241358, -0.4022846743539838, -0.55360749190751),
         (-0.4022846743539838, 18.44618605609903, -2.3071714201043183),

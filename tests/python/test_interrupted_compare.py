@@ -1,4 +1,4 @@
-"""kreisel.compare under interruption: finished rows are kept, progress is reported."""
+"""Interruptions of kreisel.compare: finished rows are kept, and progress is reported."""
 
 import pickle
 
@@ -54,7 +54,7 @@ soon = threading.Timer(0.5, send)
 
 @pytest.mark.parametrize("truth, when", [("exact", "progress=send"), ("rk4", "")])
 def test_ctrl_c_ends_a_comparison(truth, when):
-    """Interrupt a run of hours after a short one, or the reference solution."""
+    """Interrupt either a run of hours that follows a short run, or the reference solution."""
     done = python(
         SEND
         + f"""

@@ -52,7 +52,7 @@ def test_a_tolerance_out_of_reach_ends_a_run():
 
 
 def make_third_call_raise(run):
-    """Return a progress callback that raises at its third call."""
+    """Return a progress callback that raises an exception at its third call."""
     told = []
 
     def tell(t):
@@ -80,7 +80,7 @@ def solve_top(tell):
 @pytest.mark.parametrize("run", [solve_top, stream_top, solve_energy])
 def test_progress_is_told_however_short_the_pieces(run):
     first, second, third = make_third_call_raise(run)
-    assert 0 <= first < second < third < 1e9  # none yet, where a machine is slow to begin
+    assert 0 <= first < second < third < 1e9  # `first` may be 0 on a slow machine
 
 
 def test_progress_is_told_in_any_thread_and_may_not_lead_on():
@@ -139,7 +139,7 @@ def test_progress_is_told_the_end(run):
 
 
 def test_a_call_that_is_refused_leaves_the_time_alone():
-    """While another thread advances the run, its time is not read from the moving top."""
+    """While another thread advances the run, its time is not read from the top in motion."""
     run, seen = kr.start(TOP, "rk4", step=1e-3), []
 
     def tell(t):
@@ -215,9 +215,9 @@ except kr.Interrupted as stopped:
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_everything_that_runs(kind):
-    """Without the signal the call has no end.
+    """Without the signal, the call would not end.
 
-    validation/benchmarks/omission_costs.py measures the delay.
+    The delay is measured by validation/benchmarks/omission_costs.py.
     """
     done = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert done.returncode == 0 and done.stdout, done.stderr

@@ -10,7 +10,7 @@ STEPS = 10
 
 
 def random_bodies(number, kinds, seed):
-    """Yield random bodies, each with a step."""
+    """Yield `number` random bodies, each with a step."""
     rng = np.random.default_rng(seed)
     for _ in range(number):
         half = np.exp(rng.normal(0.0, 0.3, 3))
@@ -32,7 +32,7 @@ def lever(scene):
 
 
 def error(scene, method, step):
-    """Return the error after ten steps [rad], or None where the step is refused."""
+    """Return the attitude error after ten steps [rad], or None if the step is refused."""
     try:
         path = kr.solve(scene, STEPS * step, method=method, step=step, every=1)
     except ValueError as refused:
@@ -46,10 +46,10 @@ def error(scene, method, step):
 
 
 def test_bobenko_suris4_takes_what_its_series_can():
-    """A step is refused where h^2 times 2 |E| or times the largest torque is above 1.
+    """Steps h are refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
-    Both are in units of I1 and without the spin. E is that of the map, which the step changes by a
-    few per cent there.
+    The energy E and the torque are in units of I1, and E excludes the spin. E is the energy of the
+    map, which differs from the true energy by a few per cent at such steps.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -74,8 +74,11 @@ def test_bobenko_suris4_takes_what_its_series_can():
     ],
 )
 def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
-    """A step is refused where h^2 |A| over the least moment is above 2, or where the top, as fast
-    as its energy allows, may turn by more than `most` [rad] in it."""
+    """Steps h are refused if a kick or a rotation is too large.
+
+    The limits are h^2 |A| over the least moment > 2, and a rotation by more than `most` [rad] per
+    step at the largest rate that the energy allows.
+    """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):
         least, energy = min(scene.body.moments), kr.solve(scene, [0.0]).energy[0]
@@ -89,7 +92,7 @@ def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
 
 
 def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
-    """Its drift is exact; only the small torque causes errors."""
+    """The drift of the method is exact, so only the small torque causes errors."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2
@@ -97,7 +100,7 @@ def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
 
 @pytest.mark.parametrize("method", ["strang", "suzuki4", "kahan_li8"])
 def test_steps_of_many_turns_stay_finite(method):
-    """The result is inaccurate, but attitudes have unit length."""
+    """The result is inaccurate, but the attitudes have unit length."""
     for scene, step in random_bodies(100, ["asymmetric"], 3):
         path = kr.solve(scene, 3000 * step, method=method, step=10 * step, every=1)
         assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14

@@ -15,18 +15,18 @@ MANY = np.linspace(0.0, 1.0, 50_001)
 ONE_NAN = np.where(np.arange(50_001) == 777, np.nan, MANY)
 LONG = "x" * 5000
 ROWS = np.ones((300, 3))
-HUGE = 10**5000  # which Python does not write
+HUGE = 10**5000  # too long for Python to convert to decimal digits
 VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LONG}, HUGE, object()]
 
 
 class Quantity(np.ndarray):
-    """An array with a unit, also of one number, as in astropy."""
+    """An array with a unit, which may have dimension 0, as in astropy."""
 
     unit = "min"
 
 
 class QuantityWithUnit:
-    """A number whose unit numpy drops, as in pint."""
+    """A number whose unit is dropped by numpy, as in pint."""
 
     units = "minute"
 
@@ -116,7 +116,7 @@ def test_times_with_a_unit_are_refused(call):
         [QuantityWithUnit(1.0), QuantityWithUnit(2.0)],
         QuantityWithUnit(1.0),
     ):
-        if np.ndim(times) or call is not OF_TIMES["stream"]:  # which takes no number
+        if np.ndim(times) or call is not OF_TIMES["stream"]:  # stream does not accept a number
             with pytest.raises(TypeError, match=r"without a unit|must be a number"):
                 call(times)
 
@@ -162,7 +162,7 @@ def test_each_name_is_told_once():
     assert len(names) > 30 and len(set(names)) == len(names)
 
 
-# What a tolerance or a step comes to
+# Consequences of a tolerance or a step
 
 
 @pytest.mark.parametrize(

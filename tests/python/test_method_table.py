@@ -1,4 +1,4 @@
-"""The Markdown table of methods and their measured method_table."""
+"""The Markdown table of methods and their measured costs."""
 
 import kreisel as kr
 from kreisel._analysis import method_table

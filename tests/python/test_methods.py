@@ -1,6 +1,6 @@
-"""Every method has the properties in its table row: order, invariants, reversibility, bodies.
+"""Every method has the properties listed in the table: order, invariants, reversibility, bodies.
 
-Starts are tilted. Over an upright start no torque acts, which hides errors of first order.
+All starts are tilted. No torque acts on an upright start, which would hide errors of first order.
 """
 
 from itertools import pairwise
@@ -14,7 +14,7 @@ from validation.references.orders import tilt_scene as scene
 
 
 def cases(wanted=lambda name, body: True, **flags):
-    """Return methods with these flags, each with every body that it applies to."""
+    """Return the (method, body) pairs of all methods that have the wanted flags."""
     return [
         (name, body)
         for name, method in kr.methods.items()
@@ -25,20 +25,20 @@ def cases(wanted=lambda name, body: True, **flags):
 
 
 def leads(name, body):
-    """Return whether the leading order dominates; for a heavy top rounding comes first."""
+    """Return True if the leading error term dominates. For a heavy top, rounding is larger."""
     return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
 
 
 @pytest.mark.parametrize("name, body", cases(leads, adaptive=False))
 def test_order_is_that_of_the_table(name, body):
-    """The order is measured in q and in m, and is within 0.2 of the table."""
+    """The orders measured in q and in m agree with the table within 0.2."""
     order = kr.methods[name].order
     slopes = measure_order(name, body)
     assert all(slope is not None and abs(slope - order) < 0.2 for slope in slopes.values()), slopes
 
 
 def test_extrapolation_agrees_with_the_truth_of_the_orders():
-    """The reference solution is a composition of order 8; extrapolation is independent of it."""
+    """The reference is a composition of order 8, and extrapolation is an independent method."""
     for body in BODIES:
         one = kr.solve(scene(body), 2, method="kahan_li8", step=1 / 2000)
         two = kr.solve(scene(body), 2, method="extrap", tol=1e-13)
@@ -48,13 +48,14 @@ def test_extrapolation_agrees_with_the_truth_of_the_orders():
 @pytest.mark.parametrize("name, body", cases(adaptive=True, exact=False))
 def test_tolerance_is_kept(name, body):
     top = scene(body)
-    truth = kr.solve(top, 10, method="taylor", digits=20)  # extrapolation would be the worse of two
+    # extrapolation would be the less accurate of the two
+    truth = kr.solve(top, 10, method="taylor", digits=20)
     errors = [
         kr.attitude_error(kr.solve(top, 10, method=name, tol=tol).q[-1], truth.q[-1])
         for tol in (1e-6, 1e-9, 1e-12)
     ]
     assert errors[0] < 1e-2 and errors[1] < 1e-5 and errors[2] < 1e-8
-    # Below 1e-8 rounding errors of its matrix decide the error of the semi-implicit method.
+    # Below 1e-8 rounding errors of its matrix dominate the error of the semi-implicit method.
     floor = 1e-8 if name == "gsl_bsimp" else 0.0
     assert all(a > b or a < floor for a, b in pairwise(errors))
 
@@ -67,14 +68,15 @@ def test_the_way_back_leads_to_the_start(name, body):
     assert np.abs(back.m[-1] - there.m[0]).max() < 1e-11
 
 
-ORBITAL = "bobenko_suris4", "lagrange"  # it keeps a modified energy, if not the symplectic form
+# it conserves a modified energy, although it is not symplectic
+ORBITAL = "bobenko_suris4", "lagrange"
 
 
 @pytest.mark.parametrize("name, body", [*cases(adaptive=False, symplectic=True), ORBITAL])
 def test_energy_neither_drifts_nor_grows(name, body):
-    """The error of a symplectic method stays within a bound of h^order and has no slope.
+    """The energy error of a symplectic method is bounded by a multiple of h^order and has no trend.
 
-    Over four times the run its mean moves by less than a part of its amplitude.
+    Over a run four times as long, the mean error changes by only a small fraction of its amplitude.
     """
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()
@@ -87,7 +89,7 @@ def test_energy_neither_drifts_nor_grows(name, body):
 
 
 def test_hirota_kimura_keeps_its_rational_integrals():
-    """(1 - h^2/4 a_k a_i W_j^2) / (1 - h^2/4 a_i a_j W_k^2), with dW_i/dt = a_i W_j W_k."""
+    """Check (1 - h^2/4 a_k a_i W_j^2) / (1 - h^2/4 a_i a_j W_k^2), where dW_i/dt = a_i W_j W_k."""
     h, (i1, i2, i3) = 0.1, BODIES["free"].moments
     path = kr.solve(scene("free"), 1e4, method="hirota_kimura", step=h, every=10)
     w = np.linalg.matmul(path.frame, path.velocity[:, :, None])[:, :, 0]
@@ -105,9 +107,9 @@ def is_compensated(name, body):
 
 @pytest.mark.parametrize("name, body", cases(is_compensated))
 def test_roundings_do_not_add_up(name, body):
-    """Compensated sums: 1e6 kicks with random errors of 1e-16 would move the energy by 1e-13.
+    """Sums are compensated: 1e6 kicks with random errors of 1e-16 would change the energy by 1e-13.
 
-    The error of the method is smaller at this step, so only rounding remains.
+    At this step the error of the method itself is smaller, so only rounding is observed.
     """
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()
@@ -132,7 +134,7 @@ def test_implicit_methods_say_where_they_do_not_converge(name):
 
 VERTICAL = {body: ["vertical_momentum"] for body in BODIES}
 AXIAL = {**VERTICAL, "lagrange": ["vertical_momentum", "axial_momentum"]}
-CONSERVED = {  # what the words of the table promise: the quantities that stay, body by body
+CONSERVED = {  # quantities that each word of the table promises to conserve, by body
     "nothing": {},
     "two rational integrals": {},
     "<m,p>": VERTICAL,
@@ -156,7 +158,7 @@ def test_what_the_words_of_the_table_promise_is_known():
 
 @pytest.mark.parametrize("name, body", cases(is_promised))
 def test_what_the_table_promises_is_conserved(name, body):
-    """Modified energies and rational integrals have tests of their own."""
+    """Modified energies and rational integrals have separate tests."""
     method = kr.methods[name]
     if method.adaptive:
         path = kr.solve(scene(body), np.linspace(0, 500, 201), method=name)

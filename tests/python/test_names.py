@@ -1,4 +1,4 @@
-"""Public names, the description of methods, conventions of attitudes."""
+"""Public names, the descriptions of methods, and conventions of attitudes."""
 
 import kreisel as kr
 import numpy as np

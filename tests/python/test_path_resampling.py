@@ -1,4 +1,4 @@
-"""States of a path at other times than those of the run, and parts of a path."""
+"""States of a path at times that were not requested in the run, and parts of a path."""
 
 import copy
 import pickle
@@ -15,7 +15,7 @@ SOME = ("nutation", "frame")
 
 
 def solve_unordered(scene, times, *words, **more):
-    """Return the states of solve at times in any order."""
+    """Return the states that kr.solve computes at `times`, which may be in any order."""
     order = np.argsort(np.abs(times), kind="stable")
     path = kr.solve(scene, np.asarray(times)[order], *words, **more)
     return path[np.argsort(order, kind="stable")]
@@ -75,7 +75,7 @@ def test_times_between_of_a_closed_form_lie_on_both_sides():
     path = motion([3.0, -1.0])
     times = [2.0, -0.5, -1.0, 3.0]
     assert same(path(times), motion(times))
-    assert tuple(path(0.0).m[0]) == LAGRANGE.momentum  # as solve has it: what was given
+    assert tuple(path(0.0).m[0]) == LAGRANGE.momentum  # as in solve: the given momentum
     assert path.error < 1e-13 and path(times).error < 1e-13  # rad
     with pytest.raises(ValueError, match=r"lies outside the path, .* from -1\.0 to 3\.0"):
         path(-1.1)

@@ -1,4 +1,4 @@
-"""Plots and films of paths show the data of the path."""
+"""Plots and animations show the data of the path."""
 
 import doctest
 import itertools
@@ -48,7 +48,7 @@ def test_the_lines_have_the_data_of_the_path(degrees, back):
 
 @pytest.mark.parametrize("back", [False, True])
 def test_the_precession_is_interrupted_where_it_jumps(back):
-    """The apex of this top starts upright and passes through the vertical every 8.2 time units."""
+    """The apex of this top starts at the vertical and passes through it every 8.2 units of time."""
     path = kr.solve(kr.scenes.thesis, np.linspace(0, -60 if back else 60, 3001))
     line = kr.plot(path)[2].lines[0]
     t, around = line.get_xdata(), line.get_ydata()
@@ -112,7 +112,7 @@ def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
 
 
 def test_a_picture_leaves_no_room_empty():
-    """The globe is as tall as both charts beside it, which share one time axis."""
+    """The globe is as tall as the two charts beside it, which share a time axis."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)
@@ -344,7 +344,7 @@ BODIES["hanging"] = kr.Body.symmetric(1.0, 1.1, 0.5, -0.9)
 
 @pytest.mark.parametrize("name", BODIES)
 def test_solids_are_closed_and_seen_from_outside(name):
-    """The areas of a closed solid sum to zero, and its volume is positive."""
+    """The area vectors of a closed solid sum to zero, and its volume is positive."""
     faces, _ = solid_of(BODIES[name])
     area = 0.5 * np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
     size = np.abs(faces).max()
@@ -395,7 +395,7 @@ def test_a_picture_says_what_makes_a_file():
         with pytest.raises(AttributeError, match=r"picture\.figure\.savefig\(file\) makes a file"):
             getattr(picture, name)
     with pytest.raises(AttributeError, match=r"a picture has no 'title'$"):
-        picture.title  # noqa: B018  a look at it is what is refused
+        picture.title  # noqa: B018  reading the attribute raises
     with pytest.raises(AttributeError):
         picture.title = "cusps"
 
@@ -405,14 +405,14 @@ BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 
 def corners_of_film(film):
-    """The corners of the body's faces that the first frame shows, as it is seen."""
+    """Return the projected corners of the faces of the body in the first frame of a film."""
     (solid,) = next(film._figures()).axes[0].collections
     return np.concatenate([path.vertices for path in solid.get_paths()])
 
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 3.0, -2.0])
 def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
-    """The eye is aside of the axis, which else hides its own lever."""
+    """The eye is placed beside the axis, which would otherwise hide the lever."""
     scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]

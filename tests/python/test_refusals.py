@@ -1,4 +1,4 @@
-"""Invalid arguments raise before anything runs, with a message that names the value."""
+"""Invalid arguments: an exception that names the value is raised before anything runs."""
 
 import dataclasses
 import re

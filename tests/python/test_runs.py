@@ -1,4 +1,4 @@
-"""Streams and runs that are continued, saved and resumed with the same bits."""
+"""Streams and runs that are continued, saved and resumed bit by bit."""
 
 import copy
 import itertools
@@ -127,7 +127,7 @@ def test_an_interrupted_stream_goes_on_from_its_file(tmp_path):
     for path in itertools.islice(run.stream(100, **words), 4):
         got.append(path.states)
         run.save(file)
-    next(run.stream(100, **words))  # and is killed here
+    next(run.stream(100, **words))  # the process would be killed here
     for path in kr.resume(file).stream(100, **words):
         got.append(path.states)
     assert np.array_equal(np.concatenate(got), whole.states)
@@ -231,7 +231,7 @@ def test_a_fresh_run_has_cost_nothing():
 
 
 def test_results_and_runs_say_how_they_are_changed(tmp_path):
-    """An assignment that is ignored would lead to a silently wrong answer."""
+    """If an assignment were ignored, later results would be silently wrong."""
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
     swept = kr.sweep(source, 1.0, folder=tmp_path)

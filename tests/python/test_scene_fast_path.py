@@ -1,4 +1,4 @@
-"""Scenes of plain numbers and of other types have equal bits."""
+"""Scenes made from plain numbers and from other types are equal bit by bit."""
 
 import kreisel as kr
 import numpy as np

@@ -1,4 +1,4 @@
-"""Sections of ensembles, against known sections."""
+"""Sections of ensembles, compared with known sections."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
@@ -34,7 +34,7 @@ def test_the_section_of_a_lagrange_top_is_its_lowest_points(scene):
     turns = np.diff(section.precession_angle) - exact.precession * exact.period
     halves = (
         2.0 if exact.motion_type == "rosette" else 1.0
-    )  # a passage of the pole counts as no turn
+    )  # a passage through the pole does not count as a turn
     assert np.abs(np.exp(1j * halves * turns) - 1.0).max() < 1e-10
 
 
@@ -44,7 +44,8 @@ def test_the_section_of_a_free_body_lies_on_its_ellipsoid():
     assert np.abs(section.body_velocity[:, 2]).max() < 1e-12
     assert np.ptp(energy) < 1e-12 * energy[0]
     assert np.ptp(np.linalg.norm(section.m, axis=1)) < 1e-12
-    assert np.abs(np.diff(section.t) - 2.0 * kr.exact(FREE).period).max() < 1e-6  # near the middle
+    # accuracy near the middle axis
+    assert np.abs(np.diff(section.t) - 2.0 * kr.exact(FREE).period).max() < 1e-6
 
 
 @pytest.mark.parametrize("event", [LOW, LOOP])
@@ -131,7 +132,10 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_one_component_alone_is_looked_for(name):
-    """The size of a spin needs the apex, also before the top first watches for events."""
+    """The size of the spin depends on the apex.
+
+    The apex must be computed before the first check for events.
+    """
     turning = kr.events.extremum(name)
     met = kr.solve(TOPS[0], 40, events=[turning]).events
     assert len(met) > 3 and np.abs(kr.section(TOPS[0], turning, 3).t - met.t[:3]).max() < 1e-9

@@ -73,7 +73,7 @@ def data_without_quantities(value):
 
 
 def same(a, b):
-    """Return whether two values are equal, arrays bit by bit and read-only."""
+    """Return True if two values are equal. Arrays must be equal bit by bit and read-only."""
     if isinstance(a, np.ndarray):
         bits = (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
         return bits and not b.flags.writeable
@@ -198,7 +198,7 @@ WORDS = [
     "choice",
     "events",
 ]
-ALLOWED = {  # of these, what a path can be
+ALLOWED = {  # classes among these that a path may contain
     "tol": (None,), "step": (None, -1, 1.5), "want": (None,), "choice": (None,), "events": (None,),
     "digits": (None,), "low": (True,), "asked": ("", "taylr"), "kreisel": tuple(map(str, WRONG)),
 }  # fmt: skip
@@ -312,7 +312,8 @@ def test_a_bomb_is_refused_before_it_is_read(compress, file, parts):
         before = tracemalloc.get_traced_memory()[0]
         with pytest.raises(ValueError, match="compressed"):
             kr.load(refused_at)
-        assert tracemalloc.get_traced_memory()[1] - before < 1 << 21  # bytes; it would take 2^24
+        # bytes; reading the whole file would take 2^24
+        assert tracemalloc.get_traced_memory()[1] - before < 1 << 21
     finally:
         tracemalloc.stop()
 
@@ -350,7 +351,7 @@ def test_bytes_that_are_damaged_are_refused_or_change_nothing(file):
             data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
         file.write_bytes(data)
         try:
-            assert same(path, kr.load(file))  # what was hit is a date, or the like
+            assert same(path, kr.load(file))  # the damage hit metadata such as a date
         except ValueError as error:
             assert "any name" in str(error)
     for _ in range(100):

@@ -1,4 +1,4 @@
-"""Bodies of named shapes against integrals; sums, shifts and rotations of bodies."""
+"""Bodies of named shapes, compared with integrals; sums, shifts and rotations of bodies."""
 
 import pickle
 
@@ -13,12 +13,12 @@ PHI = np.arange(12) * np.pi / 6
 
 
 def between(a, b):
-    """Return nodes and weights of Gauss quadrature on an interval."""
+    """Return the nodes and weights of Gauss quadrature on the interval from `a` to `b`."""
     return 0.5 * (a + b) + 0.5 * (b - a) * NODES, 0.5 * (b - a) * WEIGHTS
 
 
 def round_solid(inner, outer, bottom, top):
-    """Return points and weights of a body of revolution with radii as functions of height."""
+    """Return quadrature points and weights of a solid of revolution, with radii by height."""
     points, weights = [], []
     for z, dz in zip(*between(bottom, top), strict=True):
         for r, dr in zip(*between(inner(z), outer(z)), strict=True):
@@ -47,7 +47,7 @@ def stretch_ball(by):
     return points * by, weights * np.prod(by)
 
 
-# A maker and its lengths; points and weights of the same; its volume, 0 where it is thin.
+# A maker and its lengths; quadrature points and weights; the volume, or 0 for a thin shape.
 SHAPES = {
     "cuboid": (
         {"half": (0.6, 0.8, 1.0)},
@@ -93,7 +93,7 @@ def make(name, **words):
 
 
 def integrate_inertia(points, weights, mass, pivot):
-    """Return inertia about the pivot and the centre of mass seen from it, by quadrature."""
+    """Return the inertia and the centre of mass, both relative to the pivot, by quadrature."""
     seen, portions = points - pivot, mass * weights / weights.sum()
     products = np.einsum("n,ni,nj->ij", portions, seen, seen)
     return np.eye(3) * products.trace() - products, portions @ seen / mass
@@ -207,7 +207,7 @@ def test_sums_keep_what_was_said_of_the_parts():
         water + 1
 
 
-# Rods on a line through the fixed point are parts only
+# Rods on a line through the fixed point are only valid as parts of a body
 
 
 def line():

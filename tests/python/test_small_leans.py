@@ -1,5 +1,7 @@
-"""Tops that are let go hardly beside their unstable upright keep the lean they were given, whatever
-the order in which the axes of the body are named."""
+"""Tops released at a tiny tilt from their unstable upright position keep this tilt exactly.
+
+The order in which the axes of the body are named must not matter.
+"""
 
 import kreisel as kr
 import numpy as np
@@ -8,11 +10,12 @@ from decimal_series import Series, attitude_error
 from kreisel.quaternion import conjugate, multiply, turn_back
 
 CYCLES = {0: (0.5, 0.5, 0.5, 0.5), 1: (0.5, -0.5, -0.5, -0.5), 2: (1.0, 0.0, 0.0, 0.0)}
-LEAN = (1.0, 2.0**-40, 3.0 * 2.0**-42, 0.0)  # a product with a cycle is exact
+# its product with a cyclic permutation of the axes is exact
+LEAN = (1.0, 2.0**-40, 3.0 * 2.0**-42, 0.0)
 
 
 def permute_axes(axis, moments, lever=1.0):
-    """Return the scene of one leaning top whose third axis is described as number `axis`."""
+    """Return the scene of a slightly tilted top whose symmetry axis has the index `axis`."""
     shift = (axis + 1) % 3
     body = kr.Body(1, np.roll(moments, shift), com=np.roll((0, 0, lever), shift), unphysical=True)
     attitude = multiply(LEAN, conjugate(CYCLES[axis]))

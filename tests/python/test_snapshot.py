@@ -1,7 +1,7 @@
 """Results of the public API against snapshot.txt, to six significant digits.
 
-Each line of snapshot.txt is an expression and its value. After a change that is meant to move
-results, `python tests/python/test_snapshot.py` rewrites the values.
+Each line of snapshot.txt contains an expression and its value. After an intended change of results,
+`python tests/python/test_snapshot.py` rewrites the values.
 """
 
 from functools import cache
@@ -17,7 +17,7 @@ LINES = [line.rsplit(" = ", 1) for line in FILE.read_text().splitlines()]
 
 @cache
 def names():
-    """Return the names that the expressions use."""
+    """Return the names available to the expressions."""
     cone = kr.Body.cone(0.3, 1.2, (0, 0, -0.9), mass=0.5)
     thesis = kr.scenes.thesis
     tops = thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
@@ -40,7 +40,7 @@ def names():
 
 
 def value_of(expression):
-    """Return the value of an expression as text, numbers with six significant digits."""
+    """Return the value of an expression as text, with six significant digits per number."""
     found = eval(expression, names())
     return found if isinstance(found, str) else f"{float(found):.6g}"
 

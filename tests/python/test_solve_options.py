@@ -1,4 +1,4 @@
-"""Options of kreisel.solve: tolerance, step, and the quantities that decide the form."""
+"""Options of kreisel.solve: tolerance, step, and the wanted quantities, which decide the form."""
 
 import math
 

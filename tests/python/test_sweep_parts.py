@@ -1,4 +1,4 @@
-"""Parts of a sweep: requests for some of them, their files, and what they hold."""
+"""Parts of a sweep: requests for some parts, and the files and contents of each part."""
 
 import kreisel as kr
 import numpy as np

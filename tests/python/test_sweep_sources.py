@@ -1,4 +1,4 @@
-"""Sources of sweeps: grids, random tops, columns of files, and plans in TOML."""
+"""Sources of sweeps: grids, random tops, columns of files, and plans in TOML files."""
 
 import kreisel as kr
 import numpy as np

@@ -23,7 +23,7 @@ CASES = [
 
 
 def step_from(scene, name, step, turned, pushed):
-    """Return the state after a step from a start turned by a small vector and pushed."""
+    """Return the state after a step from a start with perturbed attitude and momentum."""
     angle = np.linalg.norm(turned)
     small = np.cos(angle / 2), *(np.sinc(angle / 2 / np.pi) * turned / 2)
     attitude = quaternion.multiply(small, scene.attitude)
@@ -33,18 +33,19 @@ def step_from(scene, name, step, turned, pushed):
 
 
 def form(m):
-    """Return <dm, turn'> - <dm', turn> + <m, turn x turn'> of (turn, dm), all in space."""
+    """Return the matrix of <dm, turn'> - <dm', turn> + <m, turn x turn'>, all in space."""
     eye, cross = np.eye(3), np.array([[0, m[2], -m[1]], [-m[2], 0, m[0]], [m[1], -m[0], 0]])
     return np.block([[cross, -eye], [eye, np.zeros((3, 3))]])
 
 
 def defect(scene, name, step):
-    """Return by how much a step changes the form, in units of the moments and the step."""
+    """Return the change of the symplectic form in a step, in units of the moments and the step."""
     q, m = step_from(scene, name, step, np.zeros(3), np.zeros(3))
     columns = []
     for nudge in NUDGE * np.eye(6):
         column = np.zeros(6)
-        for weight in (8, -8, -1, 1):  # at one nudge and two, of either sign
+        # weights of differences over one and two nudges of either sign
+        for weight in (8, -8, -1, 1):
             sign = np.sign(weight) * (1 if abs(weight) == 8 else -2)
             p, n = step_from(scene, name, step, sign * nudge[:3], sign * nudge[3:])
             turn = np.array(quaternion.multiply(p, quaternion.conjugate(tuple(q.tolist()))))
@@ -66,7 +67,7 @@ def test_a_symplectic_method_keeps_the_form(name, body):
 
 
 def test_bobenko_suris4_keeps_the_form_along_orbits_only():
-    """Its step depends on the orbit, up to order 7."""
+    """The effective step depends on the orbit, so other variations change the form at order 7."""
     changes = [defect(SCENE, "bobenko_suris4", step) for step in (0.2, 0.4)]
     assert not kr.methods["bobenko_suris4"].symplectic
     assert 5.5 < np.log2(changes[1] / changes[0]) < 8.5

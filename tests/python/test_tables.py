@@ -33,7 +33,7 @@ def test_states_in_a_table_of_pandas(path):
     assert np.array_equal(table.to_numpy(), path.states[:, 1:])
     units = {"t": "T"} | dict.fromkeys(STATE[:4], "") | dict.fromkeys(STATE[4:], "M L^2 T^-1")
     assert table.attrs == {"method": "taylor", "scene": TOP.to_toml(), "units": units}
-    table.loc[0.0, "q_w"] = 2.0  # a table is its owner's
+    table.loc[0.0, "q_w"] = 2.0  # the caller may change a table
     assert path.q[0, 0] != 2.0
 
 
@@ -232,7 +232,7 @@ def test_what_is_missed_says_how_to_get_it(library, path, monkeypatch):
     use, hint = MISSED[library]
     with pytest.raises(ImportError, match=f"this needs {library}.*: {hint}"):
         use(path)
-    assert path.energy_error < 1e-10  # and all else is there
+    assert path.energy_error < 1e-10  # all other quantities are available
 
 
 # Boundary values

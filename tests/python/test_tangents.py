@@ -1,4 +1,4 @@
-"""Tangents of paths against differences of runs with 30 digits."""
+"""Tangents of paths, compared with differences of runs with 30 digits."""
 
 import pickle
 
@@ -13,14 +13,17 @@ T = 10.0
 
 
 def change(one, other):
-    """Return the rotation vector in the body and the change of momentum between path ends."""
+    """Return the rotation vector in the body and the change of momentum between two path ends."""
     q, dq = other.q[0], (one.q[0] - other.q[0]) + (one.q_low[0] - other.q_low[0])
     turn = q[0] * dq[1:] - dq[0] * q[1:] - np.cross(q[1:], dq[1:])
     return np.append(2.0 * turn, (one.m[0] - other.m[0]) + (one.m_low[0] - other.m_low[0]))
 
 
 def neighbours(scene, word, value, axis):
-    """Return a derivative from runs with 30 digits, by Richardson extrapolation."""
+    """Return the derivative with respect to a component of `word`, from runs with 30 digits.
+
+    The differences are improved by Richardson extrapolation.
+    """
     step = 2.0 ** (np.ceil(np.log2(max(1.0, abs(value)))) - 26.0)
 
     def at(k):
@@ -43,8 +46,8 @@ def test_tangents_are_the_differences_of_runs_with_30_digits(name):
         assert np.abs(told - fine[:, column]).max() <= 1e-14 * max(
             1.0, np.abs(fine[:, column]).max()
         )
-    # In doubles the path itself errs, and where that grows fast, the tangents of another path
-    # differ by as much times their size.
+    # The path in doubles has an error itself. If this error grows fast, the tangents have a
+    # relative error of the same size.
     plain = kr.solve(scene, [0.0, T], digits=16, tangents=ALL)
     size = np.abs(fine).max()
     within = 1e-12 if name != "dzhanibekov" else 3.0 * plain.error * size
@@ -57,7 +60,10 @@ def matrix(q):
 
 
 def form(path, i):
-    """Return the symplectic form, for rotation vectors in the body and momenta in space."""
+    """Return the matrix of the symplectic form at state `i` of a path.
+
+    It applies to rotation vectors in the body and momenta in space.
+    """
     turn = matrix(path.q[i])
     x, y, z = turn.T @ path.m[i]
     return np.block(
@@ -97,7 +103,7 @@ def test_conditioning_is_how_far_roundings_move_the_attitude():
     still = kr.solve(scene, t, digits=20)
     away = kr.attitude_error(moved.q, still.q)
     assert np.all(away <= 2.0 * path.conditioning) and np.all(away >= 0.005 * path.conditioning)
-    start = kr.solve(scene, [0.0], tangents=ALL)  # a rounding of each half angle of three
+    start = kr.solve(scene, [0.0], tangents=ALL)  # one rounding in each of three half angles
     assert start.conditioning == pytest.approx([6.0 * 2.0**-53], rel=1e-12)
 
 
@@ -128,7 +134,7 @@ def test_what_has_no_tangents_says_so():
 
 DAMPED = kr.scenes.asymmetric.replace(damping=(0.01, 0.02, 0.03))
 START = {"tangents": "start"}
-# Each verb, word and kind of scene beside tangents: what it gives, or the words of its refusal.
+# Each function and option combined with tangents: its result, or a part of its error message.
 PAIRS = {
     "times": (lambda: kr.solve(kr.scenes.asymmetric, [-1.0, -2.0], **START), (2, 6, 6)),
     "damping": (lambda: kr.solve(DAMPED, [1.0], **START), (1, 6, 6)),

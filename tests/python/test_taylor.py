@@ -137,7 +137,8 @@ def test_the_error_of_fifty_tops_is_estimated_within_a_factor_of_three():
             random.normal(size=4),
         )
         if i % 3 == 0:
-            half[1], pivot[:2] = half[0], 0.0  # a Lagrange top: there the closed form estimates
+            # a Lagrange top, whose closed form provides the estimate
+            half[1], pivot[:2] = half[0], 0.0
         scene = kr.Scene(
             kr.Body.cuboid(half=half, pivot=pivot),
             momentum=random.normal(scale=5, size=3),

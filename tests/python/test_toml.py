@@ -1,4 +1,4 @@
-"""Scenes as TOML files: bitwise round trips and arguments of the constructors."""
+"""Scenes in TOML files: bitwise round trips, and arguments of the constructors."""
 
 import kreisel as kr
 import numpy as np

@@ -18,7 +18,7 @@ TOOLS = Path(sys.executable).parent
 
 
 def by_mypy(script, folder):
-    """Return the lines in which mypy finds an error."""
+    """Return the line numbers at which mypy reports an error."""
     words = ["--strict", "--no-incremental", "--hide-error-context", str(script)]
     done = subprocess.run(
         [TOOLS / "mypy", "--config-file=", *words],
@@ -32,7 +32,7 @@ def by_mypy(script, folder):
 
 
 def by_pyright(script, folder):
-    """Return the lines in which pyright finds an error in strict mode."""
+    """Return the line numbers at which pyright reports an error in strict mode."""
     how = {
         "typeCheckingMode": "strict",
         "extraPaths": [str(ROOT / "python")],

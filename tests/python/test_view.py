@@ -20,7 +20,7 @@ TOP = kr.scenes.thesis
 
 
 def test_the_page_may_run_its_own_script_and_ask_nobody():
-    """The content policy holds whatever a scene's text or a link contains."""
+    """The content security policy holds whatever the text of a scene or a link contains."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))
@@ -72,8 +72,9 @@ def test_what_is_left_out_is_by_the_scene():
     ("path", "step"),
     [
         (kr.solve(TOP, 1.0, "rk4", step=0.02, every=10), 0.02),
-        (kr.solve(TOP, np.arange(5) * 0.25), 0.25),  # taylor has no step of its own
-        (kr.solve(TOP, np.arange(5) * 0.25, "rk4", step=2.5e-7), 0.25),  # nor is this one
+        (kr.solve(TOP, np.arange(5) * 0.25), 0.25),  # taylor has no fixed step
+        # this step is too short to be used
+        (kr.solve(TOP, np.arange(5) * 0.25, "rk4", step=2.5e-7), 0.25),
     ],
 )
 def test_a_path_gives_its_step(path, step):
@@ -226,5 +227,5 @@ def test_an_installation_without_a_page_says_so(home):
     with pytest.raises(
         FileNotFoundError, match=r"without its page, .*viewer\.html: run `make page`"
     ):
-        view.view(TOP, open=False).html  # noqa: B018  a look at it is what is refused
+        view.view(TOP, open=False).html  # noqa: B018  reading the attribute raises
     assert not Path(home / ".cache").exists()

@@ -14,11 +14,11 @@ from tops import FREE, WILD, scene_for, words_for
 THESIS = kr.scenes.thesis
 
 TOP = kr.scenes.asymmetric
-MANY = np.linspace(0, 20, CHUNK_SIZE + 123)  # more than a piece
+MANY = np.linspace(0, 20, CHUNK_SIZE + 123)  # more than a chunk
 TOPS = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
-# What is wanted
+# The argument want=
 
 
 @pytest.mark.parametrize("method", ["strang", "extrap", "exact", "taylor"])
@@ -83,7 +83,7 @@ def test_want_runs_in_little_memory():
         tracemalloc.stop()
     assert (
         peaks[0] > 64e6 and peaks[1] < 28e6
-    )  # bytes: all states; t (given, and kept), energy, and a piece
+    )  # bytes of all states, or of t (given and kept), the energy and one chunk
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""A copy of the tree, to follow the recipes of ARCHITECTURE.md in; and the recipe of a quantity."""
+"""A copy of the tree, in which tests follow the recipes of ARCHITECTURE.md."""
 
 import os
 import shutil
@@ -7,7 +7,7 @@ import sys
 
 from toolbox import ROOT, run
 
-APART = [  # python in the copy, not the package that these tests run in
+APART = [  # makes Python import the package of the copy, and not the one that runs these tests
     "import sys",
     "sys.meta_path = [f for f in sys.meta_path if 'Scikit' not in type(f).__name__]",
     "sys.path[:0] = sys.argv[1:]",
@@ -15,7 +15,7 @@ APART = [  # python in the copy, not the package that these tests run in
 
 
 class House:
-    """A copy of the tree, and what a recipe has touched in it."""
+    """A copy of the tree, with the files that each recipe has changed."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -32,13 +32,13 @@ class House:
         (self.folder / name).write_text(text)
 
     def insert(self, recipe, name, before, text):
-        """Text before the first line that begins so."""
+        """Insert `text` before the first line of file `name` that begins with `before`."""
         old = (self.folder / name).read_text()
         at = old.index("\n" + before) + 1
         self.write(recipe, name, old[:at] + text + old[at:])
 
     def build(self):
-        """The core and the extension, as fast as a compiler makes them."""
+        """Build the core and the extension, without optimization because that is fastest."""
         cmake = run(sys.executable, "-m", "pybind11", "--cmakedir").strip()
         options = ["-DKREISEL_PYTHON=ON", "-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Debug"]
         paths = [f"-Dpybind11_DIR={cmake}", f"-DPython_EXECUTABLE={sys.executable}"]
@@ -49,7 +49,7 @@ class House:
         shutil.copy(extension, self.folder / "python/kreisel")
 
     def compile(self, program, to):
-        """A program with the core as it was built, and all that the core keeps to itself."""
+        """Compile a C program, which may use private headers, and link it with the core."""
         library = self.folder / "build/libkreisel.a"
         run("gcc", "-std=c99", f"-I{self.folder / 'csrc'}", program, library, "-lm", "-o", to)
 
@@ -70,6 +70,6 @@ VALUE = """double kr_state_height(const kr_scene *scene, const kr_state *s)
 
 
 def add_quantity(house):
-    """The height of the apex, without the test that a quantity has."""
+    """Add the height of the apex as a quantity, but without the test that the recipe requires."""
     house.insert("quantity", "csrc/quantities.def", "Q(kinetic,", QUANTITY)
     house.insert("quantity", "csrc/model/quantities.c", "double kr_state_nutation(", VALUE)

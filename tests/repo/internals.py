@@ -1,4 +1,4 @@
-"""Private names of the package that tests use. They are imported here alone."""
+"""Private names of the package that tests use. No other test module imports private names."""
 
 import numpy as np
 from kreisel import _cli as cli
@@ -27,7 +27,10 @@ __all__ = [
 
 
 def solid_of(body):
-    """Return the solid that plots draw for a body. Needs matplotlib."""
+    """Return the solid that plots draw for a body.
+
+    Requires matplotlib.
+    """
     from kreisel._plot.solids import build_solid
 
     return build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))

@@ -26,7 +26,7 @@ IRREGULAR = re.findall(
     understood woken worn written wound spun spelt swept chosen fallen hidden broken frozen proven
     risen spoken stolen stricken""",
 )
-# Verbs and nouns that end as participles do.
+# Verbs and nouns that end like participles.
 VERBS = {"feed", "need", "seed", "speed", "embed", "exceed", "proceed"}
 
 
@@ -70,7 +70,7 @@ def is_participle(name):
 
 
 def names(*trees):
-    """Return (place, name) of each class and function below `trees`, test functions apart."""
+    """Return (place, name) of each class and function below `trees`, except test functions."""
     return [
         (f"{file.relative_to(ROOT)}::{name}", name)
         for file in python_files(*trees)
@@ -80,7 +80,7 @@ def names(*trees):
 
 
 def find_repeated_basenames(tree):
-    """Return the module names that two files below `tree` share, each with its files."""
+    """Return each module name that several files below `tree` share, with these files."""
     places = defaultdict(list)
     for file in python_files(tree):
         if file.name not in {"__init__.py", "__main__.py", "conftest.py"}:
@@ -105,7 +105,7 @@ def report():
 
 
 def split_sentences(text):
-    """Return the whole sentences of at least five words, without formulas, lists and examples."""
+    """Return the complete sentences of at least five words, except formulas, lists and examples."""
     paragraphs = re.split(r"\n\s*\n|\n(?=\s{4,}|\s*>>>)", text)
     prose = [" ".join(part.split()) for part in paragraphs if not part.lstrip().startswith(">>>")]
     sentences = [s for part in prose for s in re.split(r"(?<=[.]) (?=[A-Z`])", part)]
@@ -128,7 +128,7 @@ def docstring_sentences(*trees):
 
 
 def sample(seed):
-    """Print sentences and names drawn at random, in the shares of csrc, the package and tests."""
+    """Print sentences and names, drawn at random from csrc, the package, validation and tests."""
     draw = random.Random(seed)
     sources = (
         (20, comment_sentences("csrc")),

@@ -1,6 +1,7 @@
 """The layers of ARCHITECTURE.md, and the uses of each file.
 
-Uses are includes in C, imports in Python wherever they stand, and imports in the page's scripts.
+A file uses the files that it includes in C, or imports anywhere in Python or in scripts of the
+page.
 """
 
 import ast
@@ -16,7 +17,7 @@ C, PYTHON, SCRIPTS = {".c", ".h", ".def"}, {".py"}, {".js"}
 
 @cache
 def layers():
-    """Return the layers of each tree from the ground up, each with its names."""
+    """Return the layers of each tree, lowest first, each layer as a list of names."""
     found = {}
     for tree, text in re.findall(r"^```layers (\S+)\n(.*?)^```", PLAN.read_text(), re.M | re.S):
         rows = [re.split(r"\s{2,}", line.strip())[0].split() for line in text.splitlines()]
@@ -36,7 +37,7 @@ def is_ours(file):
 
 
 def layer(file, tree):
-    """The number of the layer on which a file stands, from the ground up; None for none or two."""
+    """Return the index of the layer that contains a file, or None unless exactly one layer does."""
     inside = file.relative_to(ROOT / tree).as_posix()
     here = [
         number
@@ -48,7 +49,7 @@ def layer(file, tree):
 
 
 def targets(file, tree):
-    """The files of the same tree that a file uses."""
+    """Return the files of the same tree that a file uses."""
     uses = (
         c_includes
         if file.suffix in C
@@ -83,7 +84,7 @@ def python_imports(file):
 
 
 def package(file, node):
-    """The dotted name that follows `from`, counted from a folder in which imports begin."""
+    """Return the absolute module name after `from` in an import, as a list of words."""
     words = node.module.split(".") if node.module else []
     if not node.level:
         return words
@@ -96,7 +97,7 @@ TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT 
 
 
 def module(words):
-    """The file of a module or package of ours, as a list of none or one."""
+    """Return a list with the file of a module of the project, or [] for other modules."""
     for top in TOPS:
         for path in (top.joinpath(*words).with_suffix(".py"), top.joinpath(*words, "__init__.py")):
             if words and path.is_file() and is_ours(path):
@@ -105,7 +106,7 @@ def module(words):
 
 
 def circle(arrows):
-    """Files each of which uses the next, and the last the first; empty where there are none."""
+    """Return a cycle of files, each of which uses the next, or an empty list if there is none."""
     state, way = {}, []
 
     def visit(file):

@@ -1,4 +1,4 @@
-"""The site: what it promises can be told without making it, which `make docs` does."""
+"""Tests of the site that do not need to build it; `make docs` builds the site."""
 
 import re
 import sys
@@ -44,7 +44,7 @@ def test_nothing_is_fetched_from_elsewhere(file):
 
 
 def test_the_waves_of_the_gallery_are_waves():
-    """The axis nods at least five times for each round, by some degrees."""
+    """The axis nods at least five times per revolution, by some degrees."""
     source = (DOCS / "examples/tops/loops_cusps_waves.py").read_text()
     names = {}
     exec(source.partition("\nt = ")[0], names)

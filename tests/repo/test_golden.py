@@ -1,7 +1,7 @@
 """Results of the C library against files in tests/c.
 
-golden.txt has the bits of the algebraic methods, kernels.txt those of each instruction set, and
-snapshot.txt numbers to six digits. `.ci/snapshots` rewrites golden.txt and snapshot.txt.
+golden.txt contains the exact bits of the algebraic methods, kernels.txt those of each instruction
+set, and snapshot.txt numbers to six digits. `.ci/snapshots` rewrites golden.txt and snapshot.txt.
 """
 
 import pytest
@@ -43,8 +43,11 @@ def test_the_library_gives_the_numbers_of_the_snapshot(tmp_path):
 
 
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
-    """tests/c/kernels.txt is what tests/c/kernels.c printed, without the names of instruction
-    sets, for one with fused products and for one without. Other processors: .ci/processors."""
+    """Compare the output of tests/c/kernels.c with tests/c/kernels.txt.
+
+    The file contains the output for an instruction set with fused multiply-add and for one without,
+    except the names of the sets. Other processors are tested by .ci/processors.
+    """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
     told = of_the_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")
     lines = [line.split(maxsplit=1) for line in told.splitlines()]

@@ -1,4 +1,4 @@
-"""The house stands: names, sizes, no warnings, no global state."""
+"""Tests of the code base: names, sizes, no warnings, no global state."""
 
 import ast
 import re
@@ -49,7 +49,7 @@ def test_python_sees_the_public_header_only():
 
 
 def symbols(library, *options):
-    """(name, type, section) of each, as nm tells."""
+    """Return (name, type, section) of each symbol of a library, as listed by nm."""
     rows = [
         line.split("|")
         for line in run("nm", "-f", "sysv", *options, library).splitlines()
@@ -110,7 +110,10 @@ STRICT = ["-std=c99", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"
 
 
 def test_the_page_s_code_has_no_warnings(tmp_path):
-    """Compile what only zig compiles; .ci/test compiles all else with these warnings as errors."""
+    """Compile the file that is otherwise compiled by zig only.
+
+    All other files are compiled with these warnings as errors by .ci/test.
+    """
     need("gcc")
     compile_objects("gcc", ["-O2", *STRICT], [CSRC / "viewer/wasm.c"], tmp_path)
 
@@ -162,7 +165,7 @@ def test_files_can_be_read_at_one_sitting(file):
 
 
 def functions(file):
-    """(name, lines) of each function."""
+    """Yield the name and the number of lines of each function, not counting its docstring."""
     text = file.read_text()
     if file.suffix == ".py":
         for node in ast.walk(ast.parse(text)):
@@ -173,7 +176,7 @@ def functions(file):
 
 
 def of_docstring(node):
-    """The lines of its docstring: what a public function promises may take as many as it needs."""
+    """Return the number of lines of the docstring of `node`. Docstrings may have any length."""
     first = node.body[0]
     return first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
 

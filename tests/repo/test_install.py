@@ -1,4 +1,4 @@
-"""The installed library serves a user's program in C and C++, found by CMake and by pkg-config."""
+"""The installed library: programs in C and C++ find it with CMake and with pkg-config."""
 
 import shutil
 

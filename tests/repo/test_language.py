@@ -13,7 +13,7 @@ from language import (
 FINISHED = ("python/kreisel", "validation", "tests")
 OPENERS_MOST = 0.02  # share of docstrings
 PARTICIPLES_MOST = 0.01  # share of names
-COMMANDS = {"compare", "solve", "sweep"}  # files of _cli that share a name with what they run
+COMMANDS = {"compare", "solve", "sweep"}  # files of _cli named like the module that they run
 
 
 @pytest.mark.parametrize("tree", FINISHED)

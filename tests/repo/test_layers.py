@@ -1,4 +1,4 @@
-"""The plan on the wall is true: what a file uses stands below it or beside it."""
+"""The layers of ARCHITECTURE.md: a file uses files of lower layers or of its own layer only."""
 
 import pytest
 from layers import PLAN, circle, files, layer, layers, targets

@@ -23,7 +23,10 @@ def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
 
 
 def test_methods_md_is_up_to_date():
-    """Compare all but the measured costs; `kreisel methods --markdown > METHODS.md` repairs it."""
+    """Compare everything except the measured costs.
+
+    `kreisel methods --markdown > METHODS.md` updates the file.
+    """
 
     def cells(text):
         lines = [line for line in text.splitlines() if line.startswith("| ") and "---" not in line]

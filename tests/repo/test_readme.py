@@ -18,7 +18,7 @@ def blocks(*languages):
 
 
 def commands(name):
-    """The words after `name`, wherever a line of the shell begins with it."""
+    """Return the arguments of each shell command in README.md that begins with `name`."""
     lines = re.split(r"\n|&&", "\n".join(blocks("sh", "bash", "console")))
     words = [shlex.split(line.strip().removeprefix("$ "), comments=True) for line in lines]
     return [

@@ -1,4 +1,4 @@
-"""Form is left to tools: clang-format, ruff and mypy find nothing to change."""
+"""Style: clang-format, ruff and mypy report nothing."""
 
 import subprocess
 import sys
@@ -20,7 +20,7 @@ PYTHON = [
 
 
 def sources(*endings):
-    """The files that git tracks or would track."""
+    """Return the files that git tracks or would track."""
     command = ["git", "ls-files", "--cached", "--others", "--exclude-standard", "--", *endings]
     names = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     return [ROOT / name for name in names.splitlines() if (ROOT / name).is_file()]

@@ -1,7 +1,7 @@
-"""Tests of everything from elsewhere.
+"""Tests of third-party software.
 
-They check versions and hashes of what pip installs, licences, a .venv of another checkout, and a
-page that makes no request.
+They check the versions and hashes of the packages that pip installs, licences, a .venv from another
+checkout, and that the page makes no requests.
 """
 
 import importlib.metadata
@@ -24,7 +24,7 @@ def requirements(monkeypatch):
 
 
 def test_all_that_pip_installs_has_a_version_and_hashes(requirements):
-    """`.ci/lock` repairs a failure of this test."""
+    """If this test fails, run `.ci/lock`."""
     text = (ROOT / ".ci/locked.txt").read_text()
     assert "//" not in text and "index" not in text
     versions = {}
@@ -61,7 +61,7 @@ def test_the_notice_of_what_is_compiled_in_is_in_the_wheel():
 def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
     bill = json.loads((ROOT / "python/materials.json.in").read_text())
     parts = {part["name"]: part["version"] for part in bill["components"]}
-    assert parts.pop("pybind11") == "@pybind11_VERSION@"  # CMake's, who finds it
+    assert parts.pop("pybind11") == "@pybind11_VERSION@"  # filled in by CMake
     (zig,) = requirements["locked"](["ziglang"])
     lock = json.loads((ROOT / "python/viewer/package-lock.json").read_text())["packages"]
     built_in = {
@@ -77,7 +77,7 @@ def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
 
 @pytest.fixture
 def checkout(tmp_path):
-    """Return a copy of the files that check a .venv, with a .venv of another place."""
+    """Return a copy of the files that check a .venv, with a .venv made for another folder."""
     shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / ".venv/bin/activate").write_text("VIRTUAL_ENV=/somewhere/else/.venv\n")
@@ -86,7 +86,7 @@ def checkout(tmp_path):
 
 
 def need(checkout):
-    """Runs .ci/need where no tool is to be had, so that nothing is installed."""
+    """Run .ci/need in an environment without tools, so that nothing can be installed."""
     tools = checkout / "tools"
     tools.mkdir()
     for name in ("sh", "dirname", "grep", "ls", "rm", "cat", "mkdir"):

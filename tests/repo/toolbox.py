@@ -1,4 +1,4 @@
-"""Tools that all tests share: running commands, finding tools, an installed copy of the library."""
+"""Helpers of all tests: running commands, finding tools, and installing the library."""
 
 import functools
 import os
@@ -18,7 +18,10 @@ VERSION = re.search(r'KR_VERSION "(.+)"', (ROOT / "csrc/kreisel.h").read_text())
 
 
 def run(*command, cwd=ROOT, **environment):
-    """The command's standard output; its failure fails the test, with all that it said."""
+    """Return the standard output of a command.
+
+    If the command fails, the test fails with its output.
+    """
     done = subprocess.run(
         [str(word) for word in command],
         cwd=cwd,
@@ -32,7 +35,7 @@ def run(*command, cwd=ROOT, **environment):
 
 
 def compile_objects(compiler, flags, sources, folder):
-    """Object files of all sources, compiled on all processors."""
+    """Compile all sources in parallel, and return the object files."""
     objects = [Path(folder) / f"{i}.o" for i in range(len(sources))]
 
     def one(source, to):
@@ -43,19 +46,19 @@ def compile_objects(compiler, flags, sources, folder):
     return objects
 
 
-# With this at its head, Ctrl-C interrupts a program even where the tests were started with it
-# ignored, as nohup and shells do in the background.
+# Restores the default handling of Ctrl-C in a program. Tests that run in the background, by nohup
+# or from a shell, pass on an ignored SIGINT.
 HEEDING = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 
 def python(code, *words, timeout=60, **how):
-    """Runs code in a Python of its own; gives the process when it is done."""
+    """Run `code` in a separate Python process, and return the completed process."""
     command = [sys.executable, "-c", HEEDING + code, *words]
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, **how)
 
 
 def need(*tools):
-    """Skips the test where a tool is missing; fails it where CI=true."""
+    """Skip the test if a tool is missing, or fail it if CI=true."""
     missing = [tool for tool in tools if not shutil.which(tool)]
     if missing:
         (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(
@@ -70,7 +73,7 @@ def need_gsl():
 
 
 def core_sources(csrc=CSRC):
-    """Return the sources of the library, without the adapters to GSL and the page's own file."""
+    """Return the sources of the library, except the adapters to GSL and the file of the page."""
     return sorted(
         file for file in csrc.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
     )
@@ -82,8 +85,10 @@ def c_tests():
 
 @functools.cache
 def install_library(gsl="OFF"):
-    """The folder into which the library was installed just now, as a user would; processes that
-    share the tests have one each."""
+    """Install the library as a user would, and return the folder.
+
+    Test processes that run in parallel install into different folders.
+    """
     name = f"gsl-{gsl}-{os.environ.get('PYTEST_XDIST_WORKER', 'alone')}"
     build, prefix = ROOT / f"build/installed-{name}", ROOT / f"build/prefix-{name}"
     shutil.rmtree(prefix, ignore_errors=True)
@@ -95,7 +100,7 @@ def install_library(gsl="OFF"):
 
 
 def compile_and_run(source, prefix, *options, compiler="gcc", linking="shared", libraries=(), to):
-    """Builds a program as pkg-config says; what it prints."""
+    """Build a program with the flags of pkg-config, run it, and return its output."""
     need(compiler, "pkg-config")
     static = ["-static"] if linking == "static" else []
     pc = {"PKG_CONFIG_PATH": f"{prefix / 'lib/pkgconfig'}:{os.environ.get('PKG_CONFIG_PATH', '')}"}

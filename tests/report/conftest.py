@@ -1,4 +1,4 @@
-"""Fixtures of the report's tests: reports are complete on slow machines too."""
+"""Fixtures of the report's tests, which make reports complete even on slow machines."""
 
 from dataclasses import replace
 

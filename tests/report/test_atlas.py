@@ -1,4 +1,7 @@
-"""Tests of the stability atlas and of the random and published tops, without timed assertions."""
+"""Tests of the stability atlas and of the random and published tops.
+
+No assertion depends on run times.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -79,7 +82,7 @@ def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
-    """The midpoint rule accelerates a needle to the same wrong attitude with two steps."""
+    """The midpoint rule accelerates a needle and gives the same wrong attitude for both steps."""
     cell = examine_case("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
     assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
 
@@ -90,15 +93,15 @@ def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
         (1e-13, 0.0, 64, "right"),
         (1e-3, 4e-4, 64, "degraded"),
         (1.0, 0.4, 64, "lost"),
-        (3.0, 0.15, 64, "lost"),  # two runs so far apart are both not to be believed
+        (3.0, 0.15, 64, "lost"),  # two runs that differ so much cannot be trusted
         (3.0, 0.05, 64, "silent"),
         (1e-3, 1e-4, 64, "silent"),
         (1.0, 1e-9, 64, "silent"),
-        (1.0, 1e-9, 8, "silent"),  # a step too large makes more of a difference than this
+        (1.0, 1e-9, 8, "silent"),  # too large a step would cause a larger difference
         (1e-3, 1e-4, 8, "degraded"),
-        (1.0, 1e-9, 2, "lost"),  # two steps a turn: known beforehand
+        (1.0, 1e-9, 2, "lost"),  # two steps per turn are too few, as is known beforehand
         (5e-12, 1e-12, 64, "degraded"),  # accumulated rounding
-        (5e-12, 0.0, 64, "silent"),  # is not the same in both runs
+        (5e-12, 0.0, 64, "silent"),  # accumulated rounding would differ between both runs
         (float("nan"), 0.0, 2, "silent"),
     ],
 )
@@ -108,7 +111,7 @@ def test_verdicts(error, shown, per_turn, expected):
 
 
 def test_what_the_data_do_not_determine_is_lost_not_right():
-    """A rounding of the data on the unstable axis makes any attitude possible."""
+    """On the unstable axis, one rounding of the data makes any attitude possible."""
     shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
     assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
@@ -119,7 +122,10 @@ def test_a_tolerance_allows_what_was_asked_for():
 
 
 def test_an_error_within_the_requested_tolerance_is_as_asked():
-    """The second run matters only above the tolerance, and only "right" is better."""
+    """The second run matters only if the error exceeds the tolerance.
+
+    Only the verdict "right" is better than "as asked".
+    """
     for error, tol, expected in (
         (1e-10, 1e-9, "as asked"),
         (1e-9, 1e-9, "as asked"),
@@ -142,7 +148,7 @@ def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
 
 
 def test_what_the_second_run_shows_is_the_error():
-    """Two runs with an error C h^p differ by C h^p (1 - 2^-p)."""
+    """Two runs whose error is C h^p differ by C h^p (1 - 2^-p)."""
     for order in (1, 2, 4, 8):
         assert verdicts.estimate_error(1e-3 * (1 - 2.0**-order), order) == pytest.approx(
             1e-3, rel=1e-12
@@ -159,9 +165,9 @@ FAULTY = ("gravity: Lagrange, g = -1", "gravity: general, g = -1", "shape: disc,
 
 
 def with_fault(fault):
-    """Return a function that lists all methods of kreisel, each with the fault.
+    """Return a function that lists all methods of kreisel, with the fault added to each.
 
-    The fault is a function of (who, problem, scene, times, setting).
+    The fault is a function that takes (who, problem, scene, times, setting).
     """
 
     def everybody(scene, radians):
@@ -212,7 +218,10 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
 )
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
-    """A constant is wrong by 1e-3, at least a hundred times the errors of these methods."""
+    """Gravity is wrong by a factor of 1.001.
+
+    The effect is at least a hundred times the error of each of these methods.
+    """
 
     def slightly(who, problem, scene, times, setting):
         return who.run(problem, scene.replace(gravity=scene.gravity * 1.001), times, setting)
@@ -225,7 +234,7 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
 
 
 def test_a_lost_kick_is_found():
-    """One interval has no gravity: of fixed length, or of the length of a step."""
+    """Gravity is missing in one interval, which has a fixed length or the length of a step."""
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def losing(seconds):
@@ -274,7 +283,9 @@ def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
 
 
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
-    """The change per step is h (1 - cos theta) <v, a_> <torque at a_, v>, see stiff_needle.py.
+    """Compare the change per step with h (1 - cos theta) <v, a_> <torque at a_, v>.
+
+    The formula is derived in stiff_needle.py.
 
     The drift of the energy is therefore not a fault of the implementation.
     """
@@ -351,7 +362,7 @@ def test_random_tops_are_run_by_every_method_that_suits_them():
 
 @pytest.mark.parametrize("problem", published.load_problems(), ids=lambda problem: problem.name)
 def test_published_references_are_met(problem):
-    """Scene and reference agree to their 17 digits."""
+    """The scene and the reference agree in all of their 17 digits."""
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
     who = next(

@@ -1,4 +1,4 @@
-"""The number of Python calls of a verb, and of returns to a file already left."""
+"""Tests of the number of Python calls in public functions, and of returns to earlier files."""
 
 import pytest
 

@@ -1,4 +1,7 @@
-"""Tests that colours and markers of the charts differ for every reader, on light and on dark."""
+"""Tests that all readers can distinguish the colours and markers of charts.
+
+The charts are tested on a light and on a dark background.
+"""
 
 from itertools import combinations
 
@@ -85,7 +88,7 @@ class Run:
 
 
 def test_methods_that_lead_have_their_own_colour_in_the_small_figures(monkeypatch):
-    """A label repeats the colour and the marker of its line."""
+    """Each label must repeat the colour and the marker of its line."""
     drawn = []
     monkeypatch.setattr(
         cost_curves, "figure_to_svg", lambda figure: drawn.append(figure) or "<svg>"

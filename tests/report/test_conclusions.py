@@ -1,4 +1,4 @@
-"""Tests of the conclusions in the report, without timed assertions."""
+"""Tests of the conclusions in the report. No assertion depends on run times."""
 
 from types import SimpleNamespace
 
@@ -63,7 +63,7 @@ def run(scene, method, seconds):
 
 
 def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
-    """The scenes are a win, a tie either way, a loss, and one without a peer."""
+    """The scenes are a win, two ties, a loss, and one that no peer solves."""
     rows = []
     for scene, own, peer in (
         ("won", 1.0, 1.34),

@@ -1,4 +1,4 @@
-"""Tests that files survive killed writers, and that a torn file is detected."""
+"""Tests that files survive when their writers are killed, and that a torn file is detected."""
 
 import random
 

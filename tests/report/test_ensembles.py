@@ -1,4 +1,4 @@
-"""Tests of the comparison of ensembles: equal motions at equal errors."""
+"""Tests of the comparison of ensembles: all programs compute the same motions at equal errors."""
 
 import csv
 import re
@@ -53,7 +53,7 @@ def test_the_peers_start_where_the_tops_do(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_conditioning_is_that_of_the_references(kind):
-    """The references also perturb the body, so their conditioning is somewhat larger."""
+    """The conditioning of the references is somewhat larger, because they also perturb the body."""
     tops = tops_of.draw_tops(kind, 2, end=10.0)
     for k, own in enumerate(tops_of.compute_conditioning(tops)):
         (other,) = reference.compute_conditioning(problem_of(tops, k), [tops.end], "velocity")
@@ -62,7 +62,7 @@ def test_conditioning_is_that_of_the_references(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_mover_brings_the_tops_to_their_end_in_order(kind):
-    """Eleven tops do not fill the lanes, and keep their order."""
+    """Eleven tops do not fill all lanes, and must keep their order."""
     tops = tops_of.draw_tops(kind, 11, end=10.0)
     true = tops_of.compute_truths(tops)
     for who in ensemble_runs.select_movers(tops):

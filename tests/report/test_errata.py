@@ -1,4 +1,4 @@
-"""Tests of each erratum: the text has the stated error, and the correction holds."""
+"""Tests of each erratum: the text is wrong by the stated error, and the correction is right."""
 
 import kreisel as kr
 import numpy as np
@@ -8,7 +8,7 @@ from validation.thesis import chapter, errata_maps, su2
 from validation.thesis.integrals import special_scene
 from validation.thesis.trajectories import SCENE, solve_fixed_step, solve_theorem42, solve_truth
 
-STATED = {  # by how much the text is wrong, to a tenth; how wrong the corrected version may be
+STATED = {  # the error of the text, within a tenth, and the largest error of the correction
     1: (2.42, 5e-3),
     2: (8.5e-2, 1e-13),
     3: (2.96, 5e-3),
@@ -103,7 +103,7 @@ def test_inverse_and_change_do_not_commute():
     ids=["rk4", "extrap"],
 )
 def test_one_step_methods_need_no_past(words):
-    """Restarted runs are as accurate, which is impossible for multi-step methods."""
+    """Restarts do not reduce the accuracy, which would be impossible for multi-step methods."""
     whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
     again, true = kr.solve(half.end, 2.0, **words), su2.exact_attitude(SCENE, 4.0)
     assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)

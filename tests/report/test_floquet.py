@@ -1,4 +1,4 @@
-"""Tangents of the closed form against those of a series with 20 digits."""
+"""Tangents of the closed form, compared with those of a series with 20 digits."""
 
 import kreisel as kr
 import numpy as np

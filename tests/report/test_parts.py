@@ -1,4 +1,4 @@
-"""Tests that a part of the report consists of a file, its template and a line."""
+"""Tests that a new part of the report needs only a file, its template and a line in contents.py."""
 
 import csv
 import os
@@ -151,7 +151,7 @@ def test_every_part_has_a_template_beside_its_file(part):
 
 @pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])
 def test_the_report_names_no_part(file):
-    """Names and titles of parts are absent from the files that loop over them."""
+    """The files that loop over all parts must not contain the name or the title of a part."""
     text = (ROOT / "validation/report" / file).read_text()
     words = {word for part in PARTS for word in (part.name, part.title, part.heading)}
     named = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}

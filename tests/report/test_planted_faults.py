@@ -1,6 +1,6 @@
-"""Tests of faults planted into every method: the atlas must call them wrong in silence.
+"""Tests of faults added to every method: the atlas must call the results wrong in silence.
 
-An error that both runs share has no sign.
+An error that both runs share cannot be observed by a user.
 """
 
 import re
@@ -31,7 +31,7 @@ FAMILIES = {
 ALL = [*FAMILIES, "led on by reset"]
 
 
-# Where an ulp of the time turns the top by 2^-19 rad: closed forms alone get there.
+# A time whose rounding turns the top by 2^-19 rad. Only closed forms reach it.
 LATE = Case(
     "planted", "late", scene_factory(lagrange, **SPUN), 2**34 / (2 * np.pi), 16, closed=True
 )
@@ -71,7 +71,7 @@ SIZES = {"1e-9": 1e-9, "1e-3": 1e-3, "1": 1.0, "reversed": 0.3}
 
 
 def with_faults(led_on):
-    """Return a function that lists every method of kreisel with each fault, for one truth."""
+    """Return a function that lists every method of kreisel with each fault."""
 
     def run_of(who):
         def run(problem, scene, times, setting):
@@ -106,7 +106,7 @@ def with_faults(led_on):
 
 @cache
 def find_cells(family):
-    """Return the cells of a family that ran to the end, as {fault: {method: cell}}."""
+    """Return the cells of a family whose runs reached the end, as {fault: {method: cell}}."""
     led_on = family not in FAMILIES
     case = (
         Case("planted", "led on", scene_factory(general, **SPUN), 4) if led_on else FAMILIES[family]
@@ -134,14 +134,15 @@ def test_sound_runs_are_not_silent(family):
 def test_what_both_runs_are_off_by_is_silent(family, fault):
     """Methods whose own errors are far below the fault must be silent.
 
-    The exception is a fault within the tolerance requested.
+    A fault within the requested tolerance is an exception.
     """
     sound, faulty = find_cells(family)["sound"], find_cells(family)[fault]
     clean = [name for name, cell in sound.items() if cell["shown"] < SIZES[fault] / 100]
     assert clean or (family, fault) == ("8 steps a turn", "1e-9")
     for name in clean:
         cell = faulty[name]
-        if cell["attitude_error"] < SIZES[fault] / 3:  # a turned top may look like itself
+        # the rotated attitude may by chance be close to the original one
+        if cell["attitude_error"] < SIZES[fault] / 3:
             continue
         within = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
         is_excused = cell["verdict"] == verdicts.AS_ASKED or cell["shown_by"] == "tolerance"
@@ -157,7 +158,7 @@ def test_what_grows_with_the_error_is_never_silent(family):
 
 
 def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
-    """Only there a fault may remain hidden."""
+    """Only cells with such a step may hide a fault."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
@@ -171,7 +172,10 @@ def earlier(scene, times, share):
 
 
 def jumping(name, fault):
-    """Return a closed form with a fault, a function of (scene, times, attitudes)."""
+    """Return a closed form to which a fault is added.
+
+    The fault is a function that takes (scene, times, attitudes).
+    """
 
     def run(problem, scene, times, setting):
         q = fault(scene, times, kr.exact(scene)(times).q)
@@ -182,9 +186,9 @@ def jumping(name, fault):
 
 @cache
 def late():
-    """Return the cells of closed forms with each fault, {fault: cell}.
+    """Return the cells of closed forms at a late time, as {fault: cell}.
 
-    An additional fault is a relative error of the time.
+    One more fault is added, a relative error of the time.
     """
     faults = {name: lambda _, t, q, f=fault: f(q, q) for name, fault in FAULTS.items()}
     faults["time"] = lambda scene, t, _: earlier(scene, t, 1.0 - 2.0**-34)
@@ -201,7 +205,10 @@ def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
 
 
 def test_nobody_is_right_at_times_that_no_double_tells():
-    """Every method refuses such times, and a run to a part of the time is lost."""
+    """Every method must refuse such times.
+
+    A run that ends at a fraction of the time must be called lost.
+    """
     goes_on = atlas_cells.Candidate(
         "goes on",
         "",

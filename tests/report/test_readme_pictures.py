@@ -39,6 +39,8 @@ def test_sections_are_drawn_of_all_tops_on_their_energy(tmp_path):
 
 def test_the_page_is_photographed(tmp_path):
     need("chromium", "npm")
-    # In a process of its own: a process runs one playwright, and here the page's tests may have it.
+    # Runs in a separate process, because a process can run only one playwright, which the page's
+    # tests
+    # may already use here.
     subprocess.run([sys.executable, page_picture.__file__, tmp_path / "page.png"], check=True)
     assert (tmp_path / "page.png").stat().st_size > 50_000

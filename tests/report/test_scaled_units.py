@@ -1,4 +1,4 @@
-"""The thesis' scaled units: lengths, masses and what the Bobenko-Suris map keeps in them."""
+"""The scaled units of the thesis: lengths, masses, and invariants of the Bobenko-Suris map."""
 
 import kreisel as kr
 import numpy as np
@@ -12,7 +12,7 @@ TIMES = np.linspace(0, 10, 11)
 
 
 def test_scaled_units_are_those_of_the_cuboid():
-    """Erratum 4 and 5: I1, alpha and the lever as the cuboid has them, not as 4.2.1 prints them."""
+    """Check errata 4 and 5: I1, alpha and the lever differ from those printed in 4.2.1."""
     n, t = 0.8, 1.0
     units = scaled_units(CUBOID)
     scaled = units.into(THESIS)
@@ -28,7 +28,7 @@ def test_scaled_units_are_those_of_the_cuboid():
 
 
 def test_scaled_units_leave_time_and_attitudes():
-    """Time is not scaled: the same attitudes at the same times."""
+    """Time is not scaled, so the attitudes at equal times must be equal."""
     body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
     scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
     scaled = scaled_units(body).into(scene)

@@ -1,4 +1,4 @@
-"""Helpers of the page's tests: visits without a network, presets by name, drags, and queries."""
+"""Helpers of the page's tests: opening the page without a network, presets, drags, and queries."""
 
 import json
 
@@ -10,18 +10,19 @@ from toolbox import ROOT
 
 PAGE = view._PAGE
 WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # windows, in pixels
-COARSE = 0.25  # pixels of the screen to one of the page, where nothing depends on how it is drawn
-UPRIGHT = "Lagrange's top"  # the preset with which every test of a shared page begins
+COARSE = 0.25  # screen pixels per page pixel, for tests that do not depend on the drawing
+UPRIGHT = "Lagrange's top"  # the preset shown when a test of the shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
-TICKS = 1_000_000  # of the clock, in a unit of time
+TICKS = 1_000_000  # ticks of the page's clock per unit of time
 LEVEL = [each for each in _core.quantities if each["doubles"] == 1 and not each["turns"]]
-MEASURES = [*(each["name"] for each in LEVEL), "error", "modified_energy"]  # on the record
-TRACE = 2048  # the most points that a trace is drawn with
-ROD_SIDES = 12  # of a rod's section
+# measures that the page records
+MEASURES = [*(each["name"] for each in LEVEL), "error", "modified_energy"]
+TRACE = 2048  # largest number of points in a trace
+ROD_SIDES = 12  # sides of the polygon that a rod has as cross section
 
 
 def wait_for(page, condition, arg=None):
-    """Wait in the page until `condition` holds; a function is called with `arg`."""
+    """Wait until `condition` holds in the page. If it is a function, it is called with `arg`."""
     page.evaluate(
         f"""(arg) => new Promise((done, fail) => {{
             const end = performance.now() + 30000;
@@ -42,14 +43,14 @@ def make_viewport(size):
 
 
 def is_trouble(message):
-    """Return whether a message is an error or warning, except notes on slow software drawing."""
+    """Return True if a message is an error or warning, except notes on slow software rendering."""
     return message.type in {"error", "warning"} and "GPU stall" not in message.text
 
 
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
     """Open the page in a new window with `scale` screen pixels for each pixel of the page.
 
-    Its attribute `troubles` collects messages of the console and requests to the network.
+    The attribute `troubles` of the page collects console messages and network requests.
     """
     how = {"viewport": make_viewport(size), "device_scale_factor": scale, **how}
     context = browser.new_context(offline=True, **how)
@@ -71,7 +72,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
 
 
 def load(page, preset=UPRIGHT, **changes):
-    """Load a preset with some parts changed, at its start."""
+    """Load a preset at its start, with some values changed."""
     loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
@@ -87,12 +88,12 @@ def advance(page, t):
 
 
 def wait_until_time(page, t):
-    """Wait until a jump has reached `t`."""
+    """Wait until a jump in time has reached `t`."""
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 
 def drag(page, kind, by, number=0, button="left", key=None):
-    """Drag a handle and return its positions before and after."""
+    """Drag a handle, and return its positions before and after the drag."""
     where = f"kreisel.locate('{kind}', 0, {number})"
     x, y = page.evaluate(where)
     if key:
@@ -124,7 +125,7 @@ def read_clock(page):
 
 
 def read_states(page):
-    """Return (t, q, m) of each top."""
+    """Return (t, q, m) for each top of the page."""
     return page.evaluate("kreisel.readStates()")
 
 
@@ -145,7 +146,7 @@ def read_message(page):
 
 
 def count_colours(page):
-    """Return the number of colours in a small copy of the picture."""
+    """Return the number of different colours in a small copy of the picture."""
     return page.evaluate("""(() => {
         const c = document.createElement('canvas'), x = c.getContext('2d');
         [c.width, c.height] = [160, 100];

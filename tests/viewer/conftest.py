@@ -6,7 +6,7 @@ import pytest
 from browser import PAGE, load, visit
 from toolbox import need
 
-SOFTWARE = [  # draw without a GPU
+SOFTWARE = [  # options for rendering without a GPU
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
@@ -29,7 +29,7 @@ def browser():
 
 @pytest.fixture(scope="session")
 def shared(browser):
-    """Open one page for all tests that share it."""
+    """Open a page that several tests share."""
     page = visit(browser, reduced_motion="reduce")
     yield page
     page.context.close()
@@ -37,7 +37,7 @@ def shared(browser):
 
 @pytest.fixture
 def page(shared):
-    """Return the shared page with Lagrange's top at rest at its start and all sections open."""
+    """Return the shared page, paused at the start of Lagrange's top, with all sections open."""
     shared.evaluate("""{
         const {page, view} = kreisel;
         page.setRunning(false);

@@ -1,4 +1,4 @@
-"""Tests that the page computes the same states as Python, without a network, and saves files."""
+"""Tests that the page computes the same states as Python, works offline, and saves files."""
 
 import csv
 import gzip
@@ -32,7 +32,7 @@ from browser import (
 )
 from toolbox import need
 
-ALGEBRAIC = [  # methods of + - * / sqrt alone have the same bits everywhere
+ALGEBRAIC = [  # methods that use only + - * / sqrt give the same bits everywhere
     "bobenko_suris",
     "bobenko_suris2",
     "strang",
@@ -127,7 +127,7 @@ def test_extrap_begins_anew_at_each_step(page):
     expected = [*now.attitude, *now.momentum]
     assert state[1:] == pytest.approx(
         expected, abs=1e-9
-    )  # its logarithms and powers are not the same bits
+    )  # logarithms and powers differ in the last bits
     assert 1e-9 < measure_top(page, 3, "error") < 1e-3
 
 
@@ -179,7 +179,7 @@ def test_presets_keep_their_integrals(page, preset):
 
 
 def heights_until(page, end):
-    """How high each top stands, as cosines, at each whole time."""
+    """Return the heights of all tops at whole times, as cosines of the nutation."""
     told = page.evaluate(
         """(end) => Array.from({length: end + 1}, (_, t) => {
             kreisel.advance(t);
@@ -203,7 +203,7 @@ def test_steady_precession_is_level(page):
     assert heights == pytest.approx([np.cos(np.radians(35))] * 31, abs=1e-12)
 
 
-# What can be taken along
+# Downloads
 
 
 def download_file(page, name):

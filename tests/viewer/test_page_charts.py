@@ -1,4 +1,4 @@
-"""Tests that charts, the table of integrals and the shown momentum agree with Python."""
+"""Tests that the charts, the table of integrals and the displayed momentum agree with Python."""
 
 import kreisel as kr
 import numpy as np
@@ -19,14 +19,14 @@ AXES = ("first", "second", "vertical")
 
 
 def read_lines(page, chart=0):
-    """Return the lines of a chart: times, and the values of each top."""
+    """Return the lines of a chart: the times, and the values for each top."""
     return np.array(
         page.evaluate(f"kreisel.charts.plots[{chart}].data.map((line) => Array.from(line))"), float
     )
 
 
 def run_to(page, t):
-    """Advance to `t` and wait until the charts show it."""
+    """Advance to the time `t`, and wait until the charts show it."""
     advance(page, t)
     wait_for(
         page, "kreisel.charts.plots[0].data[0].at(-1) === kreisel.simulation.getTimes().at(-1)"
@@ -121,7 +121,11 @@ def test_record_is_thinned_but_not_its_extremes(page):
 
 
 def test_charts_are_of_the_quantities_of_the_table(page):
-    """The menu has all quantities without heading, the attitude error, and conserved K or G."""
+    """Check the entries of the menu.
+
+    These are all quantities that do not depend on the heading, the attitude error, and K or G if
+    conserved.
+    """
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
     options = "list => [...list.options].map((option) => [option.value, option.title])"
@@ -155,7 +159,10 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
 
 
 def read_table(page):
-    """Return current values and changes, (tops, 3 or 4, 2): E, <m, e3>, <m, apex>, K or G."""
+    """Return the current values and changes of the integrals, (tops, 3 or 4, 2).
+
+    The integrals are E, <m, e3>, <m, apex>, and K or G if conserved.
+    """
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"
     )
@@ -169,7 +176,7 @@ def read_table(page):
 
 
 def compute_table(path):
-    """Return the values that the table should show for a path of Python."""
+    """Return the values that the table must show for a path computed in Python."""
     lines = [path.energy, path.vertical_momentum, path.axial_momentum]
     if path.scene.body.kind in {"kowalewski", "goryachev_chaplygin"}:
         lines.append(getattr(path, path.scene.body.kind))
@@ -216,7 +223,7 @@ def test_momentum_typed_is_taken_and_the_others_are_of_the_present(page):
     advance(page, 3)
     second = find_fields(page)[1]
     second.fill("2.5")
-    advance(page, 4)  # while it is typed
+    advance(page, 4)  # while the value is being typed
     second.press("Tab")
     assert read_clock(page) == 0 and read_scene(page)["momentum"] == [
         end.momentum[0],

@@ -1,8 +1,9 @@
-"""Tests that colours stand out from the background and differ without red or green cones.
+"""Tests of colours: their contrast, and their distances for readers without red or green cones.
 
-Contrasts follow WCAG 2.2, which requires 3 for lines and 4.5 for text. Colour vision is simulated
-by the matrices of Machado, Oliveira and Fernandes (2009) in linear RGB. Distances are those of
-CIELAB, where 10 is noticed at a glance."""
+Contrasts are those of WCAG 2.2, which requires 3 for lines and 4.5 for text. Colour vision is
+simulated by the matrices of Machado, Oliveira and Fernandes (2009) in linear RGB. Distances are
+measured in CIELAB, where a distance of 10 is noticed at a glance.
+"""
 
 import itertools
 import json
@@ -65,7 +66,7 @@ def compute_contrast(one, other):
 
 
 def to_lab(colour, eye):
-    """Return a colour in CIELAB as `eye` sees it."""
+    """Return the CIELAB coordinates of a colour as perceived by `eye`."""
     part = TO_XYZ @ np.clip(np.array(EYES[eye]) @ to_linear(colour), 0, 1) / WHITE
     x, y, z = np.where(part > 216 / 24389, np.cbrt(part), (24389 / 27 * part + 16) / 116)
     return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
@@ -114,7 +115,7 @@ TEXTS = [
 
 @pytest.mark.parametrize("name, text", TEXTS)
 def test_a_text_says_where_a_coloured_top_is(name, text):
-    """Readers who do not tell the colours apart find a top by its side or by its dashed line."""
+    """Readers who cannot distinguish the colours find a top by its side or by its dashed line."""
     for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
         first = text.lower().index(colour)
         around = text.lower()[max(0, first - 40) : first + 50]

@@ -1,4 +1,7 @@
-"""Tests of controls and keys by their accessible names. Each changes only its own value."""
+"""Tests of controls and keys, found by their accessible names.
+
+Each control may change only its own value.
+"""
 
 import kreisel as kr
 import numpy as np
@@ -184,7 +187,8 @@ def test_buttons_and_keys(page):
         and "Principal axes" in page.locator("#keys").inner_text()
     )
     page.keyboard.press("z")
-    assert page.evaluate("kreisel.page.tops.length") == 4  # the page waits behind the list
+    # the page does not change behind the open list
+    assert page.evaluate("kreisel.page.tops.length") == 4
     page.keyboard.press("Escape")
     page.keyboard.press("z")
     assert read_scene(page)["name"] == PRESETS[2] and page.evaluate("kreisel.page.tops.length") == 1
@@ -204,7 +208,7 @@ def test_compare_four_keeps_the_top_its_start_and_the_time(page, preset):
     assert after["methods"] == [first, "extrap"] and after["step"] == [0.01, 0.2]
     assert page.evaluate("kreisel.page.tops.length") == 4
     page.evaluate("kreisel.page.rewind()")
-    assert len({tuple(state) for state in read_states(page)}) == 1  # all from one start
+    assert len({tuple(state) for state in read_states(page)}) == 1  # all tops have the same start
 
 
 def test_stops_at_the_stop_time(page):

@@ -1,4 +1,4 @@
-"""Tests of drags. Each changes only its own part of the scene."""
+"""Tests of drags. Each drag may change only its own part of the scene."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from browser import (
     visit,
 )
 
-BESIDE = (60, 120)  # in the picture, where there is nothing
+BESIDE = (60, 120)  # an empty point of the picture
 
 
 def test_drag_of_the_tip_sets_the_momentum(page):

@@ -1,11 +1,11 @@
-"""Tests that the page fits its frame: a window, a phone, a notebook, a page of the site."""
+"""Tests that the page fits its frame: a window, a phone, a notebook, or a page of the site."""
 
 import pytest
 from browser import PAGE, PHONE, WIDE, advance, load, make_viewport, visit, wait_for
 
 FRAMES = [*((width, 480) for width in range(320, 1281, 32)), (798, 600), (768, 1024), (780, 390)]
 SITE = (736, 480)  # the frame on the pages of the site
-# What of the bar is not whole in its frame, lies over its neighbour, or is cut off itself.
+# Lists the items of the bar that leave their frame, overlap a neighbour, or are clipped.
 BROKEN = """(() => {
     const frame = document.querySelector('main').getBoundingClientRect();
     const parts = [document.getElementById('bar'), ...document.querySelectorAll('#bar > *')];
@@ -117,7 +117,7 @@ def test_the_table_of_integrals_is_whole(page):
 
 
 PHONES = [(390, 780), (360, 640), (416, 480)]
-# The lowest pixel of each top and of each label, and the highest of the footer.
+# Returns the lowest pixel of each top and of each label, and the highest pixel of the footer.
 LOWEST = """(() => {
     const {view} = kreisel, {top} = document.querySelector('main').getBoundingClientRect();
     view.isDirty = true;

@@ -74,7 +74,7 @@ EVIL = '</script><b id="evil">bold</b><img src="x" onerror="kreisel.evil = 1">'
 
 
 def follow_link(page, given):
-    """Another link, in the page that is open; what it says then."""
+    """Follow another link in the open page, and return the message shown."""
     page.evaluate(
         """(hash) => new Promise((done) => {
         kreisel.page.showMessage('');

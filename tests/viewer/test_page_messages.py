@@ -1,4 +1,4 @@
-"""Tests of messages and undo: refused values, keys, unsuitable methods, stop times."""
+"""Tests of messages and undo: invalid values, keys, unsuitable methods, stop times."""
 
 import kreisel as kr
 import numpy as np
@@ -29,7 +29,7 @@ REFUSED = [
 
 
 def read_everything(page):
-    """Return what a refusal must not change: scene, time, states, and undo history."""
+    """Return everything that a refusal must not change: scene, time, states, and undo history."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )
@@ -231,7 +231,8 @@ def test_tolerance_is_kept_to(page):
     assert read_scene(page)["tol"] == 1e-10 and errors[1] < 1e-8 < 1e-5 < errors[0]
     field.fill("0")
     field.press("Tab")
-    assert 0 < read_scene(page)["tol"] == float(field.input_value())  # none is not to be had
+    # a tolerance of zero is not available
+    assert 0 < read_scene(page)["tol"] == float(field.input_value())
 
 
 # Time

@@ -1,6 +1,7 @@
-"""Tests that numbers in texts, over the picture and in it agree with Python.
+"""Tests that the numbers in texts and in the picture agree with Python.
 
-Solids of revolution have the mass and the moments of their scenes."""
+Drawn solids of revolution must have the mass and the moments of their scenes.
+"""
 
 import json
 import re
@@ -32,14 +33,14 @@ def read_text(page):
 
 
 def open_exercise(page, ask):
-    """Open an exercise and return its closed form in Python."""
+    """Open an exercise, and return the closed form of its scene in Python."""
     page.get_by_role("button", name=ask, exact=True).click()
     page.evaluate("kreisel.page.setRunning(false)")
     return kr.exact(scene_in_python(read_scene(page)))
 
 
 def read_numbers(page):
-    """Return the numbers over the picture, each with the note below."""
+    """Return the numbers shown over the picture, each with the note below it."""
     return dict(
         page.evaluate("""(kreisel.view.isDirty = true,
             [...document.querySelectorAll('#numbers div')].map((box) => [
@@ -49,7 +50,7 @@ def read_numbers(page):
     )
 
 
-# What the closed form says
+# Numbers from the closed form
 
 
 @pytest.mark.parametrize("preset", STARTED, **NAMES)
@@ -111,7 +112,7 @@ def test_too_little_spin_for_steady_precession_is_told(page):
     assert read_scene(page) == before
 
 
-# What the texts tell
+# Numbers in the texts
 
 
 @pytest.mark.parametrize("preset", ALL, **NAMES)
@@ -210,7 +211,7 @@ def test_a_scene_without_words_is_told_as_it_is(page):
     assert read_text(page) == "A scene of your own."
 
 
-# What is told beside the picture and in it
+# Numbers beside and in the picture
 
 
 @pytest.mark.parametrize("t", [0, 2.5, 7])
@@ -276,7 +277,7 @@ def test_the_turned_top_has_the_mass_and_moments_of_the_scene(page, preset):
 
 
 def draw_solid(page, body):
-    """Show a body of Python as a solid of revolution and return its profile."""
+    """Show a body given in Python as a solid of revolution, and return its profile."""
     given = kr.view(kr.Scene(body, (0.0, 0.0, 1.0)), open=False).scene
     page.evaluate("given => kreisel.page.load(given)", {**given, "show": {"solid": "top"}})
     return np.array(page.evaluate("kreisel.view.revolution.profile"))
@@ -341,9 +342,10 @@ def test_letters_keep_off_the_numbers(page, size):
 def test_arrows_of_all_tops_are_seen(page):
     through = "kreisel.view.tops.map(({m}) => m.children[0].material.depthTest)"
     load(page, "Sleeping top")
-    assert page.evaluate(through) == [True, True]  # they come out of the bodies
+    assert page.evaluate(through) == [True, True]  # the arrows protrude from both bodies
     open_exercise(page, "Both fast")
-    assert page.evaluate(through) == [False, False]  # that of the second would not
+    # the second arrow would be hidden in its body
+    assert page.evaluate(through) == [False, False]
 
 
 # The critical spin
@@ -407,7 +409,7 @@ def test_numbers_have_units(page):
 
 
 def list_round_times(page, *asks):
-    """Return the time of one precession in each of some exercises."""
+    """Return the duration of one precession in each of several exercises."""
     found = []
     for ask in asks:
         load(page, "Fast precession")
@@ -420,7 +422,7 @@ def test_what_is_said_of_fast_precession(page):
     fast, heavy, near, slow = list_round_times(
         page, None, "Twice the gravity", "Less spin", "The slow one"
     )
-    assert heavy / fast < 1.2 and slow > 5 * fast  # the slow one takes half the time then
+    assert heavy / fast < 1.2 and slow > 5 * fast  # then the slow precession takes half the time
     less = dict(tilt=np.radians(35), gravity=4, steady=True)
     load(page, "Fast precession")
     body = scene_in_python(read_scene(page)).body

@@ -1,4 +1,4 @@
-"""Tests that the texts of presets are true, for tops without a closed form and for methods."""
+"""Tests that the texts of presets are true for tops without a closed form and for methods."""
 
 import kreisel as kr
 import numpy as np
@@ -26,14 +26,14 @@ def open_exercise(page, preset, ask=None):
 
 
 def largest_change(page, top, name, until=None):
-    """Return the largest change of an integral from the start until a time."""
+    """Return the largest change of an integral from the start to the time `until`."""
     values = read_record(page, top, name)
     times = np.array(page.evaluate("kreisel.simulation.getTimes()"))
     return np.nanmax(np.abs(values - values[0])[times <= (until or np.inf)])
 
 
 def largest_errors(page, *times):
-    """Return the largest attitude error of each top up to each of the times."""
+    """Return the running maximum of the attitude error of each top, at each recorded time."""
     found = []
     for t in times:
         advance(page, t)
@@ -181,7 +181,7 @@ def test_the_elastic_rod(page):
         path = kr.solve(scene_in_python(read_scene(page)), np.linspace(0, 40, 801), "taylor")
         rods[ask] = path
     open_exercise(page, "Elastic rod", "A helix")
-    advance(page, 20)  # the longest rod that is drawn
+    advance(page, 20)  # the longest rod that can be drawn
     assert read_scene(page)["show"]["rod"] and read_scene(page)["show"]["solid"] == "none"
     assert 20 * abs(kr.exact(scene_in_python(read_scene(page))).precession) > 10 * 2 * np.pi
     plane = np.linalg.svd(rods["A plane curve"].apex, compute_uv=False)

@@ -1,4 +1,4 @@
-"""Tests of kr.view: from Python, in a notebook, from the command line, with a computed path."""
+"""Tests of kr.view: in Python, in a notebook, on the command line, and with a computed path."""
 
 import base64
 
@@ -23,7 +23,7 @@ def test_made_up_mass_is_drawn_as_the_body_of_density_1(browser, tmp_path):
     kr.view(kr.scenes.thesis, open=False).save(tmp_path / "a.html")
     page = visit(browser, tmp_path / "a.html", reduced_motion="reduce")
     assert page.evaluate("kreisel.view.body.half") == pytest.approx((0.8, 0.8, 1), rel=1e-6)
-    page.evaluate("kreisel.page.setValue('show.solid', 'box')")  # which has corners
+    page.evaluate("kreisel.page.setValue('show.solid', 'box')")  # a box has corners
     drag(page, "corner", (10, -10), number=5)
     assert (
         read_scene(page)["body"]["density"] == pytest.approx(1, rel=1e-12) and page.troubles == []
@@ -41,7 +41,7 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     page.evaluate(
         "kreisel.page.beginChange(); kreisel.page.editScene((s) => (s.momentum[0] += 0.1))"
     )
-    assert read_scene(page)["tracks"] == []  # it was of another motion
+    assert read_scene(page)["tracks"] == []  # the track belonged to another motion
     page.context.close()
 
 

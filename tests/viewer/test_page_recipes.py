@@ -1,4 +1,4 @@
-"""Tests of the recipes: a preset is an entry of presets.json, a quantity becomes a chart."""
+"""Tests of the recipes: a new entry of presets.json is a preset, and a new quantity is a chart."""
 
 import sys
 
@@ -25,7 +25,7 @@ def other(browser, tmp_path_factory):
     house.insert("preset", "python/viewer/presets.json", "  {", PRESET)
     page = house.folder / "top.html"
     build = house.folder / "python/viewer/build.py"
-    made = str(ROOT / "build/viewer/zig")  # what is compiled of zig's own libraries is there
+    made = str(ROOT / "build/viewer/zig")  # contains the compiled libraries of zig
     run(sys.executable, build, house.folder / "build", page, ZIG_GLOBAL_CACHE_DIR=made)
     page = visit(browser, page)
     page.house = house

@@ -35,7 +35,7 @@ def read_start(page):
 
 
 def wait_two_frames(page):
-    """Wait for two frames."""
+    """Wait until the page has drawn two frames."""
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
@@ -45,7 +45,7 @@ def fill_field(page, name, value):
     field.press("Tab")
 
 
-# What misled
+# Misleading displays
 
 
 def test_ticks_are_as_far_apart_as_they_say(page):
@@ -142,7 +142,7 @@ def test_what_was_told_of_a_scene_goes_when_it_is_changed(page):
     assert page.locator("#about").inner_text() == told
 
 
-# What jumped
+# Jumps
 
 
 def test_nothing_jumps_while_a_slider_is_held(page):
@@ -207,7 +207,7 @@ def test_the_stop_time_stays_one_at_which_steps_meet(page):
     assert read_scene(page)["stop"] == 10.22 and "10.22" in read_message(page)
 
 
-# What froze
+# Freezes
 
 
 def test_a_top_much_too_fast_leaves_the_page_alive(browser):
@@ -225,7 +225,7 @@ def test_a_top_much_too_fast_leaves_the_page_alive(browser):
     page.context.close()
 
 
-# What was not there or shone through
+# Missing or translucent parts
 
 
 def test_what_cannot_be_seen_is_not_picked(page):
@@ -302,7 +302,7 @@ def test_all_keys_can_be_read_at_once(page):
     assert not page.get_by_role("dialog").is_visible()
 
 
-# What was said
+# Messages
 
 
 def test_a_message_goes_with_its_cause(page):

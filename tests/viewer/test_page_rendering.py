@@ -1,4 +1,4 @@
-"""Tests of the camera and of shapes: traces, rods and bodies agree with Python."""
+"""Tests of the camera, and that drawn traces, rods and bodies agree with Python."""
 
 import kreisel as kr
 import numpy as np
@@ -16,12 +16,12 @@ from browser import (
     wait_for,
 )
 
-EMPTY = (60, 120)  # in the picture, beside the top
+EMPTY = (60, 120)  # a point of the picture beside the top
 TOP = "kreisel.view.tops[0]"
 
 
 def read_camera(page):
-    """Return the camera position relative to its target, the target, and the zoom in 2D."""
+    """Return the position of the camera relative to its target, the target, and the zoom in 2D."""
     offset, target, zoom = page.evaluate("""(({camera, orbit: {target}}) => [
         camera.position.clone().sub(target).toArray(), target.toArray(), camera.zoom,
     ])(kreisel.view)""")
@@ -71,7 +71,7 @@ def set_flat(page, on):
 
 
 def is_green(page, x, y):
-    """Return whether the picture is green at (x, y), as the momentum is."""
+    """Return True if the picture is green, the colour of the momentum, at (x, y)."""
     red, green, blue, _ = page.evaluate(
         """([x, y]) => { const c = document.createElement('canvas'), v = kreisel.view;
         v.dirty = true; v.render(); [c.width, c.height] = [1, 1];
@@ -121,7 +121,7 @@ def test_wheel_zooms_within_limits(page, on):
     page.mouse.wheel(0, 100)
     wait_for(
         page, f"{size} {'<' if on else '>'} {before}"
-    )  # smaller in the 2D view, or further off
+    )  # smaller in the 2D view, or more distant
     for way, limit in ((8000, least if on else most), (-16000, most if on else least)):
         page.mouse.wheel(0, way)
         wait_for(page, f"Math.abs({size} - {limit}) < 1e-6 * {limit}")
@@ -181,7 +181,7 @@ def test_the_camera_goes_back_when_the_floor_sinks(page):
     for axis in ("first", "second", "vertical"):
         page.get_by_label(f"Momentum, {axis} component").fill("0")
         page.keyboard.press("Tab")
-    assert page.evaluate(floor) < before - 0.5  # it falls through the lowest point
+    assert page.evaluate(floor) < before - 0.5  # the top falls through the lowest point
     far, target, _ = read_camera(page)
     assert np.linalg.norm(far) > 1.1 * np.linalg.norm(near)
     low = f"""(({{orbit}}) => kreisel.view.project(
@@ -216,7 +216,8 @@ def test_rod_is_as_thick_as_the_body_is_stiff(page, preset, ratio):
         step=0.01,
         every=300,
     )
-    assert np.abs(read_rings(page)[0] @ path.apex[-1]).max() < 1e-6  # across the way of the rod
+    # perpendicular to the centre line of the rod
+    assert np.abs(read_rings(page)[0] @ path.apex[-1]).max() < 1e-6
     section = kr.rod(path).section
     assert min(section) / max(section) == pytest.approx(ratio)
 
@@ -243,10 +244,10 @@ def test_rod_is_that_of_python_and_grows(page, preset):
     ends = path.apex[::-5] - path.apex[-1]
     assert (
         np.abs(line - (expected - expected[0])).max() < 0.06
-    )  # a sum of pieces, each along its newer end
+    )  # a sum of segments, each along the tangent at its newer end
     assert (
         np.abs(line - (expected - expected[0]) - 0.025 * ends).max() < 0.002
-    )  # and so much the sum is off
+    )  # the error of this sum
 
 
 # The trace of the apex
@@ -270,7 +271,7 @@ def test_trace_is_the_way_of_the_apex(page, t, stride):
 
 
 def read_body(page):
-    """Return the kind of the body, and mass, moments and centre of mass."""
+    """Return the kind, the mass, the moments and the centre of mass of the body."""
     kind, _, numbers = page.get_by_text("top: mass").inner_text().partition(" top: mass ")
     words = (
         numbers.replace("moments", "").replace("centre of mass", "").partition("(")[0].split(",")

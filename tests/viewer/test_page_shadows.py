@@ -5,7 +5,7 @@ import pytest
 from browser import PRESETS, advance, load
 
 SHADOWS = "kreisel.view.floor.shadows"
-# The brightness of the picture, made small, from 0 to 255.
+# Returns the brightness of a small copy of the picture, from 0 to 255.
 BRIGHTNESS = """(() => {
     const {view} = kreisel, pen = document.createElement('canvas').getContext('2d');
     view.isDirty = true;

@@ -1,4 +1,4 @@
-"""Tests of colour schemes, print, drop lines, rod sections and shapes, and of idle pages."""
+"""Tests of colour schemes, printing, drop lines, rod sections and shapes, and idle pages."""
 
 import numpy as np
 import pytest
@@ -27,14 +27,14 @@ FRAMES = """new Promise((done) => {
 
 @pytest.fixture
 def chosen(page):
-    """Return the page; afterwards the colour scheme is that of the system again."""
+    """Return the page, and restore the colour scheme of the system after the test."""
     yield page
     page.emulate_media(color_scheme="light")
     page.get_by_label("Light or dark").select_option("")
 
 
 def wait_until_drawn(page):
-    """Wait until everything is drawn and return the number of frames."""
+    """Wait until everything is drawn, and return the number of frames so far."""
     wait_for(page, "!kreisel.view.isDirty && kreisel.charts.clock === kreisel.page.clock")
     return page.evaluate("kreisel.view.renderer.info.render.frame")
 
@@ -140,7 +140,7 @@ def test_paper_is_light(chosen):
     assert chosen.get_by_label("Light or dark").input_value() == "dark"
 
 
-# Rest
+# Idle pages
 
 
 def test_a_page_at_rest_draws_nothing(page):
@@ -165,7 +165,7 @@ def test_a_light_on_a_handle_asks_for_no_pictures(page):
 
 
 def read_drops(page):
-    """Return feet and heights of the drop lines from the tip of m and the centre of mass."""
+    """Return feet and heights of the drop lines from the tip of m and from the centre of mass."""
     return np.array(
         page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
             [...position.toArray(), children[0].scale.z])""")
@@ -199,7 +199,7 @@ def test_drop_lines_are_shown_while_a_tip_is_held(page):
     assert not page.evaluate(f"{TOP}.drops.visible")
 
 
-# Top, box, rod
+# Shapes
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ def test_a_finger_on_the_body_looks_around(browser):
     page.evaluate("kreisel.page.setRunning(true)")
     wait_for(page, "kreisel.page.clock > 0")
     before = read_scene(page)
-    for preset in (before["name"], "Lagrange's top"):  # a turned top, and a box with handles
+    for preset in (before["name"], "Lagrange's top"):  # a rotated top, and a box with handles
         load(page, preset)
         before = read_scene(page)
         for kind in ("face", "corner", "edge"):
@@ -132,7 +132,7 @@ def test_pace(page):
     page.get_by_label("Pace").select_option("0.25")
     assert read_scene(page)["speed"] == 0.25
     slider = page.get_by_role("slider", name="Speed")
-    slider.press("End")  # it is as wide as the largest value so far
+    slider.press("End")  # the field is as wide as the largest value so far
     assert page.get_by_label("Pace").input_value() == slider.get_attribute("max")
 
 
@@ -248,7 +248,7 @@ def test_size_fixed_point_mass_have_fields(page, name, value, key, expected):
     field.press("Tab")
     assert list_changes(before, read_scene(page)) - {"methods"} == {
         "body"
-    }  # one may not be for this body
+    }  # one of the methods may not suit this body
     assert read_scene(page)["body"][key] == pytest.approx(expected)
     assert float(field.input_value()) == pytest.approx(value)
 

@@ -1,12 +1,13 @@
-"""Agreement of every verb with 20 digits, on random tops of twelve families.
+"""Agreement of every public function with runs of 20 digits, on random tops of twelve families.
 
     python -m validation.benchmarks.agreement --tops 2000 --seed 1
 
-Each top is computed by solve, in an ensemble, as a stream, as a run that is saved and resumed, with
-events, as a section, with tangents, and by kr.lyapunov, all at the default precision. The reference
-is the Taylor series with 20 digits. An attitude may deviate by `SLACK` times the conditioning, the
-angle by which one rounding of each datum moves it, plus `FLOOR`. The program prints a line for each
-family and each disagreement, and exits with status 1 if there is one.
+Each top is computed by solve, in an ensemble, as a stream, and as a run that is saved and resumed.
+It is also computed with events, as a section, with tangents, and by kr.lyapunov. All these runs
+have the default precision. The reference is the Taylor series with 20 digits. An attitude may
+deviate by `FLOOR` plus `SLACK` times its conditioning. The conditioning is the angle by which one
+rounding of each datum changes the attitude. The program prints a line for each family and each
+disagreement. It exits with status 1 if there is any disagreement.
 """
 
 import argparse
@@ -21,7 +22,7 @@ import kreisel as kr
 import numpy as np
 
 SLACK, FLOOR = 5.0, 5e-14
-UNRESOLVED = 1e-5  # a larger allowed angle says nothing [rad]
+UNRESOLVED = 1e-5  # tops with a larger allowed angle are skipped [rad]
 DATA = ("start", "moments", "com", "gravity", "mass")
 
 
@@ -115,10 +116,11 @@ def general_turned(rng):
 
 
 def small_lean(rng):
-    """Draw a top whose centre of mass is nearly above the fixed point, on any axis."""
+    """Draw a top with its centre of mass on a random axis, nearly above the fixed point."""
     k = rng.integers(3)
     moments, com = random_moments(rng), 0.5 * np.eye(3)[k]
-    turn = np.array([(1, 1, 1, 1), (1, -1, -1, -1), (2, 0, 0, 0)][k]) / 2  # com to the vertical
+    # turns the axis of the centre of mass to the vertical
+    turn = np.array([(1, 1, 1, 1), (1, -1, -1, -1), (2, 0, 0, 0)][k]) / 2
     tilt = 10.0 ** rng.uniform(-16, -4) / 2
     attitude = kr.quaternion.multiply((math.cos(tilt), math.sin(tilt), 0, 0), turn)
     spin = com * 2 * rng.uniform(0, 9)
@@ -143,7 +145,7 @@ REGULAR = {"sleeping", "steady_precession", "lagrange_turned", "kowalewski"}
 
 
 class Reference:
-    """The 20-digit path of a scene with its tangents, and the deviation it allows."""
+    """The 20-digit path of a scene with its tangents, and the deviation allowed for each state."""
 
     def __init__(self, scene, times):
         self.scene, self.t = scene, times
@@ -151,7 +153,7 @@ class Reference:
         self.allowed = FLOOR + SLACK * self.path.conditioning
 
     def deviation(self, q):
-        """Return the largest attitude error over the allowed one."""
+        """Return the largest ratio of attitude error to allowed error."""
         return float((kr.attitude_error(q, self.path.q) / self.allowed).max())
 
 
@@ -188,25 +190,25 @@ def check_events(reference):
     found = kr.solve(scene, end, events=events).events
     truth = kr.solve(scene, end, events=events, digits=20).events
     rate = max(1.0, float(np.abs(np.linalg.norm(kr.solve(scene, [0.0]).velocity))))
-    # One rounding of the height moves its extrema the more, the less the height changes.
+    # The smaller the range of the height, the more one rounding of the height moves its extrema.
     allowed = 100 * reference.allowed.max() + (1e-12 + 1e-15 / apex_range(scene)) / rate
     if len(found.t) == len(truth.t):
         yield "events", float(np.abs(found.t - truth.t).max(initial=0.0)) / allowed
         return
-    # A touch is an event or not as rounding decides: only such points may differ.
+    # Where the height barely touches an extremum, rounding decides whether it is an event.
     extra = [t for t in found.t if np.abs(truth.t - t).min(initial=np.inf) > 1e-3]
     missed = [t for t in truth.t if np.abs(found.t - t).min(initial=np.inf) > 1e-3]
     yield "events: number", 2.0 if (extra or missed) and is_generic(scene) else 0.0
 
 
 def apex_range(scene):
-    """Return the range of the height of the apex, or the rounding of a height if that is larger."""
+    """Return the range of the height of the apex, but at least the rounding of a height."""
     path = kr.solve(scene, np.linspace(0, 3, 50), digits=20)
     return max(float(np.ptp(path.apex[:, 2])), 1e-16)
 
 
 def is_generic(scene):
-    """Return True unless the apex is so nearly at rest that rounding decides on its extrema."""
+    """Return False if the apex is so nearly at rest that its extrema are due to rounding."""
     return apex_range(scene) > 1e-8
 
 
@@ -248,7 +250,7 @@ def check_growth(reference, family):
 
 
 def check_top(family, scene, times, folder):
-    """Return the worst ratio of deviation and bound for each verb."""
+    """Return the largest ratio of deviation to bound, for each public function."""
     reference = Reference(scene, times)
     if reference.allowed.max() > UNRESOLVED:
         return {}
@@ -307,7 +309,7 @@ def check_family(family, n, seed, k, folder):
     times = [
         np.linspace(0, 1, 7)[1:] * rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1.3) for rng in rngs
     ]
-    if family.__name__.endswith("damped"):  # damped tops speed up backwards
+    if family.__name__.endswith("damped"):  # damped tops speed up if integrated backwards
         times = [np.where(t < 0, t / 4, t) for t in times]
     worst = Counter()
     bad = 0

@@ -1,7 +1,7 @@
-/* The cost of a short call within the core: a top made, its states recorded, the top freed.
+/* The cost of a short call within the core: it makes a top, records its states and frees the top.
  *
  * Usage: call_overhead METHOD STEP BLOCK T ..., where BLOCK is a kr_scene in hexadecimal. Prints
- * the nanoseconds of one call, the fastest of several rounds. */
+ * the duration of one call in nanoseconds, the shortest of several rounds. */
 #define _POSIX_C_SOURCE 199309L
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,10 +2,10 @@
 
     python -m validation.benchmarks.call_overhead [--beside OTHER_PYTHON] [--rounds 15]
 
-The overhead is the time of a call less that of the core's own work: a top made, its states recorded
-and the top freed in C. call_overhead.c measures that work. Every case is timed in its own process,
-for this kreisel and that of the other interpreter in turn. The fastest of 25 repeats counts, and of
-these the median of the rounds, in microseconds.
+The overhead is the time of a call minus the time of the core's own work: making a top, recording
+its states and freeing it. The core's own work is measured in C by call_overhead.c. Every case is
+timed in a separate process, alternately for this kreisel and for that of the other interpreter. The
+result is the median over the rounds of the fastest of 25 repeats, in microseconds.
 """
 
 import argparse
@@ -23,7 +23,7 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 ROW = [0.01 * k for k in range(1, 11)]
 MUST, STRETCH, SCENE_MUST = 5.0, 3.0, 6.0  # bounds [us]
-SOLVES = {  # scene, method, step, times for the core, and arguments of the call
+SOLVES = {  # values: scene, method, step, times for the core, and arguments of the call
     "solve exact, [t]": ("thesis", "exact", 0.0, [1.0], "thesis, [1.0]"),
     "solve exact, t": ("thesis", "exact", 0.0, [0.0, 1.0], "thesis, 1.0"),
     "solve exact, a list": ("thesis", "exact", 0.0, ROW, "thesis, ROW"),
@@ -58,7 +58,7 @@ print(1e6 * min(timer.repeat(25, number)) / number)
 
 
 def time_core(folder):
-    """Return the time of the core's own work in each call of solve [us]."""
+    """Return the time of the core's own work for each call in `SOLVES` [us]."""
     library = ROOT / "build/venv/libkreisel.a"
     program = Path(folder) / "calls"
     source = HERE / "call_overhead.c"
@@ -83,7 +83,7 @@ def gsl_flags():
 
 
 def time_call(interpreter, call, folder):
-    """Return the time of a call [us] in its own process, outside of this source tree."""
+    """Return the time of a call [us], measured in a process outside of this source tree."""
     code = TIMED.format(call=call, row=ROW)
     done = subprocess.run([interpreter, "-c", code], cwd=folder, capture_output=True, text=True)
     if done.returncode:
@@ -112,7 +112,7 @@ def main(argv=None):
 
 
 def format_row(name, own, calls):
-    """Return a row: the core's own work, call and overhead of each kreisel, and a verdict."""
+    """Return a row with the core's own work, call and overhead of each kreisel, and a verdict."""
     shares = [None if own is None else call - own for call in calls]
     cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)

@@ -1,9 +1,9 @@
-"""Python calls of the package in one warm run of a verb, and returns to a file already left.
+"""Python calls within the package in one call of a public function, after a warm-up.
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-A return is a call into a file that an earlier call had left for another one. Calls of numpy, of
-the standard library and of the core are not counted, nor are calls on other threads.
+Returns are counted too: calls into a file that an earlier call had left for another file. Calls of
+numpy, the standard library and the core are not counted, and neither are calls on other threads.
 """
 
 import argparse
@@ -26,7 +26,7 @@ REDUCTIONS = {"nutation": ("min", "max")}
 
 
 def solve_scene() -> object:
-    """Solve one scene for one time."""
+    """Solve one scene at one time."""
     return kr.solve(kr.scenes.thesis, [1.0])
 
 
@@ -61,7 +61,7 @@ CASES: dict[str, Callable[[], Callable[[], object]]] = {
 
 @contextmanager
 def recorded_calls() -> Iterator[list[str]]:
-    """Yield a list that gains the file of each call into the package."""
+    """Yield a list to which the file of each call into the package is appended."""
     files: list[str] = []
 
     def note(frame: FrameType, event: str, _: Any) -> None:
@@ -76,7 +76,7 @@ def recorded_calls() -> Iterator[list[str]]:
 
 
 def count_calls(run: Callable[[], object]) -> tuple[int, int, int]:
-    """Return the calls, the files and the returns to a file already left of a warm run."""
+    """Return the numbers of calls, of files, and of returns to earlier files, after a warm-up."""
     for _ in range(WARM_RUNS):
         run()
     with recorded_calls() as files:

@@ -1,11 +1,12 @@
-"""The accuracy of kreisel.exact, against references that share no formula with it.
+"""The accuracy of kreisel.exact, compared with references that share no formula with it.
 
     python -m validation.benchmarks.closed_form_accuracy [--full] [--header]
 
-The tops of exact_cases, named and random, are computed by quadrature in 50 digits. Some are also
-computed by heyoka in 128 bits, which checks the quadrature. The k-th state of the Bobenko-Suris map
-is compared with the map in 113 bits. Errors are angles [rad]; those of the momentum are relative to
-the largest momentum that the energy of the top allows. --full runs 20,000 tops.
+The reference states of the tops in exact_cases are computed by quadrature in 50 digits. Some tops
+are also computed by heyoka in 128 bits, to check the quadrature. The k-th state of the
+Bobenko-Suris map is compared with the map in 113 bits. Attitude errors are angles [rad]. Momentum
+errors are relative to the largest momentum that the energy of the top allows. With --full, 20,000
+tops are run.
 """
 
 import argparse
@@ -27,11 +28,11 @@ from ..references.quadrature import DIGITS, Euler, Lagrange, attitude_error, dot
 
 HERE = Path(__file__).parent
 TIMES = (1.0, 1e3, 1e6)
-TRUTH_TIMES = (7.0, 1e6)  # of the C tests
+TRUTH_TIMES = (7.0, 1e6)  # the times of the C tests
 
 
 def reference_solution(case):
-    """Return the reference solution of a case, and the scale of its momentum."""
+    """Return the reference solution of a case, and the scale for momentum errors."""
     if cases.is_lagrange(case):
         i1, i3, lever, q, m = case
         kinetic = np.dot(m, m) / (2 * min(i1, i3))
@@ -48,9 +49,9 @@ def momentum_error(truth, m, scale):
 
 
 def compute_errors(case, times):
-    """Return (attitude error, momentum error) at each time, and k'^2.
+    """Return the attitude and momentum errors at each time, and k'^2.
 
-    The latter is the distance from a separatrix.
+    k'^2, the complementary parameter, measures the distance from a separatrix.
     """
     truth, scale = reference_solution(case)
     path = kr.exact(cases.case_scene(case))(list(times))
@@ -115,7 +116,7 @@ def check_quadrature():
 
 
 class QuadMap:
-    """The Bobenko-Suris map in 113 bits, by exact_map.c."""
+    """The Bobenko-Suris map in 113 bits, computed by exact_map.c."""
 
     def __init__(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -152,7 +153,7 @@ def map_errors(job, states):
     try:
         path = kr.exact(cases.case_scene(case), map="bobenko_suris", step=step)(ks)
     except ValueError:
-        return None  # next to a separatrix
+        return None  # too close to a separatrix
     _, scale = reference_solution(case)
     return [
         (attitude_error(truth[:4], q), momentum_error(truth[4:], m, scale))
@@ -185,7 +186,7 @@ def print_random_maps(quad, tops):
 
 
 def print_header():
-    """Print tests/c/exact_truth.h."""
+    """Print the contents of tests/c/exact_truth.h."""
 
     def row(numbers):
         return "{" + ", ".join(f"{float(x):.17g}" for x in numbers) + "}"

@@ -1,4 +1,5 @@
-/* Timed loops for closed_form_speed.py, as called by users or with a given instruction set. */
+/* Timed loops for closed_form_speed.py. They call the public functions, or those of a given
+ * instruction set. */
 #define _POSIX_C_SOURCE 199309L
 #include <time.h>
 #include "exact/dispatch.h"
@@ -39,7 +40,7 @@ const char *bench_isa(int isa) /* NULL beyond the last */
     const kr_exact_isa *found = kr_exact_isa_at(isa);
     return found ? found->runs_here() ? found->name : "" : NULL;
 }
-/* isa: index of kr_exact_isa_at, or -1 for the choice of kr_exact_state. */
+/* isa is an index for kr_exact_isa_at, or -1 to call kr_exact_state. */
 double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_state out[])
 {
     kr_state (*const state)(const kr_exact *, double) =
@@ -50,7 +51,7 @@ double bench_states(const kr_scene *scene, int isa, int n, const double t[], kr_
     for (int i = 0; i < n; i++) out[i] = state(&form, t[i]);
     return (now() - begin) / n;
 }
-/* Times n states in batches. */
+/* Returns the seconds per state if n states are computed in batches. */
 double bench_batch(const kr_scene *scene, int isa, int batch, int n, const double t[],
                    kr_state out[])
 {

@@ -1,10 +1,10 @@
-"""The cost of the closed form against heyoka's steps and dense output.
+"""The cost of the closed form, compared with heyoka's steps and dense output.
 
     python -m validation.benchmarks.closed_form_speed [scene ...] [--rounds 41]
 
 kreisel is timed in C by closed_form_speed.c, and heyoka in its own loops, so that the overhead of
-Python is negligible. Both run interleaved and the best of all rounds counts. Disturbances affect
-mostly heyoka, whose runs are longer.
+Python is negligible. The runs of both are interleaved, and the fastest of all rounds counts.
+Disturbances mainly affect heyoka, whose runs are longer.
 """
 
 import argparse
@@ -40,7 +40,7 @@ TARGETS = {
 
 
 def compile_library():
-    """Compile the core with all its instruction sets, and the loops that time it."""
+    """Compile the core for all its instruction sets, together with the timed loops."""
     with tempfile.TemporaryDirectory() as folder:
         loops = compile_core(folder, Path(__file__).with_suffix(".c"))
     for name in ("closed_form", "closed_form_and_state", "states", "batch", "map_state"):
@@ -50,7 +50,7 @@ def compile_library():
 
 
 def list_isas(loops):
-    """Return the index of each instruction set that runs here, by name."""
+    """Return {name: index} of the instruction sets that this machine supports."""
     found, i = {}, 0
     while (name := loops.bench_isa(i)) is not None:
         found |= {name.decode(): i} if name else {}
@@ -81,7 +81,7 @@ class KreiselTimer:
         return self.loops.bench_map_state(self.scene, ctypes.c_double(0.01), BATCH)
 
     def has_equal_bits(self):
-        """Return whether states and batches have equal bits on every instruction set."""
+        """Return True if single states and batches have equal bits on every instruction set."""
 
         def bits(call, isa):
             assert call(isa) > 0
@@ -109,7 +109,7 @@ class HeyokaTimer:
         return time.perf_counter() - begin
 
     def time_outputs(self):
-        """Return the seconds per state of dense output, including the steps."""
+        """Return the seconds per state of heyoka's dense output, including its steps."""
         self.reset()
         begin = time.perf_counter()
         self.top.propagate_grid(self.grid)

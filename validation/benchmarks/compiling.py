@@ -1,6 +1,6 @@
-"""The core compiled as CMakeLists.txt does, with functions that users cannot call.
+"""Compilation of the core as in CMakeLists.txt, with functions that users cannot call.
 
-Programs here add sources, choose instruction sets, or set other numbers of terms.
+Benchmarks and studies add sources, choose instruction sets, or change numbers of terms.
 """
 
 import ctypes
@@ -14,7 +14,7 @@ FLAGS = (
     *("-std=c99", "-O3", "-fPIC", "-ffp-contract=off", "-fno-math-errno"),
     *("-fno-tree-vectorize", "-fno-tree-slp-vectorize"),
 )
-OF_LOOPS = "batch_eval.c"  # compiled with automatic vectorization
+OF_LOOPS = "batch_eval.c"  # this file is compiled with automatic vectorization
 AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
 SMALL = dict.fromkeys(("closed_form.c", "batch_setup.c", "map.c"), ("-Os", "-fno-inline-functions"))
 SMALL |= dict.fromkeys(
@@ -24,20 +24,20 @@ ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")
 
 
 def core_files():
-    """Return the files of the library, without the adapters to GSL and the viewer's own file."""
+    """Return the sources of the library, except the adapters to GSL and the file of the viewer."""
     files = sorted(CSRC.rglob("*.c"))
     return [file for file in files if file.parent.name != "gsl" and file.name != "wasm.c"]
 
 
 def isa_files():
-    """Return the files that are compiled once more for each instruction set."""
+    """Return the source files that are compiled again for each instruction set."""
     names = ("batch_eval.c", "batch_setup.c", "closed_form.c", "kowalewski.c", "map.c")
     exact = [CSRC / "exact" / name for name in names]
     return [*sorted(CSRC.glob("*/kernel*.c")), *exact]
 
 
 def size_options(file, options):
-    """Return the options of baseline files, which are small if other instruction sets exist."""
+    """Return the options of baseline files, which are optimized for size if other sets exist."""
     return SMALL.get(file.name, ()) if "-DKR_X86" in options else ()
 
 
@@ -46,7 +46,7 @@ def find_compiler():
 
 
 def compile_core(folder, source, isas=ISAS, options=("-DKR_X86",)):
-    """Compile the core and one more source into a library in the folder, and load it."""
+    """Compile the core and one more source file into a library, and load the library."""
     jobs = [(file, (*options, *size_options(file, options))) for file in (*core_files(), source)]
     jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in isa_files()]
     objects = [Path(folder) / f"{i}.o" for i in range(len(jobs))]

@@ -1,12 +1,13 @@
-"""Many tops at once, against heyoka's batches, GSL and SciPy at equal error.
+"""The speed of many tops at once, compared with heyoka's batches, GSL and SciPy at equal error.
 
     python -m validation.benchmarks.ensemble_speed [throughput threads large single]
 
-Random tops of one body are solved to t = 100 in two threads. Each contender runs at several
-tolerances, all in turn, round by round. Times are per top, interpolated to equal median attitude
-errors of a sample. The median over the rounds of the ratios to heyoka's batches of eight is graded.
-Errors refer to a series with 30 digits. `must` and `stretch` are the required figures. SciPy solves
-only a few tops on one thread, and is counted as if two threads shared them.
+Random tops of one body are solved to t = 100 in two threads. Every program runs at several
+tolerances. In each round, all runs are timed in turn. Times are per top, interpolated to equal
+median attitude errors of a sample. The figure that is graded is the median over the rounds of the
+ratio to heyoka's batches of eight. The reference is a series with 30 digits. `must` and `stretch`
+are the required and the desired figure. SciPy solves only a few tops on one thread. Its time is
+halved, as if two threads shared the tops.
 """
 
 import argparse
@@ -33,7 +34,7 @@ BOUNDS = {
     ensemble_runs.OWN_CALL: (8, None),
 }  # required and desired ratio for asymmetric tops
 BUSY = 0.5  # system load above which a warning is printed
-CLOSED = 25, 50  # the same for Lagrange tops in closed form against heyoka's batches
+CLOSED = 25, 50  # required and desired ratio for Lagrange tops in closed form to heyoka's batches
 LARGE = """
 import kreisel as kr, numpy as np, sys
 from validation.references.random_ensembles import draw_tops
@@ -44,7 +45,7 @@ print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM"
 
 
 def print_grade(what, value, must, stretch=None, unit="", at_most=False):
-    """Print a figure beside its required bounds."""
+    """Print a figure with its required and desired bounds."""
     sign = -1 if at_most else 1
     grades = {"stretch": stretch, "must": must}
     met = (name for name, bound in grades.items() if bound and sign * value >= sign * bound)
@@ -107,9 +108,9 @@ def print_comparison(what, told, bounds):
 
 
 def threads(options):
-    """Print the speedup of two threads, and that of two simultaneous calls with one thread each.
+    """Print the speedup of two threads, and that of two simultaneous calls on one thread each.
 
-    The latter is the most that the machine allows.
+    The second speedup is the most that the machine allows.
     """
     cases = {"asymmetric": ("taylor", Setting(tol=1e-9)), "Lagrange": ("exact", Setting())}
     for kind, (method, setting) in cases.items():
@@ -136,7 +137,7 @@ def measure_gains(one, two, rounds):
 
 
 def large(options):
-    """Print the time and memory of very many tops."""
+    """Print the time and the memory that a very large ensemble takes."""
     n = options.large
     side, build = options.side, draw_tops("Lagrange", n).ensemble
     for what, call, must in (
@@ -157,9 +158,9 @@ def large(options):
 
 
 def single(options):
-    """Print the errors of an ensemble over those of single runs.
+    """Print the ratio of the errors of an ensemble to the errors of individual runs.
 
-    Errors are in units of the effect that a rounding of the start has on each top.
+    The unit of the errors is the effect of a rounding of the start on each top.
     """
     for kind in SCENES:
         tops = draw_tops(kind, options.sample)

@@ -1,13 +1,13 @@
-"""The error contract of kr.solve(..., method="geometric", error=...).
+"""The error guarantee of kr.solve(..., method="geometric", error=...).
 
     python -m validation.benchmarks.error_contract [--scenes 200] [--seed 5] [--verbose]
 
 Random tops of several families are solved to random times up to 100 in both directions, for targets
 from 1e-3 to 1e-10. The true attitude error on [0, t] is compared with the target. The reference is
-the Taylor series with 30 digits, checked against heyoka with 60 digits on ten of every hundred
-scenes. The evaluations of the torque, including trial runs, are compared with those of the largest
-step of the chosen method that meets the target. A refusal is needless if the roundings of a run of
-the Taylor series in doubles amount to less than a third of the target.
+the Taylor series with 30 digits. On ten of every hundred scenes it is checked against heyoka with
+60 digits. The price is the number of torque evaluations, including trial runs, over the number
+needed with the largest step that meets the target. A refusal is needless if the rounding error of
+the Taylor series in doubles is less than a third of the target.
 """
 
 import argparse
@@ -46,10 +46,10 @@ def random_body(rng, kind):
 
 
 def ordinary(rng):
-    """Draw a top of some kind.
+    """Draw a top of a random kind.
 
-    One in five starts within 0.01 of upright or hanging, one in ten is ten times as fast, and one
-    in ten is a hundred times slower.
+    One top in five starts within 0.01 of the upright or hanging position. One in ten is ten times
+    as fast as the others, and one in ten is a hundred times slower.
     """
     body = random_body(rng, KINDS[rng.integers(len(KINDS))])
     q = rng.normal(size=4)
@@ -63,7 +63,7 @@ def ordinary(rng):
 
 
 def place_near_upright(rng, body, speed):
-    """Return a scene with the centre of mass almost above the fixed point."""
+    """Return a scene whose centre of mass is almost above the fixed point."""
     com = np.array(body.com)
     half = com / np.linalg.norm(com) + [0.0, 0.0, 1.0]
     tilt = rng.normal(size=3) * 10 ** rng.uniform(-9, -2)
@@ -97,7 +97,7 @@ def sleeping(rng):
 
 
 def middle_axis(rng):
-    """Draw a free body that rotates almost about the axis of its middle moment."""
+    """Draw a free body that rotates nearly about the axis of its middle moment."""
     half = np.sort(np.exp(rng.normal(0.0, 0.5, 3)))
     body = kr.Body.cuboid(half=tuple(half), pivot=(0.0, 0.0, 0.0))
     momentum = rng.normal(size=3) * 10 ** rng.uniform(-9, -2)
@@ -106,7 +106,7 @@ def middle_axis(rng):
 
 
 def near_a_rod(rng):
-    """Draw a body with one tiny moment, or two almost equal, and a slow start."""
+    """Draw a slow top with one tiny moment, or with two almost equal moments."""
     least, apart = 10 ** rng.uniform(-5, -1), 10 ** rng.uniform(-14, -6) * (rng.random() < 0.5)
     body = kr.Body(1.0, (1.0, 1.0 + apart * least, least), (0.0, 0.0, 1.0), unphysical=True)
     speed = 10 ** rng.uniform(-8, 0)
@@ -116,7 +116,7 @@ def near_a_rod(rng):
 
 
 def lively(rng):
-    """Draw an asymmetric body at about the energy of turning over, where motion is chaotic."""
+    """Draw an asymmetric body with about the energy to turn over, where motion is chaotic."""
     body = random_body(rng, "asymmetric")
     lever = body.mass * np.linalg.norm(body.com)
     momentum = rng.normal(size=3) * np.sqrt(lever * max(body.moments))
@@ -130,9 +130,9 @@ def fast(rng):
 
 
 def nearly_of_a_kind(rng):
-    """Draw a top that is almost a Lagrange top or almost spherical, anywhere or near upright.
+    """Draw a nearly symmetric or nearly spherical top, with any attitude or near upright.
 
-    Its moments, its centre of mass or both deviate by 1e-16 to 1e-11.
+    The moments, the centre of mass or both deviate by 1e-16 to 1e-11 from those of the exact kind.
     """
     first, second = 10 ** rng.uniform(-16, -11, 2) * rng.choice([-1.0, 1.0], 2)
     off = (first, 0.0), (0.0, second), (first, second)
@@ -173,16 +173,16 @@ class Case:
     family: str
     plan: kr.Plan | None = None
     refused: str = ""
-    needless: bool = False  # refused although roundings do not explain it
+    needless: bool = False  # the run was refused although roundings do not explain the refusal
     error: float = 0.0  # true error [rad]
-    price: float = 0.0  # cost over that of the cheapest sufficient run, with trials
-    alone: float = 0.0  # the same without trials
-    shown: float = 1.0  # true over estimated error of a path
-    apart: float = 0.0  # difference of both references, relative to the target
+    price: float = 0.0  # cost, including trials, over the cost of the cheapest sufficient run
+    alone: float = 0.0  # the same ratio without trials
+    shown: float = 1.0  # ratio of true to estimated error of a path
+    apart: float = 0.0  # difference between the two references, relative to the target
 
 
 def run_error(case, times, truth, steps):
-    """Return the true error of a run with `steps` steps, or inf where the steps are too long."""
+    """Return the true error of a run with `steps` steps, or inf if the steps are too long."""
     try:
         path = kr.solve(case.scene, times, case.plan.method, step=abs(case.t) / steps)
     except (ValueError, kr.Error):
@@ -191,9 +191,9 @@ def run_error(case, times, truth, steps):
 
 
 def fewest_steps(case, times, truth, steps):
-    """Return the fewest steps, within 5 %, of the chosen method that meet the target.
+    """Return, within 5 %, the fewest steps with which the chosen method meets the target.
 
-    At most 4 times the steps taken are tried.
+    Step numbers up to about 4 * `steps` are tried.
     """
     n = max(1, steps // 10)
     while run_error(case, times, truth, n) > case.target and n < 4 * steps:
@@ -202,15 +202,15 @@ def fewest_steps(case, times, truth, steps):
 
 
 def rounding_error(case, times):
-    """Return the effect of roundings on a run in doubles [rad]."""
+    """Return the effect of roundings on a Taylor run in doubles [rad]."""
     one, other = (kr.solve(case.scene, times, "taylor", digits=digits).q for digits in (16, 20))
     return attitude_errors(one, other).max()
 
 
 def estimate_ratio(case, times, truth):
-    """Return the true error of a path at these times over its own estimate.
+    """Return the ratio of the true error of a path at `times` to its own estimate.
 
-    The ratio is 1 where both are roundings, or where the run with these times is refused.
+    The ratio is 1 if the error is at rounding level, or if the run is refused.
     """
     try:
         path = kr.solve(case.scene, times, method="geometric", error=case.target)
@@ -244,7 +244,7 @@ def judge_case(case, second=None):
 
 
 def print_row(name, cases):
-    """Print a row for these cases; return the number over the target, and the price."""
+    """Print a row for these cases, and return the number of missed targets and the price."""
     done = [case for case in cases if not case.refused]
     over = np.array([case.error / case.target for case in done])
     shown = np.array([case.shown for case in done])
@@ -262,9 +262,9 @@ def print_row(name, cases):
 
 
 def print_summary(cases):
-    """Print a row per family and one for all; return the share that meets its target, and more.
+    """Print a row per family and one for all cases, and return the share that meets its target.
 
-    The other values are the share of needless refusals and the price.
+    The share of needless refusals and the price are returned too.
     """
     print(
         "  family             tried refused needless  over  worst/target  true/est.   price   alone"

@@ -1,12 +1,13 @@
-"""The cost of detecting an event, compared with heyoka.
+"""The cost of event detection, compared with heyoka.
 
     python -m validation.benchmarks.event_costs
 
-The time of a run to t = 1000 with one event is divided by that of a run without. This is done for
-kreisel and for heyoka's own event detection, in one process, in turn, at the tightest tolerance and
-at 1e-9. The output ends with heyoka's time over that of kreisel and both numbers of events. heyoka
-counts the start, which is on the event in both scenes. Nutation is the zero of the time derivative
-of the apex height; the plane is apex_x = 0.
+The time of a run to t = 1000 with one event is divided by the time of a run without events. Both
+programs run alternately in one process, at the tightest tolerance and at 1e-9. For heyoka, its own
+event detection is used. Each line of output ends with the ratio of heyoka's time to kreisel's and
+with both numbers of events. The numbers of heyoka include the start, which is an event in both
+scenes. The nutation event is a zero of the time derivative of the apex height, and the plane is
+apex_x = 0.
 """
 
 import argparse
@@ -28,9 +29,9 @@ EVENTS = {
 
 
 def event_functions(problem):
-    """Return the three events for heyoka in the variables of equations.py.
+    """Return the three event functions for heyoka, in the variables of equations.py.
 
-    They use <n, P>' = <n, P x W>.
+    The derivatives use <n, P>' = <n, P x W>.
     """
     q, w = hy.make_vars("qw", "qx", "qy", "qz"), hy.make_vars("a", "b", "c")
     lever = np.array(problem.lever, dtype=float)

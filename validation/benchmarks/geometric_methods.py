@@ -1,9 +1,9 @@
-"""The figures of the geometric methods, each beside its bound.
+"""Benchmarks of the geometric methods, with the required bound of each figure.
 
     python -m validation.benchmarks.geometric_methods [section ...] [--full]
 
-Without --full the timing has fewer rounds, and the error contract of kr.solve(...,
-method="geometric") is checked on 20 scenes.
+Without --full, the timing has fewer rounds, and the error guarantee of kr.solve(...,
+method="geometric") is checked on only 20 scenes.
 """
 
 import argparse
@@ -30,7 +30,7 @@ failed = []
 
 @dataclass(frozen=True)
 class Extent:
-    """The extent of a run: rounds of timing, and scenes of the contract."""
+    """The extent of a run: the rounds of timing, and the scenes for the error guarantee."""
 
     rounds: int
     scenes: int
@@ -59,7 +59,7 @@ def load_literature_top(name):
 
 
 def order(extent):
-    """Compare the observed order with the nominal one, in q and m, from tilted starts."""
+    """Compare the observed order in q and m with the nominal order, from tilted starts."""
     for name, method in kr.methods.items():
         bodies = [
             body
@@ -74,7 +74,7 @@ def order(extent):
 
 
 def integrals(extent):
-    """Check the invariants of bobenko_suris4 over 1e6 steps, and its energy to t = 1e6."""
+    """Check the invariants of bobenko_suris4 over 1e6 steps, and its energy up to t = 1e6."""
     scene = kr.scenes.thesis.replace(attitude=orders.TILT)
     for step in (0.2, 0.1, 0.05):
         path = kr.solve(scene, 1e6 * step, method="bobenko_suris4", step=step, every=1000)
@@ -98,7 +98,7 @@ def integrals(extent):
 
 
 def accuracy(extent):
-    """Compare bobenko_suris4 with bobenko_suris on the thesis' top at one step, t = 100."""
+    """Compare the errors of bobenko_suris4 and bobenko_suris at t = 100, with the same step."""
     scene = kr.scenes.thesis
     truth = kr.solve(scene, 100, method="exact").q[-1]
     for step, bound in ((1 / 5, 140.0), (1 / 20, 1e3), (1 / 160, 1e5)):
@@ -115,7 +115,7 @@ def accuracy(extent):
 
 
 class HeyokaCall:
-    """A run of heyoka on a top at a tolerance, which counts its steps."""
+    """A run of heyoka on a top at a given tolerance, which counts its steps."""
 
     def __init__(self, problem, end, tol=EPS):
         system, self.start = equations.build_system(problem)
@@ -134,12 +134,12 @@ def time_rounds(rounds, *calls):
 
 
 def time_ratio(one, two):
-    """Return the ratio of the least times, because disturbances only add time."""
+    """Return the ratio of the shortest times, because disturbances can only add time."""
     return min(one) / min(two)
 
 
 def cost(extent):
-    """Compare the time of a step with that of heyoka's at tol = eps on one top, in one run."""
+    """Compare the time of a step with the time of heyoka's step at tol = eps, on the same top."""
     bounds = {
         "bobenko_suris": (25, 35),
         "bobenko_suris2": (25, 35),
@@ -168,7 +168,7 @@ def energy_drift(scene, end, method, step):
 
 
 def gni(extent):
-    """Compare the energy error of suzuki4 with the published table."""
+    """Compare the energy errors of suzuki4 with the published table."""
     scene = load_literature_top("gni_asymmetric_heavy_top").to_scene()
     table = PUBLISHED["gni_asymmetric_heavy_top"]["table"]
     steps = [float(h) for h in table if h != "what"]
@@ -184,7 +184,7 @@ def gni(extent):
 
 
 def simo_wong(extent):
-    """Compare energy errors at the published step with those of the published problem."""
+    """Compare energy errors at the published step with the published ones."""
     scene = load_literature_top("simo_wong_fast_top").to_scene()
     step = np.radians(26) / 50.0
     errors = {
@@ -203,7 +203,7 @@ def simo_wong(extent):
 
 
 def bruels(extent):
-    """Compare the cheapest geometric run with an attitude error of 1e-13 at t = 2 with heyoka's."""
+    """Compare the cheapest geometric run with heyoka, for an attitude error of 1e-13 at t = 2."""
     problem = load_literature_top("bruels_cardona_heavy_top")
     scene, truth = problem.to_scene(), PUBLISHED[problem.name]["reference"]["2"]["q"]
     runs = []
@@ -220,7 +220,7 @@ def bruels(extent):
     ]
     peer = HeyokaCall(problem, 2.0, max(peers, default=EPS))
     print(f"  heyoka at tol {peer.top.tol:.2g}: error {attitude_error(peer(), truth):.2g}")
-    end = np.array([2.0])  # without Python overhead, as for heyoka
+    end = np.array([2.0])  # no Python overhead is included, as for heyoka
     calls = [
         compiled_core.make_recording_call(compiled_core.scene_bytes(scene), name, end, step=2 / n)
         for n, name, _ in runs
@@ -234,7 +234,7 @@ def bruels(extent):
 
 
 def contract(extent):
-    """Check `error=` on random scenes; the seed is the current date."""
+    """Check `error=` on random scenes, with the current date as seed."""
     scenes = extent.scenes
     kept, needless, price = error_contract.judge_scenes(
         scenes, seed=int(date.today().strftime("%y%m%d"))

@@ -1,9 +1,10 @@
-"""The closed form of Goryachev-Chaplygin tops: refusals, errors and times of random tops.
+"""The closed form of Goryachev-Chaplygin tops: refusals, errors and times for random tops.
 
     python -m validation.benchmarks.goryachev_chaplygin_speed [--tops 10000] [--checked 2000]
 
-Moments are 4 : 4 : 1 exactly, in all orders of the axes, and momenta are horizontal. Otherwise the
-tops and the measurements are those of validation/benchmarks/kowalewski_speed.py.
+The moments are exactly 4 : 4 : 1, with the axes in any order, and the momenta are horizontal. In
+all other respects, the tops and the measurements are those of
+validation/benchmarks/kowalewski_speed.py.
 """
 
 import kreisel as kr

@@ -2,7 +2,7 @@
 
     python -m validation.benchmarks.goryachev_chaplygin_truth > tests/c/goryachev_chaplygin_truth.h
 
-It takes some minutes.
+The program runs for some minutes.
 """
 
 import argparse
@@ -19,10 +19,10 @@ LATE = {24: 300.0, 25: -300.0, 26: 600.0}
 
 
 def draw(number, rng):
-    """Draw a top with moments 4 : 4 : 1 exactly and a horizontal momentum.
+    """Draw a top whose moments are exactly 4 : 4 : 1 and whose momentum is horizontal.
 
-    Any order of the axes, the centre of mass along an equal axis or between the two, both signs of
-    gravity and both directions of time.
+    The order of the axes, the sign of gravity and the direction of time vary. The centre of mass
+    lies on one of the two equal axes or between them.
     """
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLES[number % 3]
     across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
@@ -52,7 +52,7 @@ def format_row(numbers):
 
 
 def format_top(top, attitude, momentum):
-    """Return the lines of C of a top and its state."""
+    """Return the C source lines of a top and its state."""
     rows = [format_row(x) for x in (top.inertia, top.com, top.attitude, top.momentum)]
     line = (
         f"{{{rows[0]}, {rows[1]}, {top.gravity:.17g}, {rows[2]}, {rows[3]}, {top.time:.17g}, "

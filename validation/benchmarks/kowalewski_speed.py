@@ -1,11 +1,12 @@
-"""The closed form of Kowalewski tops: refusals, errors and times of random tops.
+"""The closed form of Kowalewski tops: refusals, errors and times for random tops.
 
     python -m validation.benchmarks.kowalewski_speed [--tops 10000] [--checked 2000] [--late 4]
 
-Moments are 2 : 2 : 1 exactly, in all orders of the axes. Rates are 0.1 to 10 in the top's own unit
-of time, the centre of mass lies along either equal axis, and gravity has both signs. The truth is
-kreisel's Taylor series with 30 digits. A top that is checked has a time of 1 to 1000 units of
-either sign; `--late` of them have 1e6 units, which takes a minute each.
+The moments are exactly 2 : 2 : 1, with the axes in any cyclic order. Rates are 0.1 to 10 in the
+top's own unit of time. The centre of mass lies along either equal axis, and gravity has both signs.
+The reference is kreisel's Taylor series with 30 digits. The first `--checked` tops are compared
+with it at a time of 1 to 1000 units of either sign. For the first `--late` tops the time is 1e6
+units, which takes a minute each.
 """
 
 import argparse
@@ -35,7 +36,7 @@ def draw(rng):
 
 
 def miss(scene, top, t):
-    """Return the errors of the attitude [rad] and of the momentum, over its size, at `t`."""
+    """Return the attitude error [rad] and the relative momentum error at `t`."""
     truth, got = kr.solve(scene, [t], digits=30), top([t])
     p, q = truth.q[0], got.q[0]
     near = min(np.linalg.norm(p - q), np.linalg.norm(p + q))
@@ -94,7 +95,7 @@ def measure(draw, tops, checked, late, seed):
 
 
 def time_of_a_state(top, tau, at_once=2000):
-    """Return the processor time of a state [s], of so many that are asked for at once."""
+    """Return the processor time per state [s], if `at_once` states are computed per call."""
     t, calls = np.linspace(0.0, 1e4 * tau, at_once), max(1, 200 // at_once)
     times = []
     for _ in range(3):

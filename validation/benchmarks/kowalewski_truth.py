@@ -1,8 +1,8 @@
-"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, by heyoka in 128 bits.
+"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, from heyoka in 128 bits.
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 
-It takes some minutes.
+The program runs for some minutes.
 """
 
 import argparse
@@ -38,7 +38,7 @@ class Top(NamedTuple):
 
     @property
     def lever(self):
-        """mass gravity com, with all digits."""
+        """The product mass * gravity * com as mpmath numbers, without rounding."""
         return [mp.mpf(self.gravity) * mp.mpf(x) for x in self.com]
 
 
@@ -46,7 +46,7 @@ def draw(number, rng):
     """Draw a top whose moments are exactly 2 : 2 : 1.
 
     The order of the axes, the signs of gravity and the direction of time vary. The centre of mass
-    lies along an equal axis or between the two.
+    lies on one of the two equal axes or between them.
     """
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLES[number % 3]
     across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
@@ -59,7 +59,7 @@ def draw(number, rng):
     attitude /= np.linalg.norm(attitude)
     rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / unit)
     momentum = rng.normal(size=3) * 2 * unit * rate * 10.0 ** rng.uniform(-1, 1)
-    if number >= 45:  # <m, e3> is zero, or tiny
+    if number >= 45:  # <m, e3> is zero or tiny for these tops
         momentum[2] = (0.0, 1e-3, -1e-6, 1e-10, 1e-17, 0.0, 0.0)[number - 45]
         momentum *= number < 50
     time = LATE.get(number, 10.0 ** rng.uniform(0, 2.3) * rng.choice([-1, 1]))
@@ -74,7 +74,7 @@ def draw(number, rng):
 
 
 def integrator():
-    """Return heyoka's integrator of any top."""
+    """Return an integrator of heyoka that serves every top."""
     fp = hy.real128
     return hy.taylor_adaptive(
         build_general_system(fp),
@@ -86,7 +86,7 @@ def integrator():
 
 
 def follow(move, top):
-    """Return the attitude and the momentum at the top's time, as mpmath numbers."""
+    """Return the attitude and the momentum at `top.time`, as mpmath numbers."""
     fp = hy.real128
     move.pars[:] = round_to(compute_coefficients(top), fp)
     move.state[:] = round_to(start_state(top), fp)

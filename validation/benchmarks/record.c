@@ -1,5 +1,5 @@
-/* The cost of recording: all states of a fixed-step run kept in reused memory, over going to the
- * end alone, and over visiting each state without keeping it.
+/* The cost of recording. The time of a fixed-step run that keeps all states in reused memory is
+ * divided by the time of a run without output, and by that of a run that only visits each state.
  *
  * Usage: record [steps step rounds]. All methods run on the default scene, in turn. Ratios of
  * consecutive runs are printed as medians with quartiles. */
@@ -21,7 +21,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 enum what { END_ONLY, EACH_LOOKED_AT, ALL_KEPT, WAYS };
-/* Returns the seconds of one run through t[0..n-1]. */
+/* Returns the duration in seconds of one run through t[0..n-1]. */
 static double run(const kr_method *method, double step, enum what what, size_t n, const double t[],
                   kr_state out[])
 {
@@ -64,7 +64,7 @@ int main(int argc, char **argv)
         const kr_scene scene = kr_scene_default();
         if (kr_method_flags(method) & KR_METHOD_ADAPTIVE || !kr_method_applies(method, &scene.body))
             continue;
-        run(method, step, ALL_KEPT, n, t, out); /* touches all memory */
+        run(method, step, ALL_KEPT, n, t, out); /* makes the system allocate all pages */
         for (size_t r = 0; r < rounds; r++) {
             double seconds[WAYS];
             for (int way = 0; way < WAYS; way++)

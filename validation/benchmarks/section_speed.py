@@ -1,12 +1,12 @@
-"""The cost of sections, starts and frequencies, and their accuracy.
+"""The cost and the accuracy of sections, starts and frequencies.
 
     python -m validation.benchmarks.section_speed [time frequencies layer]
 
 `time` computes sections of 100 asymmetric tops of one energy and vertical momentum with 500
-crossings, in one thread and in two. It compares them with events on single tops and with runs
-without events, and draws a million starts. `frequencies` compares those of random Lagrange tops
-with the closed form. `layer` compares swings along the separatrix with Melnikov's integral. `must`
-is the required figure.
+crossings, in one thread and in two. It compares their cost with that of events on individual tops
+and of runs without events. It also draws a million starts. `frequencies` compares the frequencies
+of random Lagrange tops with the closed form. `layer` compares swings along the separatrix with
+Melnikov's integral. `must` is the required figure.
 """
 
 import argparse

@@ -1,9 +1,9 @@
-"""The cost of a step against heyoka's at its tightest tolerance, and of recording.
+"""The cost of a step, compared with heyoka's at its tightest tolerance, and of recording.
 
     python -m validation.benchmarks.step_costs [scene ...] [--rounds 25]
 
-A step of heyoka covers much more time than one of kreisel. The ratio shows how light the methods
-and the driver are, and not which program is better.
+A step of heyoka covers much more time than a step of kreisel. The ratio shows the overhead of the
+methods and of the driver, and not which program is better.
 """
 
 import argparse
@@ -32,7 +32,7 @@ def make_solve(problem, method, **words):
 
 
 def time_calls(calls, rounds):
-    """Return the seconds of each call in each round."""
+    """Return the duration of each call in each round [s]."""
     for call in calls.values():
         call()
     about = [timing.time_once(call) for call in calls.values()]
@@ -46,7 +46,7 @@ def format_spread(values, form):
 
 
 def print_steps(scene, rounds):
-    """Print the median cost of a step, and its ratio to heyoka's round by round."""
+    """Print the median cost of a step, and the median over the rounds of its ratio to heyoka's."""
     problem = load_problem(scene)
     heyokas = {
         name: HeyokaRun(problem, STEPS * STEP, Setting(tol=EPS), **options)
@@ -74,7 +74,7 @@ def print_steps(scene, rounds):
 
 
 def print_recording(scene, rounds):
-    """Time a run that keeps every step over one that keeps none, from Python with new memory."""
+    """Print the cost of keeping every step over keeping none, from Python with new memory."""
     problem = load_problem(scene)
     print(f"\n{scene}: time with {STEPS} states over time with none, from Python, in new memory")
     for who in list_contenders(problem):
@@ -91,7 +91,7 @@ def print_recording(scene, rounds):
 
 
 def print_recording_in_c(rounds):
-    """Time the same ratio in C with reused memory, by record.c and the static library."""
+    """Print the same ratio in C with reused memory, measured by record.c."""
     if not (shutil.which("cmake") and shutil.which("cc")):
         print("\nrecording in C needs cmake and cc")
         return
@@ -105,7 +105,7 @@ def print_recording_in_c(rounds):
 
 
 def build_program(folder):
-    """Build the static library and record.c in a folder; return the program."""
+    """Build the static library and record.c in a folder, and return the path of the program."""
     quiet = {"check": True, "stdout": subprocess.DEVNULL}
     options = ["-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Release"]
     subprocess.run(["cmake", "-S", ROOT, "-B", folder, *options], **quiet)

@@ -1,9 +1,9 @@
-"""The cost of a sweep against ensembles without files, of its plan, and of Ctrl-C.
+"""The cost of a sweep, compared with ensembles without files, of its plan, and of Ctrl-C.
 
     python -m validation.benchmarks.sweep_costs [cost memory plan stop check]
 
-`must` is the required figure. Both ways of `cost` compute the same tops part by part, timed in
-turn, round by round. The files are on the disk of --folder.
+`must` is the required figure. `cost` computes the same tops part by part with and without files. In
+each round, both are timed in turn. The files are written to --folder.
 """
 
 import argparse
@@ -62,7 +62,7 @@ def run_sweep(folder, n, **more):
 
 
 def cost(options):
-    """Print the time of a sweep over that of the same ensembles without files."""
+    """Print the ratio of the time of a sweep to the time of the same ensembles without files."""
     tops, ratios = make_source(options.tops), []
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         part = kr.sweep(tops, TIMES, folder=f"{folder}/plan", reduce=KEPT, parts=range(0)).plan[
@@ -83,7 +83,7 @@ def cost(options):
 
 
 def memory(options):
-    """Print the peak memory of a process that sweeps."""
+    """Print the peak memory of a process that runs a sweep."""
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         command = [sys.executable, "-c", MEMORY, f"{folder}/runs", str(options.tops)]
         done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True)
@@ -97,7 +97,7 @@ def memory(options):
 
 
 def plan(options):
-    """Print the time to plan very many tops."""
+    """Print the time to plan a sweep of very many tops."""
     spin, tilt = np.linspace(0, 20, 10_000), np.linspace(0.01, 1, 10_000)
     makers = {
         "grid": lambda: kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt),
@@ -117,7 +117,7 @@ def make_plan(tops, folder):
 
 
 def stop(options):
-    """Print the time that Ctrl-C takes to end a sweep within a part."""
+    """Print the time until Ctrl-C ends a sweep that is within a part."""
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         command = [sys.executable, "-c", STOPPED, f"{folder}/here", str(10**7)]
         time_interrupt("by threads", command, subprocess.PIPE)
@@ -128,7 +128,7 @@ def stop(options):
 
 
 def time_interrupt(what, command, said, parts=None):
-    """Send Ctrl-C once a part exists or progress is reported, and wait for the end."""
+    """Send Ctrl-C when a part exists or progress is reported, and wait until the process ends."""
     with subprocess.Popen(command, stdout=said, stderr=subprocess.DEVNULL) as run:
         if parts is None:
             run.stdout.readline()

@@ -8,7 +8,7 @@ heyoka    heyoka's var_ode_sys of first order against six tangents: the path wit
           the start, at heyoka's tightest tolerance, and both errors
 rate      tops per second to t = 1000 for kreisel.megno on two threads, of the asymmetric scene
 
-Everything runs in one process, in turn. Times are the least of several rounds.
+All calls run alternately in one process. Each time is the shortest of several rounds.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ ROUNDS = 25
 
 
 def least_times(*calls, rounds=ROUNDS):
-    """Return the least time of each call, made in turn [s]."""
+    """Return the shortest time of each call over interleaved rounds [s]."""
     times = np.full((rounds, len(calls)), np.inf)
     for spent in times:
         for i, call in enumerate(calls):
@@ -41,7 +41,7 @@ def least_times(*calls, rounds=ROUNDS):
 
 
 def make_run(scene, t, bits):
-    """Return a call that moves a top to `t`, with the tangents in `bits`."""
+    """Return a call that integrates a top to `t`, with the tangents that `bits` selects."""
 
     def call():
         _, top = start(scene._block, "taylor", 0.0, 0.0, 0, 0, False, False, [], bits)
@@ -76,7 +76,7 @@ def ensemble():
 
 
 def attitude_derivative(path, inertia):
-    """Return the derivative of the attitude by the body angular velocity at the start, (4, 3)."""
+    """Return the derivative of the attitude with respect to the initial body velocity, (4, 3)."""
     turns = np.stack([kr.quaternion.turn(path.q[0], axis) for axis in np.eye(3)], axis=1)
     theta = path.tangents[-1][:3, 3:6] @ (turns * inertia)
     return np.stack(

@@ -1,11 +1,12 @@
-"""The Taylor method against heyoka in its best setting.
+"""The speed of the Taylor method, compared with heyoka in its best setting.
 
     python -m validation.benchmarks.taylor_speed [ratios long digits dense]
 
-Everything runs in one process, in turn. Times are medians. Errors are of the attitude at the end,
-against the series with 30 digits, which is first checked against heyoka in 128 bits. `must` and
-`stretch` are the required figures. heyoka uses seven equations, not in compact mode. Both programs
-use the loosest tolerance whose error is kept at every tighter one.
+All calls run alternately in one process, and times are medians. Errors are those of the attitude at
+the end. The reference is the series with 30 digits, which is first checked against heyoka in 128
+bits. `must` and `stretch` are the required and the desired figure. For heyoka, seven equations are
+integrated, not in compact mode. Both programs use the loosest tolerance at which, and below which,
+the error meets the target.
 """
 
 import argparse
@@ -25,7 +26,8 @@ from ..references.problems import load_problem
 SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
 TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))  # error; must, stretch
 EPS = np.finfo(float).eps
-LOOSER = ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")  # looser than the tolerance of the truth
+# tolerances looser than that of the reference
+LOOSER = ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")
 TOLERANCES = 10.0 ** np.arange(-2, -15.6, -0.25)
 
 
@@ -50,7 +52,7 @@ def attitude_error(name, t, q):
 
 
 def make_kreisel_run(name, t, tol=0.0, digits=0, method="taylor"):
-    """Return a call that solves and returns the attitude at the end with its low words."""
+    """Return a call that returns the attitude at the end with its low words."""
     # The set-up is excluded, as for heyoka.
     block, times = compiled_core.scene_bytes(load_problem(name).to_scene()), np.array([t])
     call = compiled_core.make_recording_call(block, method, times, tol=tol, digits=digits)
@@ -93,9 +95,9 @@ def make_real128_run(name, t, tol):
 
 
 def median_times(calls, rounds=41):
-    """Return the median seconds of the first call, and of others by their ratio to the first.
+    """Return the median time of the first call, and times of the other calls from ratios to it.
 
-    The calls are interleaved, and the ratio is the median over the rounds.
+    The calls are interleaved, and each ratio is the median over the rounds.
     """
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = timing.time_in_turn(calls, about, rounds)
@@ -105,14 +107,14 @@ def median_times(calls, rounds=41):
 
 @functools.cache
 def make_ladder(make, name, t, tightest, **words):
-    """Return runs from loose to tight, each with the largest error of it and all tighter ones."""
+    """Return runs from loose to tight, each with the largest error of this and all tighter runs."""
     runs = [make(name, t, tol, **words) for tol in (*TOLERANCES, tightest)]
     errors = [attitude_error(name, t, run()) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1], strict=True))
 
 
 def loosest_reaching(make, name, t, target, tightest, **words):
-    """Return the loosest run that stays within the target, or the tightest."""
+    """Return the loosest run whose error meets the target, or else the tightest run."""
     steps = make_ladder(make, name, t, tightest, **words)
     return next((step for step in steps if step[1] <= target), steps[-1])
 
@@ -127,7 +129,7 @@ def print_row(what, value, must, stretch, rest=""):
 def pair_at_equal_error(name, t, target):
     """Return a run of kreisel and one of heyoka, and their errors.
 
-    Target 0 stands for heyoka's best error, and about the same error for kreisel.
+    A target of 0 means heyoka's smallest error, and about the same error for kreisel.
     """
     peer, f = loosest_reaching(make_heyoka_run, name, t, target, EPS)
     own, e = loosest_reaching(make_kreisel_run, name, t, target or 1.5 * f, 2.0**-53)

@@ -3,8 +3,9 @@
     python -m validation.benchmarks.viewer_speed
 
 The steps of a frame cover 1/60 of a unit of time. Each time is the median of its repetitions,
-followed by the largest. For drags the 99th percentile is printed too, and the longest work of the
-page's own thread for an event. On a busy machine the page waits without working.
+followed by the largest. For drags, the program also prints the 99th percentile and the longest time
+that the page's own thread works for an event. On a busy machine the page also waits for the
+processor.
 """
 
 import argparse
@@ -40,13 +41,13 @@ DRAGS = [  # preset, dragged part, top, and index of a corner
     ("Energy and motion", "corner", 1, 5),
 ]
 
-# Milliseconds from navigation until the first picture is complete.
+# Returns the milliseconds from navigation until the first picture is complete.
 READY = """new Promise((done) => { const look = () => {
     if (!window.kreisel?.view.renderer.info.render.frame) return requestAnimationFrame(look);
     kreisel.view.renderer.getContext().finish();
     done(performance.now());
 }; look(); })"""
-# Milliseconds per frame for stepping alone, over 2000 frames, eleven times.
+# Returns eleven means over 2000 frames of the milliseconds per frame for stepping alone.
 STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     const preset = kreisel.presets.find((preset) => preset.name === "Compare four");
     kreisel.page.load({ ...preset, methods, step: [0.01, 0.01] });
@@ -54,7 +55,7 @@ STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     for (let i = 1; i <= 2000; i++) kreisel.simulation.advance((i * 1e6) / 60, 1e9);
     return (performance.now() - begin) / 2000;
 })"""
-# Drag a part, with a picture after every 30 events; a pivot is a corner dragged with Alt.
+# Drags a part and takes a picture after every 30 events. A pivot is a corner dragged with Alt.
 HELD = """async ([part, top, number, events]) => {
     const { canvas } = kreisel.view, altKey = part === "pivot";
     const [x, y] = kreisel.locate(altKey ? "corner" : part, top, number);
@@ -74,7 +75,7 @@ LOAD = """(name) => {
     const preset = kreisel.presets.find((preset) => preset.name === name.split(",")[0]);
     kreisel.page.load({ ...preset, ghost: name.endsWith("ghost") });
 }"""
-# Frames and milliseconds from each pointermove until it is drawn.
+# Returns the frames and milliseconds from each pointermove until it is drawn.
 WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove", (event) => {
     const { render } = kreisel.view.renderer.info, before = render.frame;
     let frames = 0;
@@ -91,7 +92,7 @@ def open_page(browser):
 
 
 def time_first_picture(browser):
-    """Return the time to the first picture, and the work of the page's own thread."""
+    """Return the time until the first picture, and the working time of the page's own thread."""
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
@@ -130,7 +131,7 @@ def time_drag_events(browser, page, *held):
 
 
 def time_drag(page):
-    """Move the green tip a hundred times; return frames and milliseconds until it was drawn."""
+    """Move the green tip a hundred times, and return frames and milliseconds until each drawing."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)

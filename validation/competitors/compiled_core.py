@@ -1,6 +1,6 @@
-"""The compiled core without its Python layer, so that it can be timed as a peer's own loop.
+"""The compiled core without its Python layer, to be timed like the inner loop of a peer.
 
-No other file of validation uses private names of kreisel for runs of single tops.
+No other file of validation uses private names of kreisel to run individual tops.
 """
 
 from functools import partial
@@ -19,10 +19,10 @@ def scene_bytes(scene):
 def make_recording_call(
     block, method, times, *, step=0.0, tol=0.0, digits=0, most=0, leave_heading=False
 ):
-    """Return a call ready to be timed.
+    """Return a call that is prepared for timing.
 
-    The call returns a status, the states at the times (n, 8), their low words (n, 8) or None, and
-    the costs of the run.
+    The call returns the status, the states (n, 8), their low words (n, 8) or None, and the costs of
+    the run.
     """
     words = block, method, step, tol, digits, most, leave_heading, times
     return partial(_core.record, *words)

@@ -1,10 +1,9 @@
-"""Calls that move many tops of one body: ensembles of kreisel and well-used peers.
+"""Integration of many tops of one body, by ensembles of kreisel and by peers used well.
 
-A mover makes a call for tops, a setting and a number of threads, compiles what it needs, and is
-then called repeatedly. The call returns the attitudes at the end, (n, 4). heyoka integrates the
-seven equations with the constants of the body, not in compact mode, with a batch of eight tops in
-the SIMD lanes of an integrator. It runs with one integrator per thread, or by its own ensemble
-function.
+For given tops, a setting and a number of threads, each program prepares a call. The call can be
+repeated, and returns the attitudes at the end, (n, 4). With heyoka, seven equations with the
+constants of the body are integrated, not in compact mode. The SIMD lanes of an integrator hold a
+batch of eight tops. There is one integrator per thread, or heyoka's own ensemble function is used.
 """
 
 from collections.abc import Callable
@@ -41,7 +40,7 @@ def make_integrator(tops, setting):
 
 
 def pad_to_batches(tops):
-    """Return the starts with the tops in columns, the last repeated until the batches are full."""
+    """Return the starts as columns, with the last top repeated until the batches are full."""
     missing = -len(tops) % BATCH
     return np.pad(tops.starts, ((0, missing), (0, 0)), mode="edge").T.copy()
 
@@ -52,7 +51,7 @@ def check_end_time(results):
 
 
 def make_batch_call(tops, setting, threads):
-    """Return a call that integrates batches of eight, each on the next free thread."""
+    """Return a call in which heyoka integrates batches of eight, each on the next free thread."""
     starts, end = pad_to_batches(tops), tops.end
     own = [make_integrator(tops, setting) for _ in range(threads)]
     pool = ThreadPoolExecutor(threads)
@@ -94,7 +93,7 @@ def make_ensemble_call(tops, setting, threads):
 
 
 def make_scipy_call(tops, setting, threads):
-    """Return a call that integrates one top after the other.
+    """Return a call in which SciPy integrates one top after another.
 
     Python uses one thread. Its time may be divided by the number of threads, because processes
     would share the tops.
@@ -108,9 +107,9 @@ def make_scipy_call(tops, setting, threads):
 
 @dataclass(frozen=True)
 class Mover:
-    """A program that moves tops, its settings from loose to tight, and its number of tops.
+    """A program that integrates many tops, with its settings from loose to tight.
 
-    Slow movers get fewer tops, because their time is reported per top.
+    Slow programs integrate fewer tops, because their time is reported per top.
     """
 
     name: str
@@ -119,7 +118,7 @@ class Mover:
     part: float = 1.0  # fraction of the tops
     least: int = 0  # minimum number of tops
     is_timed_once: bool = False
-    is_serial: bool = False  # uses one thread in any case
+    is_serial: bool = False  # True if it always uses one thread
 
     def tops(self, tops):
         return tops.first(max(self.least, round(self.part * len(tops))))
@@ -159,9 +158,9 @@ PEERS = (
 
 
 def select_movers(tops, each=1):
-    """Return the movers that suit these tops, kreisel first.
+    """Return the programs that can integrate these tops, kreisel first.
 
-    They run at each setting, or at each `each`-th setting counted from the tightest.
+    With `each` > 1, they keep only every `each`-th setting, counted from the tightest.
     """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [

@@ -1,7 +1,7 @@
-"""The cost of many tops at equal error.
+"""The cost per top of ensembles, compared at equal error.
 
-Movers run in turn, round by round. The time of each is interpolated between its settings, on
-straight lines in logarithms, at the same median error.
+In each round, all programs (`Mover`) run in turn. The time of each program at a given median error
+is interpolated between its settings, linearly in the logarithms.
 """
 
 from dataclasses import dataclass
@@ -13,18 +13,18 @@ import numpy as np
 from ..references.problems import attitude_errors
 from . import timing
 
-NEAR = 1.2  # safety factor above the larger of two smallest errors, which scatter
+NEAR = 1.2  # safety factor on the larger of the two smallest errors, which scatter
 
 
 @dataclass(frozen=True)
 class Run:
-    """One mover at one setting."""
+    """The results of one program at one setting."""
 
     mover: str
     setting: str
     tops: int
     middle: float  # median of the attitude errors of a sample [rad]
-    bad: float  # 90 % are below [rad]
+    bad: float  # 90 % quantile of these errors [rad]
     worst: float
     seconds: list  # per top, one for each round
 
@@ -34,10 +34,10 @@ class Run:
 
 
 def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
-    """Return the runs of all movers at all settings, with errors and times.
+    """Return the runs of all programs at all settings, with their errors and times.
 
-    All calls are timed in turn, from loose to tight settings, so that compared calls run within a
-    short time. Errors are those of the tops with known truths.
+    All calls are timed in turn, from loose to tight settings, so that compared calls run at almost
+    the same time. Errors are measured on the tops with known truths.
     """
     asked = [
         (place / len(who.settings), who, setting, who.tops(tops))
@@ -61,14 +61,14 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
 
 
 def sample_errors(q, truths):
-    """Return the median, 90 % quantile and maximum of the errors of tops with known truths."""
+    """Return the median, 90 % quantile and maximum of the errors, for tops with known truths."""
     known = min(len(q), len(truths))
     sizes = attitude_errors(q[:known], truths[:known])
     return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]
 
 
 def time_per_top(call, who, tops, threads):
-    """Return the seconds per top; a serial mover is assumed to share the tops perfectly."""
+    """Return the seconds per top, divided by the number of threads for a serial program."""
     with timing.pause_gc():
         return timing.time_once(call) / len(tops) / (threads if who.is_serial else 1)
 
@@ -81,15 +81,15 @@ def group_by_mover(found):
 
 
 def tightest_common_error(own, other):
-    """Return the smallest error that both reach and keep at tighter settings."""
+    """Return the smallest error that both programs reach and keep at tighter settings."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
 
 def seconds_at(target, own):
-    """Return the cost of a top at a median error for each round, or nan if it is not reached.
+    """Return the seconds per top at a median error, for each round, or nan if it is not reached.
 
-    The error of a setting is the largest of all tighter settings. Errors above that of the loosest
-    setting cost as much as that setting.
+    The error of a setting is taken as the largest of this and all tighter settings. An error above
+    that of the loosest setting costs as much as the loosest setting.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]
@@ -101,9 +101,9 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median over the rounds of other over own time, and both times [s].
+    """Return the median over the rounds of `other` over `own` time, and both times [s].
 
-    All are nan if one of them does not reach the error.
+    All results are nan if one of the two programs does not reach the error.
     """
     theirs, ours = seconds_at(target, other), seconds_at(target, own)
     rounds = [b / a for a, b in zip(ours, theirs, strict=True)]

@@ -31,7 +31,7 @@ def describe_cores():
 
 
 def compiler_version():
-    """Return the compilers of the extension, as recorded in its file."""
+    """Return the compilers that built the extension, as recorded in its file."""
     made = re.findall(
         rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
     )
@@ -48,10 +48,10 @@ def commit_name():
 
 
 def fingerprint(*more):
-    """Return all that findings depend on.
+    """Return a description of everything on which findings depend.
 
-    These are the compiled core, the Python code, the references, the machine, the versions, and
-    `more`.
+    The description contains the compiled core, the Python code, the references, the machine, the
+    versions, and `more`.
     """
     here = Path(__file__).parents[1]
     files = [
@@ -78,7 +78,7 @@ def describe_machine():
 
 
 def is_of_gsl(name):
-    """Return whether kreisel offers the method for comparison only."""
+    """Return True if kreisel offers the method for comparison only."""
     return name.startswith("gsl_")
 
 

@@ -1,9 +1,9 @@
-"""Runs of one top at one setting: all methods of kreisel and two peers.
+"""Runs of one top at one setting, by all methods of kreisel and by two peers.
 
-A contender makes runs. A run has `solve()`, which is timed and returns the attitude at the end;
-`attitude()`, which refers that attitude to the principal axes; `record(times)` for attitudes and
-momenta; `steps` and `evaluations` of the right-hand side or the torque (None where they do not
-exist); and `setup`, the seconds of its preparation (None where there is none).
+A contender makes runs. The method `solve()` of a run is timed, and returns the attitude at the end.
+`attitude()` converts this attitude to the principal axes. `record(times)` returns attitudes and
+momenta. `steps` and `evaluations`, those of the right-hand side or the torque, are None if they do
+not exist. `setup` is the duration of the preparation [s], or None if there is none.
 """
 
 import math
@@ -34,7 +34,7 @@ class Setting:
 
     @property
     def keywords(self):
-        """The keyword arguments of kr.solve."""
+        """The setting as keyword arguments of kr.solve."""
         return {word: value for word, value in vars(self).items() if value is not None}
 
     def __str__(self):
@@ -69,7 +69,8 @@ class HeyokaRun:
     evaluations = None
 
     def __init__(self, problem, end, setting, **options):
-        hy.llvm_state.set_diskcache_enabled(False)  # set-up times must include compilation
+        # measured set-up times must include the compilation
+        hy.llvm_state.set_diskcache_enabled(False)
         hy.llvm_state.clear_memcache()
         begin = time.perf_counter()
         system, self.start = equations.build_system(problem)
@@ -148,7 +149,10 @@ class ScipyRun:
 
 @cache
 def compile_general_heyoka(tol, coefficients):
-    """Compile one integrator for every top, slower than one for a single top and as accurate."""
+    """Compile one integrator for all tops.
+
+    It is as accurate as an integrator for a single top, but slower.
+    """
     system = equations.build_general_system(float, coefficients)
     return hy.taylor_adaptive(
         system, np.zeros(7), pars=np.zeros(coefficients), tol=tol, compact_mode=True
@@ -156,7 +160,7 @@ def compile_general_heyoka(tol, coefficients):
 
 
 def series_order(tol):
-    """Return the order of heyoka's series, which is its number of evaluations per step."""
+    """Return the order of heyoka's series, which is also its number of evaluations per step."""
     return math.ceil(1 - math.log(tol) / 2)
 
 
@@ -183,8 +187,7 @@ def record_with_scipy(problem, times, tol):
     return q, m, run.evaluations // DOP853_STAGES, run.evaluations
 
 
-# (problem, times, tol) -> attitudes, momenta, steps, evaluations: for many tops, where nobody
-# looks at the time
+# (problem, times, tol) -> attitudes, momenta, steps, evaluations; for many tops, without timing
 RECORDERS = {"heyoka": record_with_heyoka, "scipy_dop853": record_with_scipy}
 
 

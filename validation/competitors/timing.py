@@ -1,4 +1,4 @@
-"""Timing on a noisy machine: each call runs once per round, in turn.
+"""Timing on a noisy machine: in each round, every call runs once.
 
 A disturbance then affects all calls alike.
 """
@@ -38,9 +38,9 @@ def time_sample(call, seconds):
 
 
 def time_in_turn(calls, seconds, rounds, tick=lambda: None):
-    """Return samples of each call, one per round, and whether Ctrl-C ended the rounds early.
+    """Return samples of each call, one per round, and True if Ctrl-C ended the rounds early.
 
-    `seconds` is about how long each call takes.
+    `seconds` is the approximate duration of each call.
     """
     samples = [[] for _ in calls]
     try:
@@ -54,7 +54,7 @@ def time_in_turn(calls, seconds, rounds, tick=lambda: None):
 
 
 def best_times(calls, rounds, trials=1):
-    """Return the least seconds of each call over the rounds, because disturbances only add time."""
+    """Return the shortest time of each call over the rounds, because disturbances only add time."""
     about = [min(time_once(call) for _ in range(trials)) for call in calls]
     samples, interrupted = time_in_turn(calls, about, rounds)
     if interrupted:
@@ -63,7 +63,7 @@ def best_times(calls, rounds, trials=1):
 
 
 def relative_spread(samples):
-    """Return the distance of the quartiles relative to the median."""
+    """Return the interquartile range of the samples, relative to the median."""
     if len(samples) < 2:
         return 0.0
     low, middle, high = statistics.quantiles(samples, n=4, method="inclusive")

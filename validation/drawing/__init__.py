@@ -1,1 +1,1 @@
-"""Figures as SVG: lines, distributions, heat maps and spheres, independent of the report."""
+"""Figures in SVG: lines, distributions, heat maps and spheres, independent of the report."""

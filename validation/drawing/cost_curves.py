@@ -12,13 +12,13 @@ from .style import (
 )
 
 COSTS = {"seconds": "run time [ms]", "evaluations": "evaluations of right-hand side or torque"}
-LEAST = 1e-17  # drawn for zero errors
+LEAST = 1e-17  # value drawn for an error of zero
 
 
 def collect_lines(groups, quantity, cost):
-    """Return costs and errors of each method, loose to tight, and limits that include all.
+    """Return the costs and errors of each method from loose to tight, and limits that include all.
 
-    Both are empty if nothing is known.
+    Both results are empty if nothing is known.
     """
 
     def cost_and_error(row):
@@ -65,7 +65,7 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draw one family in colours with names, the peers in ink, and all others in grey."""
+    """Draw one family in colours and with names, peers in ink, and all other methods in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -83,7 +83,7 @@ def draw_family(lines, family, peers, label, floor, limits, cost):
 
 
 def draw_families(groups, families, quantity, label, cost, floor=None):
-    """Yield a panel per family; `families` is {title: (its methods, peers to show)}."""
+    """Yield a panel per family. `families` is {title: (methods of the family, peers to show)}."""
     lines, limits = collect_lines(groups, quantity, cost)
     for title, (family, peers) in families.items():
         if any(name in lines for name in family):
@@ -91,7 +91,7 @@ def draw_families(groups, families, quantity, label, cost, floor=None):
 
 
 def find_leaders(lines):
-    """Return the methods that reach some error before all others."""
+    """Return the methods that are the fastest to reach some error."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
         min(
@@ -105,7 +105,7 @@ def find_leaders(lines):
 
 
 def select_leaders(groups, methods, quantities_and_costs):
-    """Return those of `methods` that lead in one of the figures, without closed forms."""
+    """Return the members of `methods` that lead in one of the figures, except closed forms."""
     found = set()
     for quantity, cost in quantities_and_costs:
         lines, _ = collect_lines(groups, quantity, cost)
@@ -116,7 +116,7 @@ def select_leaders(groups, methods, quantities_and_costs):
 
 
 def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
-    """Draw all methods in one panel: `named` in colours, `peers` in ink and the others in grey.
+    """Draw all methods in one panel: `named` in colours, `peers` in ink, and the others in grey.
 
     A method of `named` has the same colour and marker in every panel with the same `named`.
     """
@@ -130,7 +130,7 @@ def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
             if name in styles:
                 axes.loglog(*points, markersize=4, linewidth=1.4, **styles[name])
             else:
-                dot = "o" if len(points[0]) == 1 else None  # a closed form has one run
+                dot = "o" if len(points[0]) == 1 else None  # a closed form has a single run
                 axes.loglog(
                     *points, color=FAINT, linewidth=0.8, alpha=0.45, marker=dot, markersize=4
                 )

@@ -1,4 +1,4 @@
-"""The fraction of tops with at most a given error: a line for each method."""
+"""Figures of the fraction of tops with at most a given error, with a line for each method."""
 
 import numpy as np
 
@@ -13,11 +13,14 @@ from .style import (
     set_power_ticks,
 )
 
-LEAST, NAMED_AT = 1e-17, 0.97  # drawn for zero errors; height of the names
+LEAST, NAMED_AT = 1e-17, 0.97  # value drawn for an error of zero; height of the names
 
 
 def draw_distributions(errors, family, peers):
-    """Draw one family in colours, all others in grey; `errors` is {method: sorted errors}."""
+    """Draw one family in colours and all other methods in grey.
+
+    `errors` is {method: sorted errors}.
+    """
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -44,7 +47,7 @@ def draw_distributions(errors, family, peers):
 
 
 def label_positions(errors, styles):
-    """Return the positions of the names, by increasing error, each slightly lower."""
+    """Return the positions of the names, ordered by error, each lower than the one before."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)
         for name in styles

@@ -1,12 +1,12 @@
-"""A quantity over a plane, as an image with one pixel per value."""
+"""Figures of a quantity over a plane, as an image with one pixel per value."""
 
 from .style import INK, STYLE, figure_to_svg, plt
 
 
 def draw_field(values, extent, labels):
-    """Draw values with rows from below and columns.
+    """Draw a matrix of values, with the first row at the bottom.
 
-    `extent` is (left, right, below, above); `labels` are those of both axes and of the values.
+    `extent` is (left, right, bottom, top). `labels` are the labels of both axes and of the values.
     """
     across, up, of_values = labels
     with plt.rc_context(STYLE | {"axes.spines.top": True, "axes.spines.right": True}):

@@ -1,4 +1,4 @@
-"""Heat maps of errors: cases by methods, each square with colour, decade and mark."""
+"""Heat maps of errors: cases by methods, where each square has a colour, a decade and a mark."""
 
 from dataclasses import dataclass
 
@@ -76,7 +76,7 @@ def set_labels(axes, columns, rows):
 
 
 def draw_heatmap(squares, columns):
-    """Draw the squares under the given columns; places without a square stay empty."""
+    """Draw the squares below the given columns. Places without a square stay empty."""
     rows = list(dict.fromkeys(square.row for square in squares))
     height = TOP + ROW * len(rows) + 0.05
     with plt.rc_context(STYLE):

@@ -1,6 +1,6 @@
-"""Sections with a dot for each crossing, and curves beside measured points.
+"""Figures of sections, with a dot for each crossing, and of curves with measured points.
 
-Dots are embedded as an image, because there are many.
+The dots are embedded as an image, because there are many.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ def draw_dots(axes, across, up, colour, title, size=0.45):
 
 
 def draw_sections(panels, columns, height):
-    """Draw panels by title: spin angle, axial momentum and colour of each dot."""
+    """Draw panels, given by title as the spin angle, axial momentum and colour of each dot."""
     with plt.rc_context(FRAMED):
         rows = -(-len(panels) // columns)
         figure, all_axes = make_panels(rows, columns, height)
@@ -45,7 +45,7 @@ def draw_sections(panels, columns, height):
 
 
 def draw_section_and_rotation(panel, title, rotation):
-    """Draw a section, and at the same height the rotation between two crossings."""
+    """Draw a section, and beside it at the same height the rotation between two crossings."""
     axial, turns, change = rotation
     with plt.rc_context(FRAMED):
         figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)
@@ -86,9 +86,9 @@ def draw_regions(borders, points, greatest, highest, close):
 
 
 def draw_kicks(angles, changes, amplitude):
-    """Draw the change of axial momentum per swing against theory.
+    """Draw the change of axial momentum per swing, measured and predicted.
 
-    `changes` is by name, per unit of the perturbation.
+    `changes` are the changes by name, per unit of the perturbation.
     """
     turn = np.linspace(-np.pi, np.pi, 400)
     with plt.rc_context(FRAMED):
@@ -105,7 +105,7 @@ def draw_kicks(angles, changes, amplitude):
 
 
 def draw_widths(e, measured, predicted):
-    """Draw the width of the layer."""
+    """Draw the measured and the predicted width of the layer."""
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
         axes.loglog(e, np.array(e) * predicted, color=INK, linewidth=1, label="Melnikov, Chirikov")

@@ -4,7 +4,7 @@ import numpy as np
 
 from .style import COLOURS, FAINT, INK, STYLE, figure_to_svg, plt
 
-ELEVATION = 20.0  # of the eye above the horizontal plane [degrees]
+ELEVATION = 20.0  # elevation of the eye above the horizontal plane [degrees]
 
 
 def project(points, elevation=ELEVATION, azimuth=0.0):
@@ -24,7 +24,7 @@ def draw_outline(axes):
 
 
 def draw_globe(axes):
-    """Draw the outline of the sphere, its equator and an arrow upwards; return the arrow's tip."""
+    """Draw the sphere, its equator and an upward arrow, and return the tip of the arrow."""
     draw_outline(axes)
     angle = np.linspace(0, 2 * np.pi, 200)
     x, y, depth = project(np.stack([np.cos(angle), np.sin(angle), 0 * angle], -1))
@@ -35,7 +35,7 @@ def draw_globe(axes):
 
 
 def draw_trace(axes, apex, colour=COLOURS[0]):
-    """Draw the path of an axis (n, 3), faint behind the sphere; the dot is the start."""
+    """Draw the path of an axis (n, 3), faint behind the sphere, with a dot at its start."""
     x, y, depth = project(apex)
     axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0, y, np.nan), color=colour, linewidth=1)

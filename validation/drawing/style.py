@@ -1,4 +1,4 @@
-"""The style of all figures: SVG whose ink follows the page, light or dark."""
+"""The style of all figures: SVG whose ink has the text colour of the page, light or dark."""
 
 import io
 
@@ -10,9 +10,10 @@ import numpy as np
 
 INK = "#010203"  # replaced by the text colour of the page
 FAINT = "#8c8c8c"
-# Eight hues that differ under normal vision, protanopia and deuteranopia, on white and on black.
+# Eight hues, distinct under normal vision, protanopia and deuteranopia, on white and on black.
 COLOURS = ("#6289eb", "#9d3b00", "#14b162", "#894e62", "#893bff", "#00b1c4", "#b19d14", "#9d279d")
-MARKERS = "os^vDPX<>"  # one more than colours, so that no pair of both repeats before 72 lines
+# one more than colours, so that no (colour, marker) pair repeats within 72 lines
+MARKERS = "os^vDPX<>"
 STROKES = (
     ((0, (4, 2)), "o"),
     ((0, (1, 1.5)), "s"),
@@ -46,7 +47,7 @@ def figure_to_svg(figure, **options):
 
 
 def make_panel(height=3.1, width=4.9):
-    """Return a figure and axes with room for labels at their right [inch]."""
+    """Return a figure and its axes, with room for labels on the right. Sizes are in inches."""
     left, right, top, below = 0.72, 1.5, 0.1, 0.5
     figure = plt.figure(figsize=(width, height))
     return figure, figure.add_axes(
@@ -62,21 +63,21 @@ def format_tick(x, _=None):
 
 
 def set_power_ticks(axis, ticks=12):
-    """Set ticks at powers of ten, which are fast to draw."""
+    """Set fixed ticks at powers of ten, because they are fast to draw."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
     axis.set_major_formatter(format_tick)
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
 
 
 def axes_height(axes, y):
-    """Return the height of a value within the axes, 0 .. 1."""
+    """Return the relative height of a value within the axes, from 0 to 1."""
     low, high = axes.get_ylim()
     is_log = axes.get_yscale() == "log"
     return np.clip(np.log10(y / low) / np.log10(high / low) if is_log else y, 0, 1)
 
 
 def spread_labels(heights, gap):
-    """Return label heights, ascending, moved so that none overlaps or leaves the axes."""
+    """Return ascending label heights, moved so that labels do not overlap or leave the axes."""
     heights = list(heights)
     for i in range(1, len(heights)):
         heights[i] = max(heights[i], heights[i - 1] + gap)
@@ -89,7 +90,7 @@ def spread_labels(heights, gap):
 
 
 def label_ends(axes, ends):
-    """Write names at the right of the axes, each joined to the end of its line.
+    """Write names to the right of the axes, each joined to the end of its line.
 
     `ends` lists (name, end of the line, style). The label repeats the marker of the style, if any.
     """
@@ -127,7 +128,7 @@ def label_ends(axes, ends):
 
 
 def choose_line_styles(family, peers):
-    """Return colour and marker of each line of a panel.
+    """Return the colour and the marker of each line of a panel.
 
     Lines of peers are dashed, in ink and with hollow markers.
     """

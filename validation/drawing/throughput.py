@@ -1,4 +1,4 @@
-"""Tops per second against error: a line for each contender, loose to tight."""
+"""Figures of tops per second against error, with a line from loose to tight for each program."""
 
 from statistics import median
 
@@ -12,13 +12,13 @@ from .style import (
     set_power_ticks,
 )
 
-LEAST = 1e-17  # drawn for zero errors
+LEAST = 1e-17  # value drawn for an error of zero
 
 
 def draw_throughput(groups, own):
-    """Draw {name: its runs}, the own in colours and the peers in ink.
+    """Draw the runs of each program, kreisel's in colours and those of peers in ink.
 
-    Each run has its median error and its seconds per top.
+    `groups` is {name: runs}, where each run has a median error and its seconds per top.
     """
     lines = {
         name: tuple(

@@ -1,10 +1,10 @@
-"""Errors over time in one run, with a colour for each kind of method."""
+"""Figures of errors over time in a run, with a colour for each kind of method."""
 
 import numpy as np
 
 from .style import COLOURS, STYLE, figure_to_svg, label_ends, make_panel, plt, set_power_ticks
 
-LEAST = 1e-17  # drawn for zero errors
+LEAST = 1e-17  # value drawn for an error of zero
 
 
 def choose_colours(kinds):
@@ -13,9 +13,9 @@ def choose_colours(kinds):
 
 
 def draw_time_series(lines, quantity, label, colours):
-    """Draw a quantity of each line over its times.
+    """Draw a quantity of each line over time.
 
-    A line has `method`, `kind`, `t` and the quantity, each a list.
+    A line has `method` and `kind`, and lists of `t` and of the quantity.
     """
     with plt.rc_context(STYLE):
         figure, axes = make_panel(4.2)

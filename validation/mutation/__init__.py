@@ -1,1 +1,4 @@
-"""Programs that measure how well the tests detect faults: python -m validation.mutation.NAME."""
+"""Programs that measure how well tests detect faults.
+
+Run one with `python -m validation.mutation.NAME`.
+"""

@@ -1,7 +1,7 @@
-"""Trials of mutants of the core, built for the baseline instruction set.
+"""Trials of mutants of the core, which is built for the baseline instruction set.
 
-The C tests run first, fastest first, then again under sanitizers, and then the tests in Python.
-Only files that include the changed file are recompiled.
+The C tests run first, the fastest of them first. They run again under sanitizers, followed by the
+tests in Python. Only files that include the changed file are recompiled.
 """
 
 import os
@@ -22,10 +22,10 @@ SANITIZERS = (
     *("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all"),
     "-fno-omit-frame-pointer",
 )
-FUZZ = ("1", "20000")  # the seed, and how many rounds
-GOLDEN = "golden", "kernels", "snapshot"  # programs whose expected output is in a file
-LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as CMakeLists.txt does
-SLACK = 10  # factor over the processor time without a mutation
+FUZZ = ("1", "20000")  # the seed and the number of rounds
+GOLDEN = "golden", "kernels", "snapshot"  # programs whose expected output is stored in a file
+LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as in CMakeLists.txt
+SLACK = 10  # time limit, as a multiple of the processor time without a mutation
 # Tests that depend on time or signals may fail on a busy machine.
 UNSURE = ("tests/python/test_interruption.py",)
 
@@ -37,7 +37,7 @@ def list_sources(root):
 
 
 def list_mutants(root, only=""):
-    """Return the mutants of all compiled files; the public header only declares and is left out."""
+    """Return the mutants of all files except the public header, which has only declarations."""
     folder = root / "csrc"
     files = [file for file in sorted(folder.rglob("*.[ch]")) if file != folder / "kreisel.h"]
     names = [file.relative_to(root).as_posix() for file in files if file.parent.name != "gsl"]
@@ -48,7 +48,7 @@ def list_mutants(root, only=""):
 
 
 class Trial:
-    """A copy of the tree with the compiled core and its tests."""
+    """A copy of the tree, with the compiled core and its tests."""
 
     def __init__(self, root, to):
         self.root = copy_tree(root, to)
@@ -79,7 +79,7 @@ class Trial:
         return self.root / "objects" / kind / folder / (file.replace("/", "_") + ".o")
 
     def compile_file(self, file, folder, how=()):
-        """Compile a source; return the files that it uses, or None if it does not compile."""
+        """Compile a source file, and return the files that it uses, or None on failure."""
         to = self.object_path(file, folder, how)
         to.parent.mkdir(parents=True, exist_ok=True)
         command = ["gcc", *FLAGS, *how, "-MMD", "-MF", to.with_suffix(".d"), "-c", file, "-o", to]
@@ -100,7 +100,7 @@ class Trial:
         command = ("gcc", *LINKED.get(name, ()))
         self.link([*self.core, *self.programs[name]], changed, program, *command, how=how)
         words = [program, *(FUZZ if name == "fuzz" else ())]
-        memory = None if how else MEMORY  # sanitizers reserve more than any machine has
+        memory = None if how else MEMORY  # sanitizers reserve more memory than any machine has
         done = run_with_limits(words, self.root, seconds, 20 * seconds, memory)
         is_wrong = (
             name in GOLDEN and not done.status and not self.has_expected_output(name, done.said)
@@ -180,7 +180,8 @@ def list_programs(root):
 def compile_binding(root):
     """Compile the binding once and return its objects.
 
-    It includes the public header alone. The result is empty if there is no binding.
+    The objects stay valid because the binding includes only the public header. The result is empty
+    if there is no binding.
     """
     files = sorted((root / "python").glob("*.cpp"))
     if not files:

@@ -1,4 +1,4 @@
-"""Branches that no test takes: python -m validation.mutation.coverage core|package.
+"""Branches that no test takes. Run it with `python -m validation.mutation.coverage core|package`.
 
 core     csrc, by the tests in C and those in Python that need no browser; code compiled for several
          orders and instruction sets counts once, and lines with a comment "untaken: reason" do not
@@ -20,7 +20,7 @@ WITHOUT_BROWSER = ("tests/python", "tests/report/test_references.py", "tests/rep
 
 C_FLAGS = "--coverage -fprofile-update=atomic -O0 -w -DKR_ROLLED -Dalways_inline=noinline"
 UNTAKEN = r".*/\* untaken: \w.*"
-FUZZ = ("1", "10000")  # the seed, and how many rounds
+FUZZ = ("1", "10000")  # the seed and the number of rounds
 
 
 def make_parser():
@@ -39,7 +39,7 @@ def main(argv=None):
 
 
 def run_command(*command, **how):
-    """Run a program with its output shown, and return its status."""
+    """Run a program without capturing its output, and return its exit status."""
     return subprocess.run([str(word) for word in command], **how).returncode
 
 
@@ -51,7 +51,7 @@ def measure_core(tests):
     shutil.copy(extension, tree / "python/kreisel")
     quiet = {"stdout": subprocess.DEVNULL}
     run_command("ctest", "--test-dir", objects, "--exclude-regex", "^fuzz$", **quiet)
-    run_command(objects / "fuzz", *FUZZ, **quiet)  # about a minute of its rounds
+    run_command(objects / "fuzz", *FUZZ, **quiet)  # takes about a minute
     how = {"cwd": tree, "env": make_environment(tree)}
     words = ("-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
     run_command(sys.executable, "-m", "pytest", *words, *(tests or WITHOUT_BROWSER), **how)
@@ -59,10 +59,10 @@ def measure_core(tests):
 
 
 def build_with_counters(tree, objects):
-    """Compile with branch counters and without optimization, which would merge branches.
+    """Compile with branch counters, and without optimization, which would merge branches.
 
-    Code generated per order or inlined elsewhere is one function here. Counters are atomic, for
-    threads.
+    Code that is generated for each order, or inlined in several places, is one function here. The
+    counters are atomic because of threads.
     """
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()

@@ -1,9 +1,9 @@
-"""Tests that files survive the death of their writer.
+"""Tests that files survive when the process that writes them is killed.
 
     python -m validation.mutation.crash_safety [--times 400] [--seed S]
 
-Processes that save repeatedly are killed with SIGKILL at a random moment. Each process writes two
-contents in turn over an old one. Afterwards the file must be one of the three, to the byte.
+Processes that save repeatedly are killed with SIGKILL at a random moment. Each process alternately
+writes two contents over an old one. Afterwards the file must be equal to one of the three contents.
 Leftover temporary files must have names that no user file has.
 """
 
@@ -24,11 +24,11 @@ from kreisel._sweep.store import open_store
 JUNK = re.compile(r"\.[0-9a-f]{16}\.new")  # name of a temporary file
 OLD, WHOLE, ON_ITS_WAY = "old", "whole", "on its way"
 TORN, STRANGE, ENDED = "torn", "strange", "ended"  # failures
-LONGEST = 3.0  # longest delay before the kill, in durations of a write
+LONGEST = 3.0  # longest delay before the kill, in multiples of the duration of a write
 
 
 def make_writers(folder):
-    """Return for each writer its file and two ways to write it, by name."""
+    """Return {name: (file, two ways to write the file)} for all writers."""
     top, other = kr.scenes.asymmetric, kr.scenes.kowalewski
     runs, paths, views = [], [], []
     for scene in (top, other):
@@ -51,7 +51,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """Return the contents that each way writes, and the longest time of a write [s]."""
+    """Return the contents that each way writes, and the longest duration of a write [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()
@@ -64,7 +64,7 @@ def write_contents(file, ways):
 def kill_writer(file, ways, seconds):
     """Run a writer in its own process and kill it after `seconds`.
 
-    Return whether it was still running.
+    Return True if the writer was still running.
     """
     told, tell = os.pipe()
     child = os.fork()
@@ -84,7 +84,7 @@ def kill_writer(file, ways, seconds):
 
 
 def inspect_file(file, contents):
-    """Return the state of a file and the number of temporary files beside it, which are removed."""
+    """Remove the temporary files beside a file, and return the file's state and their number."""
     beside = {name for name in os.listdir(file.parent) if JUNK.fullmatch(name)}
     for name in beside:
         os.unlink(file.parent / name)
@@ -95,7 +95,7 @@ def inspect_file(file, contents):
 def count_outcomes(file, ways, times, chance):
     """Kill a writer `times` times and count the states of its file and the leftovers.
 
-    Also counted are unexpected files, and writers that ended by themselves.
+    Unexpected files are counted too, and so are writers that ended by themselves.
     """
     contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]

@@ -1,7 +1,7 @@
-"""The lines of the package that each test uses, and the duration of each test.
+"""The lines of the package that each test runs, and the duration of each test.
 
-Each test module is measured by itself, with the running test as coverage context. The results are
-stored beside the copies, and are valid until the module or a file that it may use changes.
+Each test module is measured separately, with the running test as coverage context. The results are
+stored beside the copies. They are valid until the test module, or a file that it may use, changes.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ SET_UP = ""  # context of code outside tests: import, fixtures, other processes
 
 @dataclass(frozen=True)
 class ModuleUsage:
-    """The lines that a test module uses."""
+    """The lines of the package that a test module runs."""
 
     module: str
     text: str  # a digest
@@ -34,15 +34,15 @@ class ModuleUsage:
 
     @cached_property
     def line_counts(self):
-        """The number of lines that each test uses."""
+        """The number of lines that each test runs."""
         files = self.lines.values()
         return {test: sum(len(of.get(test, ())) for of in files) for test in self.tests}
 
     def rank_tests(self, file, lines):
-        """Return the tests that use one of the lines, each with its cost.
+        """Return the tests that run one of the lines, each with its cost.
 
-        The cost grows with the duration and the number of lines, because a test of few lines checks
-        them more closely.
+        The cost grows with the duration of the test and with the number of lines that it runs. A
+        test that runs few lines checks them more closely.
         """
         of = self.lines.get(file, {})
         asked = [test for test in self.tests if not lines.isdisjoint(of.get(test, ()))]
@@ -73,7 +73,7 @@ def measure_usage(root, modules, folder):
 
 
 def compute_digests(root, modules):
-    """Return a digest for each test module of its text and all files that it may use."""
+    """Return a digest for each test module, from its text and from all files that it may use."""
     files = [file for name in ("python", "tests") for file in sorted((root / name).rglob("*.py"))]
     shared = [file for file in files if not file.name.startswith("test_")]
     common = hashlib.sha256(b"".join(file.read_bytes() for file in shared)).digest()
@@ -103,7 +103,7 @@ def measure_module(root, module):
 
 
 def read_lines(file, root):
-    """Return for each source and context the lines used."""
+    """Return the lines that each context runs, for each source file."""
     data = CoverageData(str(file))
     data.read()
     found = {}

@@ -24,7 +24,7 @@ TIMES = [0.0, 0.5, 1.0]
 
 
 def list_calls(folder):
-    """Return all calls by name: successful, refused, and failing half-way."""
+    """Return all calls by name: successful calls, refused calls, and calls that fail half-way."""
     return constructor_calls() | run_calls(folder) | attribute_calls() | error_calls()
 
 
@@ -134,7 +134,7 @@ def error_calls():
 
 
 def measure_growth(call, number):
-    """Repeat a call and return the growth of Python's blocks and of the process in bytes."""
+    """Repeat a call, and return the growth of Python's blocks and of the process in bytes."""
     for _ in range(20):
         call()
     gc.collect()

@@ -1,4 +1,4 @@
-"""A mutant: one small change of one file."""
+"""The class `Mutant`: one small change of one file."""
 
 import random
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from functools import cached_property
 class Mutant:
     """A change that replaces [begin, end) of the text of a file by `new`."""
 
-    file: str  # from the root of the tree, with slashes
+    file: str  # path relative to the root of the tree, with slashes
     text: str
     begin: int
     end: int
@@ -43,7 +43,7 @@ class Mutant:
 
 
 def draw_sample(mutants, seed, points):
-    """Return a random sample without replacement; a smaller sample is a prefix of a larger one."""
+    """Return a random sample without replacement. A smaller sample is a prefix of a larger one."""
     drawn = list(mutants)
     random.Random(seed).shuffle(drawn)
     return drawn[:points]

@@ -1,8 +1,9 @@
-"""Mutation testing: random small changes of the source, each tried by the tests.
+"""Mutation testing: random small changes of the source, to which the tests are applied.
 
     python -m validation.mutation.mutate core|package
 
-An interrupted run is continued. --again tries the survivors once more.
+An interrupted run is continued by the same command. With --again, the survivors are tried once
+more.
 """
 
 import argparse
@@ -53,7 +54,7 @@ def main(argv=None):
 
 
 def try_mutants(mutants, trial, asked, ledger):
-    """Try mutants, each job in its own copy of the tree, and print each verdict."""
+    """Try the mutants, with a separate copy of the tree for each job, and print each verdict."""
     copies = SimpleQueue()
     folder = asked.root.resolve() / "build/mutate"
     for number in range(min(asked.jobs, len(mutants))):

@@ -1,8 +1,8 @@
-"""Mutants of a C source formatted by clang-format.
+"""Mutants of a C source that is formatted by clang-format.
 
-Binary operators have spaces on both sides, unary ones have none behind them, and a statement has
-its own lines. The mutations are wrong operators, comparisons, constants and arguments, negated
-conditions and dropped statements.
+Binary operators have spaces on both sides, unary operators have no space after them, and each
+statement has its own lines. The mutations are wrong operators, comparisons, constants and
+arguments, negated conditions and dropped statements.
 """
 
 import re
@@ -79,7 +79,7 @@ def mutate_numbers(text, tokens):
 
 
 def is_array_size(tokens, i):
-    """Return whether a number is the size in an array declaration."""
+    """Return True if token `i`, a number, is the size in an array declaration."""
     words = [token[0] for token in tokens[max(0, i - 3) : i]]
     declares = re.fullmatch(r"\w+|\*", words[0]) and words[0] != "return" if words else False
     return len(words) == 3 and words[2] == "[" and bool(declares)
@@ -95,7 +95,7 @@ def negate_conditions(tokens):
 
 
 def find_closing(tokens, opening):
-    """Return the index of the bracket that closes the one at an index."""
+    """Return the index of the bracket that closes the bracket at index `opening`."""
     depth = 0
     for i in range(opening, len(tokens)):
         depth += (tokens[i][0] in "([{") - (tokens[i][0] in ")]}")
@@ -105,7 +105,7 @@ def find_closing(tokens, opening):
 
 
 def swap_arguments(text, tokens):
-    """Yield calls with their first two arguments swapped."""
+    """Yield the mutations that swap the first two arguments of a call."""
     for i, token in enumerate(tokens[:-1]):
         behind = tokens[i + 1]
         if (
@@ -129,7 +129,7 @@ def swap_arguments(text, tokens):
 
 
 def drop_statements(text, tokens):
-    """Yield simple statements, except declarations, as dropped."""
+    """Yield the mutations that drop a simple statement. Declarations are kept."""
     begins = None
     depth = 0
     for before, token in pairwise(tokens):

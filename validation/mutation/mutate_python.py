@@ -1,7 +1,7 @@
 """Mutants of a Python source.
 
 The mutations are wrong operators, comparisons, numbers, booleans and arguments, negated conditions
-and dropped statements. Strings stay.
+and dropped statements. Strings are not mutated.
 """
 
 import ast
@@ -32,7 +32,7 @@ def list_mutants(file, text):
         lines.append(lines[-1] + len(line))
     rows = text.splitlines()
 
-    def at(row, column):  # text index of a byte column of a line
+    def at(row, column):  # the index in the text of a byte column of a line
         return lines[row - 1] + len(rows[row - 1].encode()[:column].decode())
 
     def span(node):
@@ -53,7 +53,7 @@ def find_annotations(tree):
 
 
 def mutate_node(node, text, span):
-    """Yield the mutations of one node: begin, end and new text."""
+    """Yield the mutations of one node as (begin, end, new text)."""
     if isinstance(node, ast.BinOp):
         yield from mutate_operator(node.op, span(node.left)[1], span(node.right)[0], text)
     elif isinstance(node, ast.BoolOp):
@@ -74,7 +74,7 @@ def mutate_node(node, text, span):
 
 
 def mutate_operator(op, begin, end, text):
-    """Yield a mutated operator between two operands; brackets and spaces may surround it."""
+    """Yield the mutations of an operator between two operands, which may be in brackets."""
     old, new = OPERATORS.get(type(op), ("", ""))
     words = r"\s+".join(map(re.escape, old.split()))
     if old and (found := re.search(words, text[begin:end])):
@@ -110,12 +110,12 @@ def mutate_statement(node, text, span):
 
 
 def is_docstring_or_yield(node):
-    """Return whether a statement is a docstring or a yield."""
+    """Return True if a statement is a docstring or a yield."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant | ast.Yield)
 
 
 def lines_run_at_import(text):
-    """Return the lines of a file that run at import, for which no single test is known."""
+    """Return the lines of a file that run at import and therefore belong to no particular test."""
     tree = ast.parse(text)
     inside = {
         line

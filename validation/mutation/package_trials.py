@@ -1,6 +1,6 @@
-"""Trials of mutants of the package, by the tests that use the changed line.
+"""Trials of mutants of the package, by the tests that run the changed line.
 
-Fast tests with little usage run first. Tests in a browser do not run.
+Fast tests that run few lines come first. Tests in a browser are left out.
 """
 
 import marshal
@@ -11,7 +11,7 @@ from . import mutate_python
 from .line_usage import measure_usage
 from .sandbox import Verdict, copy_tree, run_pytest
 
-FOLDERS = ("python", "report", "repo")  # of tests; those of the page need a browser
+FOLDERS = ("python", "report", "repo")  # folders of tests; those of the page need a browser
 SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
 ELSEWHERE = (
     "test_style.py",
@@ -22,7 +22,7 @@ ELSEWHERE = (
     "test_parts.py",
     "test_readme_pictures.py",
 )
-SLACK = 5  # factor over the time without a mutation, measured with line tracing
+SLACK = 5  # time limit, as a multiple of the time without a mutation under line tracing
 MOST_FIRST, FIRST_SECONDS = 40, 20.0  # number and total duration of the tests that run first
 
 
@@ -41,9 +41,9 @@ def list_mutants(root, only=""):
 
 
 def list_test_modules(root):
-    """Return the test modules that may kill mutants.
+    """Return the test modules that are used to kill mutants.
 
-    Tests of style are left out: they detect a change, and not its effect.
+    Tests of style are left out, because they would detect the change itself and not its effect.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     kept = [file for file in files if file.name not in SLOW + ELSEWHERE]
@@ -51,7 +51,7 @@ def list_test_modules(root):
 
 
 class Trial:
-    """A copy of the tree, with the lines that each test uses."""
+    """A copy of the tree, with the lines of the package that each test runs."""
 
     def __init__(self, root, to):
         self.root = copy_tree(root, to)
@@ -92,7 +92,7 @@ class Trial:
         A few good tests come first, then all others.
         """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
-        if is_general := mutant.line in at_import:  # every test that uses the file is affected
+        if is_general := mutant.line in at_import:  # every test that uses the file may be affected
             lines = set(range(1, mutant.text.count("\n") + 2)) - at_import
         tests = sorted(t for uses in self.uses for t in uses.rank_tests(mutant.file, lines))
         first, seconds = [], 0.0
@@ -103,7 +103,8 @@ class Trial:
             first.append((took, test))
         later = [(took, test) for _, took, test in tests[len(first) :]]
         of_module = {uses.module: uses.seconds for uses in self.uses}
-        later.sort(key=lambda row: of_module[row[1].partition("::")[0]])  # set up each module once
+        # groups the tests by module, so that each module is set up once
+        later.sort(key=lambda row: of_module[row[1].partition("::")[0]])
         around = sorted(
             (uses.seconds, uses.module)
             for uses in self.uses
@@ -121,7 +122,7 @@ class Trial:
 
 
 def compile_code(text):
-    """Return the bytecode of a source without positions."""
+    """Return the bytecode of a source without line numbers."""
     try:
         made = compile(text, "source", "exec")
     except SyntaxError:

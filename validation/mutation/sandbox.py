@@ -1,4 +1,4 @@
-"""A copy of the tree, and programs that run in it within limits."""
+"""Copies of the tree, in which programs run within limits of time and memory."""
 
 import os
 import resource
@@ -10,14 +10,14 @@ from time import monotonic
 
 LEFT_OUT = ("build", ".*", "node_modules", "__pycache__", "report", "dist", "*.so", "*.egg-info")
 MEMORY = 8 << 30  # memory limit of a program [bytes]
-# Import the package of the copy, and not the editable install of the environment.
+# Makes Python import the package of the copy, not the editable install of the environment.
 SITE = """import sys
 sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(finder).__name__]
 """
 
 
 class TrialError(Exception):
-    """The tests do not work even without a mutation."""
+    """An error that is raised if the tests fail even without a mutation."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def copy_tree(root, to):
 
 
 def make_ignore(root):
-    """Return a filter for build products; some names are filtered at the top level only."""
+    """Return a filter for build products. Some names are filtered at the top level only."""
     anywhere = shutil.ignore_patterns("node_modules", "__pycache__", "*.so")
     at_the_top = shutil.ignore_patterns(*LEFT_OUT)
 
@@ -102,7 +102,7 @@ def make_environment(root):
 
 
 def run_pytest(root, words, cpu=600, wall=1800):
-    """Run tests of the copy until one fails; return the result and that test."""
+    """Run tests of the copy until one fails, and return the result and the failing test."""
     how = ("-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb=no", "-rfE")
     done = run_with_limits([sys.executable, "-m", "pytest", *how, *words], root, cpu, wall)
     failed = [

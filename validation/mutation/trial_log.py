@@ -17,7 +17,7 @@ class TrialLog:
         file.parent.mkdir(parents=True, exist_ok=True)
         text = file.read_text() if file.exists() else ""
         if text and not text.endswith("\n"):
-            file.write_text(text + "\n")  # end a truncated line
+            file.write_text(text + "\n")  # ends a truncated last line
         self.rows = {row["name"]: row for row in map(parse_line, text.splitlines()) if row}
 
     def add(self, mutant, word, by="", seconds=0.0):
@@ -32,7 +32,7 @@ class TrialLog:
 
 
 def parse_line(line):
-    """Return the row of a line, or None if the line was truncated."""
+    """Return the trial that a line describes, or None if the line was truncated."""
     try:
         return json.loads(line)
     except json.JSONDecodeError:
@@ -40,7 +40,7 @@ def parse_line(line):
 
 
 def format_table(ledger, mutants):
-    """Return the lines of the table: the share of killed mutants, and the survivors."""
+    """Return the lines of the final table: the share of killed mutants, and the survivors."""
     words = {m.name: ledger.get_outcome(m) for m in mutants}
     counts = Counter(words.values())
     lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]

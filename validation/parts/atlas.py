@@ -45,7 +45,7 @@ COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative
 
 @dataclass(frozen=True)
 class Atlas:
-    """The findings: the cells, and the runs of the stiff needle."""
+    """The findings of this part: the cells, and the runs of the stiff needle."""
 
     cells: list
     needle_lines: list
@@ -64,7 +64,7 @@ def load_findings(problems, store):
 
 
 def column_names(found):
-    """Return the methods and then the peers that ran."""
+    """Return the names of the methods that ran, followed by those of the peers."""
     ran = {cell["method"] for cell in found}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
@@ -95,10 +95,10 @@ def family_contexts(found):
 
 
 def describe_cell(cell):
-    """Return (verdict, message) of a cell that needs a note, else None.
+    """Return (verdict, message) for a cell that needs a note, and None for other cells.
 
-    These are cells that stopped, were refused or are wrong in silence, and adaptive runs that are
-    lost.
+    Notes are needed for cells that stopped, were refused or are wrong in silence, and for adaptive
+    runs that are lost.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
@@ -112,7 +112,7 @@ def describe_cell(cell):
 
 
 def collect_notes(found):
-    """Yield the notes; cases with equal notes and methods share a row."""
+    """Yield the rows of notes. Cases with equal notes and equal methods share a row."""
     said = {}
     for cell in found:
         if describe_cell(cell):
@@ -131,7 +131,7 @@ def collect_notes(found):
 
 
 def count_verdicts(found):
-    """Yield the number of cells with each verdict and mark, by method."""
+    """Yield, for each method, the number of cells with each verdict and mark."""
     for name in column_names(found):
         own = [cell for cell in found if cell["method"] == name]
         known = [c["attitude_error"] for c in own if c["verdict"] in verdicts.CAME_TO_THE_END]

@@ -1,7 +1,7 @@
 """The cases of the stability atlas: stiff and extreme tops, and extreme steps.
 
-Horizons are counted in turns. A turn is 2 pi over the angular velocity at the start, or over the
-pendulum frequency if that is larger. A case may give its own rate.
+The length of a run is counted in turns. A turn is 2 pi divided by the angular velocity at the start
+or by the pendulum frequency, whichever is larger. A case may define its own rate.
 """
 
 from collections.abc import Callable
@@ -20,13 +20,14 @@ UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 class Case:
     family: str
     name: str
-    scene: Callable  # a factory, so that refusals are reported too
+    scene: Callable  # a factory, so that invalid scenes can be reported too
     turns: float = 20.0
     steps: float = 64.0  # per turn
     rate: float | None = None  # rate that defines a turn [T^-1]
     begin: bool = False  # the step is also the first step of adaptive methods
     most: int = 100_000  # maximum steps of an adaptive method
-    closed: bool = False  # too long for any reference but a closed form
+    # True if only a closed form can be the reference, because the run is so long
+    closed: bool = False
 
     @property
     def key(self):
@@ -47,7 +48,7 @@ def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
 
 
 def scene_factory(body, tilt=0.5, **start):
-    """Return a function that makes the scene."""
+    """Return a function that makes the scene, for `Case.scene`."""
     words = {"attitude": tilt_attitude(tilt)} | start
     return lambda: kr.Scene(body(), **words)
 
@@ -219,13 +220,13 @@ def step_cases():
 
 
 def antipodal_cases():
-    """Yield cases whose steps turn the axis to nearly the opposite side.
+    """Yield cases in which a step turns the axis to nearly the opposite direction.
 
-    Bobenko-Suris turns the axis by 2 atan(h |w| / 2) per step: never quite to the opposite side,
-    and nearly so at h |w| / 2 = cot(gap / 2). Other methods turn it by h |w|, which is opposite at
-    half a turn.
+    Bobenko-Suris turns the axis by 2 atan(h |w| / 2) per step, which is always less than half a
+    turn. The difference from half a turn is `gap` if h |w| / 2 = cot(gap / 2). Other methods turn
+    the axis by h |w|.
     """
-    across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # no spin; one radian per unit of time
+    across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, one radian per unit of time
     light = scene_factory(lagrange, 1.0, momentum=across, gravity=1e-3)
     for gap in (1.0, 1e-1, 1e-2, 1e-4, 1e-8):
         turns = 1 / tan(gap / 2) / pi
@@ -278,7 +279,7 @@ def long_cases():
             closed=True,
             most=2_000_000,
         )
-    # A time beyond the resolution of doubles.
+    # A time at which doubles cannot resolve the attitude.
     yield Case(
         "long", "Lagrange, 2^54 rad", scene_factory(lagrange, **SPUN), 2**54 / (2 * pi), closed=True
     )
@@ -312,7 +313,7 @@ def si_cases():
 
 
 def stiff_cases():
-    """Yield cases with a spin of 1e4 times the precession, which alone the steps resolve."""
+    """Yield cases with a spin of 1e4 times the precession, whose steps resolve only precession."""
     needle = scene_factory(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
     fast = scene_factory(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
     for number in (16, 64, 256):
@@ -328,7 +329,7 @@ def stiff_cases():
 
 
 def damping_cases():
-    """Yield damped tops; far from the start their motion is slow, and the damping is stiff."""
+    """Yield damped tops, whose motion becomes slow while the damping is stiff."""
     for damping in (0.1, 10.0, 1e3, 1e5, 1e7, 1e9):
         yield Case(
             "damping",

@@ -1,6 +1,7 @@
 """The cells of the stability atlas: every method and every peer on every case.
 
-Each cell is run twice, as requested and finer, and judged by both runs and the truth.
+Each cell is run twice, with the requested and with a finer setting. It is judged by both runs and
+by the reference solution.
 """
 
 from collections.abc import Callable
@@ -25,7 +26,7 @@ MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CON
 
 @dataclass(frozen=True)
 class Candidate:
-    """A method or peer that runs a cell.
+    """A method or a peer that can run a cell.
 
     `run` takes problem, scene, times and a setting. It returns attitudes in the principal axes,
     momenta in space, and the numbers of steps and evaluations.
@@ -35,7 +36,7 @@ class Candidate:
     steered: str  # control: "step", "tol" or ""
     order: int
     run: Callable
-    longest: float = float("inf")  # it does not run beyond this angle [rad]
+    longest: float = float("inf")  # longest run of this candidate, as an angle [rad]
 
 
 def make_method_candidate(method):
@@ -54,7 +55,7 @@ def make_peer_candidate(name):
 
 
 def list_candidates(scene, radians):
-    """Return every method that suits the scene, and the peers that reach the angle `radians`."""
+    """Return all methods that suit the scene, and the peers that can run as far as `radians`."""
     found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
     return found + [
         who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
@@ -62,7 +63,7 @@ def list_candidates(scene, radians):
 
 
 def choose_settings(case, who, step):
-    """Return two settings: as requested, and finer."""
+    """Return two settings: the requested one, and a finer one."""
     if who.steered == "tol":
         more = {"max_steps": case.most} | ({"step": step} if case.begin else {})
         return [{"tol": tol} | more for tol in (TOL, FINER_TOL)]
@@ -70,7 +71,7 @@ def choose_settings(case, who, step):
 
 
 def has_drift(energies):
-    """Return whether the energy drifts in one direction instead of oscillating."""
+    """Return True if the energy drifts in one direction instead of oscillating."""
     half = len(energies) // 2
     apart = abs(energies[half:].mean() - energies[:half].mean())
     return bool(energies.max() > 1e-6 and apart > 0.4 * np.ptp(energies))
@@ -100,7 +101,7 @@ def describe_failure(error):
 
 
 def make_cell(case, problem, scene, who, true, end, step):
-    """Return one cell."""
+    """Return the cell of one method or peer on one case."""
     asked, finer = choose_settings(case, who, step)
     cell = {"method": who.name, "step": asked.get("step"), "tol": asked.get("tol"), "end": end}
     times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())
@@ -118,7 +119,7 @@ def drop_attitude(cell):
 
 
 def make_cells(case, who=list_candidates):
-    """Return the cells of a case, one per method; if the scene is refused, all say so."""
+    """Return the cells of a case, one per method. If the scene is invalid, every cell says so."""
     about = {"family": case.family, "case": case.name, "turns": case.turns}
     try:
         scene = case.scene()

@@ -1,6 +1,6 @@
 """The time budget of a report, and its tasks.
 
-A budget is that of a quick look, the default of a few minutes, or everything.
+There are three budgets: for a quick look, for the default of a few minutes, and for everything.
 """
 
 from collections.abc import Callable
@@ -12,10 +12,10 @@ from time import perf_counter
 class Budget:
     name: str
     seconds: float  # total time
-    longest: float  # no tighter setting follows a run longer than this [s]
-    rounds: int  # of the timing
+    longest: float  # after a run longer than this, no tighter setting is tried [s]
+    rounds: int  # number of timing rounds
     least_rounds: int
-    members: int  # of each ensemble
+    members: int  # number of tops of each ensemble
 
     @property
     def quick(self):
@@ -31,12 +31,12 @@ BUDGETS = {
 
 @dataclass(frozen=True)
 class Task:
-    """One finding to compute; nothing is stored if `key` is None."""
+    """One finding to compute. The finding is not stored if `key` is None."""
 
     key: str | None  # key in the store
     make: Callable
     weight: float = 0.0  # expected duration [s]
-    until: float | None = None  # fraction of the budget after which it is skipped, or None
+    until: float | None = None  # fraction of the budget after which the task is skipped, or None
 
 
 class Clock:

@@ -1,7 +1,7 @@
 """Order and chaos: sections, a chaotic layer, frequencies and Lyapunov exponents.
 
-Sections lead from integrable to chaotic tops and show the ten kinds of Kowalewski's top. The layer
-along a separatrix is compared with Melnikov's theory.
+The sections show tops from integrable to chaotic, and the ten regions of Kowalewski's top. The
+chaotic layer along a separatrix is compared with Melnikov's theory.
 """
 
 from functools import partial
@@ -18,7 +18,7 @@ from .part import Part, write_csv
 
 SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # relative differences of the moments in the layer
 SHOWN = (1e-2, 1e-4)
-NEAR = "8 %"  # the top with frequencies
+NEAR = "8 %"  # the top whose frequencies are shown
 CLOSE = (1.18, 1.65), (1.48, 2.15)  # corners of the inset
 FILES = {
     "layer.csv": ("e", "kick", "melnikov", "half_width", "predicted"),
@@ -39,7 +39,7 @@ def choose_sizes(budget):
 
 
 def measure_energy_drift(size):
-    """Return the sizes with the largest relative energy drift and the number of states."""
+    """Return `size` together with the largest relative energy drift and the number of states."""
     found = []
     for name in section_data.BODIES:
         section = section_data.compute_section(name, size["orbits"], size["crossings"])
@@ -49,7 +49,7 @@ def measure_energy_drift(size):
 
 
 def measure_kowalewski(size):
-    """Yield for each region the range of K, its drift along orbits, and its critical values."""
+    """Yield the range of K, the drift of K along orbits and the critical values, by region."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)

@@ -1,4 +1,4 @@
-"""Many tops at once: cost at equal error, and a map of released symmetric tops.
+"""Many tops at once: their cost at equal error, and a map of released symmetric tops.
 
 The peers are heyoka in batches, GSL and SciPy.
 """
@@ -70,7 +70,7 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Yield for each target the cost of a top in kreisel [us] and the ratios of the peers."""
+    """Yield the time per top of kreisel [us] and the ratios of the peers, for each target."""
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
     for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):
@@ -123,7 +123,7 @@ def conclude(findings):
 
 
 def describe_kind(kind, groups):
-    """Return a sentence on the throughput and its ratio to heyoka's."""
+    """Return a sentence on the throughput of kreisel and its ratio to heyoka's."""
     peer, own = groups[ensemble_runs.HEYOKA], groups[ensemble_runs.SERIES.name]
     target = max(1e-9, equal_error.tightest_common_error(own, peer))
     value, _, seconds = equal_error.time_ratio(peer, own, target)

@@ -5,14 +5,15 @@ from rich.table import Table
 from .formatting import format_digits, format_milliseconds, format_power
 from .scene_runs import group_by_method
 
-# Peers in the tables, with their titles.
+# The peers in the tables, with their titles.
 REFERENCES = {"heyoka": "heyoka", "gsl_rk8pd": "GSL rk8pd", "scipy_dop853": "SciPy DOP853"}
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)  # targets for the attitude error [rad]
 # A method reaches a target if attitude and energy error meet it and the next tighter run
 # is not much worse. Errors at one time change sign with the setting, and an accidental zero
 # must not win.
 LUCK = 3.0
-TIE = 4 / 3  # up to this ratio two run times count as equal: settings differ by factors of 2 and 10
+# run times within this ratio count as equal, because settings are a factor of 2 or 10 apart
+TIE = 4 / 3
 
 
 def fastest_reaching(rows, target):
@@ -34,7 +35,7 @@ def fastest_reaching(rows, target):
 
 
 def fastest_row(rows, scene, target, wanted):
-    """Return the fastest row that reaches the target, among methods for which `wanted` is true."""
+    """Return the fastest row that reaches the target, among methods with `wanted(method)`."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()
@@ -52,7 +53,7 @@ def run_races(rows, scenes):
 
 
 def times_to_targets(rows, scene):
-    """Yield for each method its times to the targets and its smallest error.
+    """Yield, for each method, its run times for the targets and its smallest error.
 
     The fastest time of each target is marked.
     """
@@ -76,12 +77,12 @@ def times_to_targets(rows, scene):
 
 
 def list_references(methods):
-    """Return {name: title} of the peers in the tables that ran."""
+    """Return {name: title} of the peers in the tables that have run."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 
 def summarize_races(rows, scenes):
-    """Yield for each scene and target the fastest method of kreisel, with the peers' times."""
+    """Yield the fastest method of kreisel and the times of the peers, by scene and target."""
     known = list_references({row.method for row in rows})
 
     def seconds(scene, target, name):

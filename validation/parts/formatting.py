@@ -1,4 +1,4 @@
-"""Numbers and lists as words, for the page and its tables."""
+"""Formatting of numbers and lists as text, for the page and its tables."""
 
 from collections import Counter
 
@@ -13,7 +13,7 @@ def number_word(n):
 
 
 def count_word(n):
-    """Return a number as a word that can begin a sentence: none, one, two."""
+    """Return a number as a word, such as none, one or two."""
     return number_word(n) if n else "none"
 
 
@@ -22,7 +22,7 @@ def verb_be(n):
 
 
 def format_brief(x):
-    """Return two digits without an exponent."""
+    """Return a number with two digits and without an exponent."""
     return f"{x:.0f}" if x >= 10 else f"{x:.2g}"
 
 
@@ -37,7 +37,7 @@ def format_digits(value, form=".0e"):
 
 
 def format_milliseconds(seconds):
-    """Return three digits of a time in milliseconds, or a dash for None."""
+    """Return a time in milliseconds with three digits, or a dash for None."""
     if seconds is None:
         return format_digits(None)
     ms = 1e3 * seconds
@@ -46,7 +46,7 @@ def format_milliseconds(seconds):
 
 
 def join_words(words):
-    """Return 'a, b and c'."""
+    """Return the words joined as in 'a, b and c'."""
     words = list(words)
     if not words:
         return "none"
@@ -54,7 +54,7 @@ def join_words(words):
 
 
 def join_counts(names):
-    """Return names with their frequencies: 'exact (12) and taylor (8)'."""
+    """Return the names with their numbers of occurrences, as in 'exact (12) and taylor (8)'."""
     return join_words(f"{name} ({often})" for name, often in Counter(names).most_common())
 
 

@@ -9,10 +9,11 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 
 
 def measure_rotation(orbits, name):
-    """Return axial momentum, rotation per nutation and its change, for each motion.
+    """Return the axial momentum, the rotation per nutation and its change, for each motion.
 
-    The axial momentum is that of the section at spin angle 0. The rotation of the apex is in turns
-    from lowest to lowest point, less whole turns. The change compares both halves of the time.
+    The axial momentum is that of the section point closest to spin angle 0. The rotation of the
+    apex between two lowest points is in turns, without whole turns. The change is the difference
+    between both halves of the run.
     """
     tops = kr.starts(
         section_data.make_body(name),
@@ -37,7 +38,7 @@ def measure_rotation(orbits, name):
 
 
 def turns_per_nutation(path):
-    """Return the rotation of the apex per nutation, up to whole turns."""
+    """Return the rotation of the apex per nutation in turns, up to whole turns."""
     found = kr.frequencies(path, 1)
     return found.lines[0] / found.nutation
 

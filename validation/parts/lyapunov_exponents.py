@@ -10,23 +10,23 @@ from . import section_data
 
 MAPPED = "20 %"
 ENERGIES, VERTICALS = (-0.9, 3.5), (0.0, 2.2)
-STARTS = 8  # per energy and vertical momentum
+STARTS = 8  # number of starts per energy and vertical momentum
 LONG, MAPPED_LONG = 3000.0, 300.0  # integration times [T]
-TIMES = 5.0  # growth rate of chaotic motions, in multiples of ln(t)/t
+TIMES = 5.0  # smallest growth rate of chaotic motions, in multiples of ln(t)/t
 
 
 def draw_starts(body, energy, vertical, seed):
     """Return random starts, or None where no motion has this energy and vertical momentum."""
     try:
         return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
-    except ValueError:  # no motion has so little energy
+    except ValueError:  # no motion has such a low energy
         return None
 
 
 def map_exponents(side):
-    """Return the largest exponent over vertical momentum and energy, (side, side).
+    """Return the largest Lyapunov exponent over vertical momentum and energy, (side, side).
 
-    It is NaN where no motion exists.
+    The exponent is NaN where no motion exists.
     """
     body, values = section_data.make_body(MAPPED), np.full(side * side, np.nan)
     energies, verticals = np.linspace(*ENERGIES, side), np.linspace(*VERTICALS, side)
@@ -44,9 +44,9 @@ def map_exponents(side):
 
 
 def summarize_exponents(name, n):
-    """Return the number of chaotic starts among n, their mean exponent and the certificate.
+    """Return the number of chaotic starts among `n`, their mean exponent and the certificate.
 
-    The certificate is the largest drift of the tangents' integrals.
+    The certificate is the largest drift of the integrals of the tangents.
     """
     tops = kr.starts(
         section_data.make_body(name),

@@ -1,7 +1,7 @@
-"""Savings from what a run leaves out, in time and memory.
+"""Savings in time and memory from computations and output that a run omits.
 
-Gravity and the general form of a body are left out for each method. Everything that the plan of a
-scene leaves out is measured against a run with it, one omission at a time.
+For each method, the savings from omitting gravity and the general form of a body are measured. For
+each scene, everything that the plan omits is measured separately, by runs with and without it.
 """
 
 from dataclasses import dataclass, replace
@@ -18,10 +18,10 @@ from .formatting import format_brief, join_sentences
 from .part import Part, write_csv
 
 STEPS, STEP, TOL = 4000, 2.0**-6, 1e-9
-LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # rounds of the timing
+LEAST_OF_FORMS, LEAST_OF_OMISSIONS = 5, 12  # minimum numbers of timing rounds
 COLUMNS = ("kind", "name", "case", "seconds", "seconds_with", "bytes", "bytes_with")
 STATES = 1000
-WANT = ("nutation", "energy")  # invariant under rotations about the vertical
+WANT = ("nutation", "energy")  # quantities that are invariant under rotations about the vertical
 QUANTITIES = (
     "velocity",
     "torque",
@@ -45,7 +45,7 @@ SAVINGS = {
 
 @dataclass(frozen=True)
 class OmissionFindings:
-    """The findings: times of methods by form, and plans and times of each scene."""
+    """The findings of this part: times of methods by form, and plans and times for each scene."""
 
     forms: list
     scenes: list
@@ -56,13 +56,13 @@ class OmissionFindings:
 
 
 def make_asymmetric(problem):
-    """Return the top with slightly different equal moments, so that no symmetry is used."""
+    """Return the top with slightly perturbed equal moments, so that no symmetry is used."""
     i1, i2, i3 = problem.inertia
     return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
 
 
 def scene_forms(problem):
-    """Return one top as a general body, as a symmetric one, and without gravity."""
+    """Return a top as a general body, as a symmetric body, and without gravity."""
     scene = problem.to_scene()
     return dict(
         zip(FORMS, (make_asymmetric(problem), scene, scene.replace(gravity=0.0)), strict=True)
@@ -70,7 +70,7 @@ def scene_forms(problem):
 
 
 def measure_forms(rounds):
-    """Return the time of each method on each form of the thesis' top, to one end."""
+    """Return the time of each method on each form of the thesis' top."""
     calls, keys = [], []
     for form, scene in scene_forms(load_problem("thesis")).items():
         for method in kr.methods.values():
@@ -83,7 +83,7 @@ def measure_forms(rounds):
 
 
 def path_bytes(path):
-    """Return the bytes that a path keeps: per state the quantities wanted, or eight numbers."""
+    """Return the bytes that a path keeps: the wanted quantities or eight numbers per state."""
     return len(path) * path.plan.bytes
 
 
@@ -92,7 +92,7 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield (omission, run with it, run without it); a run returns its bytes."""
+    """Yield (omission, run without the omission, run with it). A run returns its bytes."""
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
 
@@ -122,7 +122,7 @@ def list_omissions(problem, end):
 
 
 def measure_scene(problem, end, rounds):
-    """Return the plans of a scene, and a row per omission."""
+    """Return the plans of a scene, with a row of measurements per omission."""
     scene, cases = problem.to_scene(), list(list_omissions(problem, end))
     calls = [call for _, *pair in cases for call in pair]
     sizes, seconds = [call() for call in calls], timing.best_times(calls, rounds)
@@ -177,7 +177,7 @@ def build_context(left):
 
 
 def compute_savings(left):
-    """Return the speed ratios of runs without and with each omission."""
+    """Return the speedups from each omission, as {omission: ratios}."""
     lines = group_seconds(left.forms).values()
     saved = {
         what: [line[before] / line[after] for line in lines if before in line and after in line]
@@ -194,7 +194,7 @@ def conclude(left):
 
 
 def describe_saving(what, ratios):
-    """Return a sentence on the speed gained in the median: '1.5 times as fast', '18 % slower'."""
+    """Return a sentence on the median speedup, such as '1.5 times as fast' or '18 % slower'."""
     middle = float(np.median(ratios))
     percent = round(100 * (1 / middle - 1))
     if abs(percent) < 3:

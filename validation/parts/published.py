@@ -1,6 +1,6 @@
-"""Published problems: numbers of the literature beside those of kreisel and its peers.
+"""Published problems: numbers from the literature, compared with kreisel and its peers.
 
-Reference values with 30 digits and the published numbers are in problems.json.
+Reference values with 30 digits and the published numbers are stored in problems.json.
 """
 
 import json
@@ -33,7 +33,7 @@ TOLERANCES = (1e-9, 1e-13)
 
 @dataclass(frozen=True)
 class PublishedProblem:
-    """A problem of the literature: scene, end, step sizes and published numbers."""
+    """A problem from the literature: its scene, end time, step sizes and published numbers."""
 
     name: str
     scene: kr.Scene
@@ -41,7 +41,7 @@ class PublishedProblem:
     energy_end: float  # final time of the energy
     steps: tuple
     reference: dict  # at `end`
-    literature: list = field(default_factory=list)  # rows
+    literature: list = field(default_factory=list)  # published results
 
     @property
     def entry(self):
@@ -132,7 +132,7 @@ def list_settings(who, steps, quick):
 
 
 def energy_times(problem, setting):
-    """Return about a thousand times for the energy, on the grid of a step."""
+    """Return about a thousand times for the energy, which are multiples of a step."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))
@@ -160,12 +160,12 @@ def measure_run(published, problem, who, setting):
 
 
 def initial_velocity(scene):
-    """Return the angular velocity of a scene at its start, in space."""
+    """Return the angular velocity of a scene at its start, in the space frame."""
     return kr.solve(scene, [0.0], "rk4", step=1.0).velocity[0]
 
 
 def relative_energy_error(problem, q, m):
-    """Return max |H - H0| / |H0|, the measure of the literature."""
+    """Return max |H - H0| / |H0|, the error measure used in the literature."""
     energies = np.sum(problem.energies(q, m), axis=0)
     return float(abs(energies / energies[0] - 1).max())
 
@@ -223,7 +223,7 @@ def conclude(rows):
 
 
 def compare_with_literature(rows):
-    """Return a clause on the best energy error at a published setting, or an empty string."""
+    """Return a clause on the smallest energy error at a published setting, or an empty string."""
     known = [row for row in rows if row.get("energy_error") is not None]
     literature = [row for row in known if "published" in row["by"]]
     settings = {row["setting"] for row in literature}

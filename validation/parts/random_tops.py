@@ -1,8 +1,8 @@
-"""Random tops of each kind: the methods compared at equal time.
+"""Random tops of each kind: the errors of methods compared at equal run time.
 
-The setting of each method is chosen so that it takes about the same time on the first tops. Each
-top is scaled to turn at a rate of one, and all tops make equally many turns. The reference is
-heyoka in 80 bits, which is accurate beyond the differences shown here.
+The settings are chosen so that all methods take about the same time on the first tops. Each top is
+scaled to turn at a rate of one, and all tops make the same number of turns. The reference is heyoka
+in 80 bits, whose errors are far below the differences shown.
 """
 
 from functools import partial
@@ -25,11 +25,11 @@ from .part import Part, write_csv
 
 SEED, TURNS = 6, 10.0
 END = TURNS * 2 * pi
-GIVEN = 0.4e-3  # of one run [s]
-SOME, TRIALS = 16, 3  # tops and repetitions to find the setting
-FAR = 3.0  # a longer time, in multiples of the given one, is no disturbance
-PIECE = 50  # tops per slice, before the next method runs
-STEPS = 2000  # to measure the time of a step
+GIVEN = 0.4e-3  # run time for each method [s]
+SOME, TRIALS = 16, 3  # numbers of tops and of repetitions to find the setting
+FAR = 3.0  # run times longer than this multiple of the given time are not disturbances
+PIECE = 50  # number of tops before the next method runs
+STEPS = 2000  # number of steps to measure the time of a step
 TOLERANCES = [10.0**-k for k in range(2, 15)]
 COLUMNS = ("kind", "top", "method", "setting", "seconds", "attitude_error", "failure")
 KOWALEWSKI = (1.0, 2.0, 2.0)
@@ -42,7 +42,7 @@ KINDS = {
 
 
 def draw_body(kind, random):
-    """Return a body of the kind, with moments in 0.2 .. 1 and the centre of mass within about 1."""
+    """Return a random body of the kind, with moments in 0.2 .. 1 and |com| up to about 1."""
     if kind == "Lagrange":
         i1 = random.uniform(0.5, 1.0)
         i3, height = random.uniform(0.2, 2 * i1), random.uniform(0.1, 1.0)
@@ -55,7 +55,7 @@ def draw_body(kind, random):
 
 
 def draw_scene(kind, random):
-    """Return a top that turns at a rate of one, which sets the unit of time."""
+    """Return a random top of the kind, scaled to turn at a rate of one."""
     q = random.normal(size=4)
     made = draw_body(kind, random)
     momentum = random.normal(0.0, 1.5, 3) * max(made.moments)
@@ -70,7 +70,7 @@ def draw_problems(kind, members):
 
 
 def time_solve(problems, name, setting):
-    """Return the seconds per top, and the paths of all tops."""
+    """Return the seconds per top and the paths of all tops."""
     ensemble = kr.Ensemble.of([problem.user for problem in problems])
     with timing.pause_gc():
         begin = timing.perf_counter()
@@ -79,7 +79,7 @@ def time_solve(problems, name, setting):
 
 
 def fit_setting(method, some):
-    """Return a setting with which the method takes the given time."""
+    """Return a setting with which the method takes the time `GIVEN`."""
 
     def seconds(setting):
         return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
@@ -103,7 +103,7 @@ def describe_setting(setting):
 
 
 def measure_outcomes(problems, truths, name, setting):
-    """Return the error and time of each top, or its failure."""
+    """Return the error and the time of each top, or its failure."""
     try:
         seconds, paths = time_solve(problems, name, setting)
     except ValueError as error:
@@ -124,7 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Run every method on all tops, slice by slice, so that disturbances affect all methods."""
+    """Run all methods on one slice of tops after another, so that disturbances affect all alike."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}
@@ -149,7 +149,7 @@ def load_findings(problems, store):
 
 
 def group_by_method(runs, kind):
-    """Return the runs of each method on one kind of top, and their sorted errors.
+    """Return the runs of each method on one kind of top, and the sorted errors.
 
     A failed run has an error of pi.
     """

@@ -1,7 +1,7 @@
-"""The findings of a report in a file, saved one by one, so that a run can be continued.
+"""The findings of a report in a file, each saved immediately so that a run can be continued.
 
-The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions.
-Under other conditions the file is started anew.
+The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions. If
+the conditions have changed, a new file is started.
 """
 
 import json
@@ -17,7 +17,7 @@ class ResultStore:
         if lines and lines[0] == json.dumps(fingerprint):
             self.read(lines[1:])
             if not text.endswith("\n"):
-                file.write_text(text + "\n")  # end a truncated line
+                file.write_text(text + "\n")  # ends a truncated last line
         else:
             file.write_text(json.dumps(fingerprint) + "\n")
 

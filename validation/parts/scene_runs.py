@@ -1,4 +1,4 @@
-"""The runs compared on a scene, with their errors and times."""
+"""The runs that are compared on a scene, with their errors and times."""
 
 import math
 from dataclasses import asdict, dataclass, field
@@ -14,10 +14,10 @@ from ..references import reference
 from ..references.problems import attitude_error
 from .budget import Task
 
-TIGHTER = range(2, 17)  # steps are a turn divided by 2 ** k
+TIGHTER = range(2, 17)  # steps are turn / 2 ** k for these k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
 QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
-CHAOS = 1e-6  # smaller errors that no longer decrease are at rounding level [rad]
+CHAOS = 1e-6  # errors below this that no longer decrease are at rounding level [rad]
 ROUNDS_UNTIL = 0.5  # fraction of the budget after which optional timing rounds are skipped
 LOOKS = 100  # approximate number of states for the energy
 
@@ -51,7 +51,7 @@ class Measurement:
 
     @property
     def seconds(self):
-        """The best time of all rounds, because disturbances only add time."""
+        """The shortest time of all rounds, because disturbances only add time."""
         return min(self.samples, default=self.about)
 
     @property
@@ -64,18 +64,18 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Return a power of two near the time of a turn, so that steps end where runs do."""
+    """Return a power of two near the time of a turn, so that the end is a multiple of the step."""
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
 def energy_times(end, step):
-    """Return times for the energy, on the grid of every step and about as many for every run."""
+    """Return times for the energy: multiples of the step, about equally many for each run."""
     every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
     return every * np.arange(int(end / every) + 1)
 
 
 class SceneRuns:
-    """One scene with its truth and the runs made so far, which the timing reuses."""
+    """One scene with its truth, and with the runs made so far, which the timing reuses."""
 
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
@@ -116,7 +116,7 @@ class SceneRuns:
         return [*kept, Setting(tol=tightest)] if tightest else kept
 
     def explore(self, who):
-        """Return the runs of one method from loose to tight, with their errors."""
+        """Return the runs of one method with their errors, from loose to tight settings."""
         rows = []
         for setting in self.list_settings(who):
             rows.append(self.measure_errors(who, setting))
@@ -125,7 +125,7 @@ class SceneRuns:
         return [asdict(row) for row in rows]
 
     def measure_times(self, rows):
-        """Return the seconds of each run that finished, measured one after the other."""
+        """Return the seconds of each finished run. The runs are timed one after another."""
         return {
             row.key: timing.time_sample(self.run(row).solve, row.about)
             for row in rows
@@ -134,7 +134,7 @@ class SceneRuns:
 
 
 def is_enough(rows, longest):
-    """Return whether tighter settings would take too long or gain nothing."""
+    """Return True if tighter settings would take too long or not reduce the error."""
     errors = [row.attitude_error for row in rows if not row.failure]
     if not errors:
         return False
@@ -153,7 +153,7 @@ def truth_key(problem):
 
 
 def list_tasks(problem, end, budget, store):
-    """Yield the tasks of one scene: its truth, the errors of each method, then timing rounds."""
+    """Yield the tasks of one scene: its truth, the errors of each method, and the timing rounds."""
     yield make_truth_task(problem, end)
     made = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
     for who in made.contenders.values():

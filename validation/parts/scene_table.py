@@ -32,7 +32,7 @@ ABOUT = {
         spherical pendulum.""",
 }
 OWN = "Your scene, with a body of kind {body.kind} and gravity {gravity:g}."
-SHOWN, SEEN = 30.0, 3000  # approximate turns and number of states of the path
+SHOWN, SEEN = 30.0, 3000  # approximate number of turns, and number of states, of the path
 
 
 def describe_scene(problem):

@@ -1,4 +1,4 @@
-"""Sections for the part on chaos: their tops, and the numbers drawn."""
+"""Sections for the part on chaos: their tops, and the data of the figures."""
 
 import kreisel as kr
 import numpy as np
@@ -6,8 +6,8 @@ import numpy as np
 from ..references import kowalewski
 
 ENERGY, VERTICAL = 1.6, 0.6
-MANY = 60  # candidates per start
-BODIES = {  # increasingly different from a Lagrange top
+MANY = 60  # number of candidates per start
+BODIES = {  # bodies, increasingly different from a Lagrange top
     "a Lagrange top": ((1.0, 1.0, 0.6), 0.0),
     "moments 2 % apart": ((1.0, 1.02, 0.6), 0.0),
     "8 %": ((1.0, 1.08, 0.6), 0.0),
@@ -23,13 +23,13 @@ def make_body(name):
 
 
 def compute_section(name, orbits, crossings):
-    """Return the section of random starts of one energy and vertical momentum."""
+    """Return the section of random starts with the same energy and vertical momentum."""
     tops = kr.starts(make_body(name), energy=ENERGY, vertical=VERTICAL, n=orbits, seed=2)
     return kr.section(tops, n=crossings).check()
 
 
 def compute_kowalewski_section(region, orbits, crossings):
-    """Return a section whose motions are spread evenly over the fourth root of K."""
+    """Return the section of motions that are evenly spaced in the fourth root of K."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
         kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
@@ -41,7 +41,7 @@ def compute_kowalewski_section(region, orbits, crossings):
 
 
 def average_by_orbit(section, values):
-    """Return for each state the mean over its orbit."""
+    """Return the mean over its orbit for each value."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 

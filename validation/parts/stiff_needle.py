@@ -1,9 +1,13 @@
-"""The stiff needle: a spin of 1e4 times the precession, with steps that resolve only the latter.
+"""The stiff needle: a spin of 1e4 times the precession, with steps that resolve only precession.
 
-The implicit midpoint rule keeps <m,p> but not <m,a>: with V the velocity at the midpoint,
-v = V / |V|, a_ the axis there and theta = 2 atan(h |V| / 4) half the turn of a step,
-(<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>: small as h^2 where the spin is
-resolved, and of the size of the torque's part along V where it is not, whatever the step.
+The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the velocity at the midpoint,
+v = V / |V|, a_ the axis at the midpoint, and theta = 2 atan(h |V| / 4) half the rotation of a step.
+A step changes <m,a> by
+
+    (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
+
+The change is of order h^2 if the step resolves the spin. Otherwise the change per unit of time is
+of the size of the component of the torque along V, whatever the step.
 """
 
 import kreisel as kr
@@ -34,7 +38,7 @@ def kind_of(method):
 
 
 def solve_or_stop(scene, times, method, step):
-    """Return the path as far as it was computed, and the message of its failure if any."""
+    """Return the path up to its end or failure, and the message of the failure if any."""
     words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
     try:
@@ -85,7 +89,7 @@ def load_findings(store):
 
 
 def conclude(lines):
-    """Return a sentence on the methods that keep energy and attitude."""
+    """Return a sentence on the methods that conserve the energy and have accurate attitudes."""
     if not lines:
         return ""
     end = max(line["t"][-1] for line in lines if line["t"])

@@ -1,4 +1,4 @@
-"""The accuracy of the reference solutions: differences between independent computations."""
+"""The accuracy of the reference solutions: the differences between independent computations."""
 
 from functools import partial
 
@@ -9,7 +9,7 @@ from .formatting import format_brief, join_sentences, join_words
 from .part import Part, write_csv
 
 COLUMNS = ("scene", "t", "conditioning", "computed_by", "away")
-MANY = ("128", "30 digits")  # in the names of high-precision computations
+MANY = ("128", "30 digits")  # parts of the names of high-precision computations
 
 
 def ways_key(problem):
@@ -29,7 +29,7 @@ def compare_truths(problem, end, store):
 
 
 def load_findings(problems, store):
-    """Return a line per scene with the results of all computations."""
+    """Return a line per scene, with the results of all computations."""
     return [
         {
             "scene": problem.name,
@@ -43,7 +43,7 @@ def load_findings(problems, store):
 
 
 def heyoka_in_double(store, scene):
-    """Return the error of heyoka in doubles at its tightest tolerance, where it ran."""
+    """Return the error of heyoka in doubles at its tightest tolerance, if it ran."""
     rows = (row for row in scene_runs.load_runs(store, scene) if row.method == "heyoka")
     errors = [row.attitude_error for row in rows if not row.failure]
     return [("heyoka, double", errors[-1])] if errors else []
@@ -54,10 +54,10 @@ def has_many_digits(way):
 
 
 def summarize_agreement(lines):
-    """Yield the agreement for each scene, in roundings of the data.
+    """Yield the agreement of the computations for each scene, in roundings of the data.
 
-    It consists of the largest difference of the high-precision results and of the largest of the
-    others, with its name.
+    The agreement is the largest difference between high-precision results, and the largest
+    difference of the other results with its name.
     """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

@@ -1,9 +1,9 @@
-"""The verdict on a cell of the atlas, from the truth and from what a careful user can observe.
+"""The verdict on a cell of the atlas, from its error and from what a careful user can observe.
 
-A user without a truth runs twice: with the setting requested, and with half the step or a hundredth
-of the tolerance. If a method of order p behaves as such, its error is about d 2^p / (2^p - 1),
-where d is the angle between both runs. The error of an adaptive method is about d. VERDICTS defines
-the terms.
+A user without a reference solution runs twice: with the requested setting, and with half the step
+or a hundredth of the tolerance. If the method shows its order p, its error is about d 2^p / (2^p -
+1), where d is the angle between both runs. The error of an adaptive method is about d. VERDICTS
+defines the terms.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -11,11 +11,11 @@ from math import inf, isfinite, log2, pi, sqrt
 from ..references import reference
 
 LOST = 0.1  # [rad]
-FACTOR = 3.0  # tolerated ratio of error and estimate
-PART = 30.0  # the same if there is another sign too
+FACTOR = 3.0  # tolerated ratio of error to estimate
+PART = 30.0  # tolerated ratio if the error has another sign too
 RESOLVED = 16  # steps per turn that resolve the motion
 COARSE = 4  # fewer steps per turn are obviously too few
-PROMISED = 10.0  # tolerated ratio of an adaptive error and the one explained by its tolerance
+PROMISED = 10.0  # tolerated ratio of an adaptive error to the error explained by its tolerance
 RIGHT, AS_ASKED, DEGRADED, SILENT = "right", "as asked", "degraded", "silent"
 VERDICTS = {
     RIGHT: "error below LOST, and no larger than rounding explains: the conditioning, in random "
@@ -62,10 +62,11 @@ def rounding_effect(true):
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Return the angles that rounding explains [rad]: random once per step, and aligned.
+    """Return the attitude errors [rad] that random and that aligned roundings can explain.
 
-    Aligned roundings occur once per evaluation, all in one direction. A closed form does not
-    accumulate roundings: at a late time it is as accurate as the data.
+    Random roundings occur once per step. Aligned roundings occur once per evaluation, all in one
+    direction. A closed form does not accumulate roundings, so at a late time it is as accurate as
+    the data.
     """
     radians = problem.rate * cell["end"] if by_steps else 0.0
     random = max(10.0, sqrt(max(cell["steps"], radians)))
@@ -74,9 +75,10 @@ def rounding_angles(problem, true, cell, by_steps):
 
 
 def tolerance_angle(true, rounding, tol, steps):
-    """Return the angle that a tolerance explains [rad].
+    """Return the attitude error that a tolerance can explain [rad].
 
-    Each step may err by the tolerance, and the error grows as that of the data's roundings.
+    Each step may have an error of the size of the tolerance, which grows like roundings of the
+    data.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
@@ -84,17 +86,17 @@ def tolerance_angle(true, rounding, tol, steps):
 def estimate_error(second_run, order):
     """Return the error estimated from the second run [rad].
 
-    Order 0 stands for a run controlled by a tolerance.
+    Order 0 means that the run is controlled by a tolerance.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the sign that reveals an attitude error without a truth, or None.
+    """Return the sign by which a user can notice an attitude error, or None if there is none.
 
     `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
-    methods. `explained` are the angles that rounding and a tolerance explain. An error that both
-    runs share has no sign, however large the step.
+    methods. `explained` are the attitude errors that random and aligned roundings and a tolerance
+    can explain. An error that both runs share has no sign, however large the step.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART
@@ -108,7 +110,7 @@ def find_sign(error, shown, per_turn, explained):
 
 
 def choose_verdict(error, rounding, shown_by, tol=None):
-    """Return the verdict on an attitude error [rad]; `tol` is the tolerance requested, if any."""
+    """Return the verdict on an attitude error [rad]. `tol` is the requested tolerance, if any."""
     if not isfinite(error):
         return SILENT
     if error <= rounding and error < LOST:
@@ -119,7 +121,7 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 
 
 def has_order_reduction(order, error, finer, most):
-    """Return whether the observed order is too low by one or more.
+    """Return True if the observed order is too low by one or more.
 
     The order is not observable for errors near rounding, nor for large errors.
     """

@@ -1,4 +1,4 @@
-"""Error against run time: every method on the scenes of the report or of a user."""
+"""Error against run time, for every method on the scenes of the report or of a user."""
 
 import statistics
 from dataclasses import dataclass
@@ -41,15 +41,15 @@ QUANTITIES = {
 }
 README_SCENE = "asymmetric"
 YARDSTICK = ("heyoka",)  # the peers in the small figures
-BUSY = 0.25  # above this spread times should not be quoted
+BUSY = 0.25  # if the spread of times is larger, they should not be quoted
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The findings: problems with their ends, truths and runs."""
+    """The findings of this part: problems with their end times, truths and runs."""
 
-    problems: list  # with their ends
-    truths: dict  # by scene
+    problems: list  # problems with their end times
+    truths: dict  # truths by scene
     rows: list
 
     @property
@@ -156,7 +156,7 @@ def fastest_with_step(rows, scene, target):
 
 
 def describe_ranges(hits, form="{}"):
-    """Yield each winning method with its errors: 'strang for 1e-3 and 1e-6'."""
+    """Yield each winning method with its target errors, as in 'strang for 1e-3 and 1e-6'."""
     for name in dict.fromkeys(hit.method for _, hit in hits):
         errors = join_words(format_power(target) for target, hit in hits if hit.method == name)
         yield f"{form.format(name)} for {errors}"
@@ -176,7 +176,7 @@ def conclude(comparison):
 
 
 def is_faster(one, other):
-    """Return whether `one` reached the error and took clearly less time than `other`."""
+    """Return True if `one` reached the error and took clearly less time than `other`."""
     return bool(one and (not other or fastest.TIE * one.seconds < other.seconds))
 
 
@@ -185,7 +185,7 @@ def is_tie(own, peer):
 
 
 def describe_cases(races):
-    """Return the number of cases in words: '28 cases (7 scenes, 4 accuracies)'."""
+    """Return the number of cases in words, as in '28 cases (7 scenes, 4 accuracies)'."""
     scenes, targets = ({one[i] for one in races} for i in (0, 1))
     return f"{len(races)} cases ({len(scenes)} scenes, {len(targets)} accuracies)"
 
@@ -245,7 +245,7 @@ def describe_missing(races):
 
 
 def write_table(comparison, about):
-    """Return all runs as CSV, below a header with the conditions of the measurement."""
+    """Return all runs as CSV text, below a header with the conditions of the measurement."""
 
     def format_row(row):
         values = vars(row) | {

@@ -1,14 +1,15 @@
-"""The equations of motion for heyoka in any of its precisions, and their start.
+"""The equations of motion for heyoka in any of its precisions, and their initial values.
 
-With w the angular velocity seen from the body,
+In terms of the angular velocity w in the body frame, the equations are
 
     J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
-D, the damping along the principal axes, is left out where it is zero.
+D is the damping along the principal axes. Its term is left out if D is zero.
 
-There are seven equations, for the attitude and the angular velocity (the fastest form for heyoka)
-or the angular momentum in the body. The coefficients are computed with 40 digits and rounded once.
-They are constants, or parameters so that one compiled integrator serves every top.
+There are seven equations: for the attitude, and for the angular velocity (the fastest form for
+heyoka) or the angular momentum in the body. The coefficients are computed with 40 digits and
+rounded once. They are either constants, or parameters, with which one compiled integrator serves
+every top.
 """
 
 import heyoka as hy
@@ -52,8 +53,9 @@ def round_to(numbers, fp):
 def compute_coefficients(problem, form="velocity", digits=40):
     """Return the 3 + 3 + 6 coefficients of the equations, as mpmath numbers.
 
-    They turn variables into velocities, multiply products of two variables, and give the torque. A
-    damped top has three more, the rates at which damping reduces each variable.
+    The first three turn variables into velocities, the next three multiply products of two
+    variables, and the last six give the torque. A damped top has three more coefficients, the rates
+    at which damping reduces each variable.
     """
     with mp.workdps(digits):
         J, lever = [mp.mpf(x) for x in problem.inertia], [mp.mpf(x) for x in problem.lever]
@@ -62,7 +64,7 @@ def compute_coefficients(problem, form="velocity", digits=40):
 
 
 def coefficients_from(J, lever, form="velocity"):
-    """Return the coefficients for moments and a lever given in numbers of any kind."""
+    """Return the coefficients for moments and a lever, which may be numbers of any type."""
     one = J[0] / J[0]
     velocity = form == "velocity"
     to_velocity = [one if velocity else one / x for x in J]
@@ -106,7 +108,7 @@ def build_equations(numbers, fp):
 
 
 def build_system(problem, fp=float, form="velocity"):
-    """Return the equations and the start for heyoka.taylor_adaptive, for this top alone."""
+    """Return the equations and the initial values of one top, for heyoka.taylor_adaptive."""
     return build_equations(round_to(compute_coefficients(problem, form), fp), fp), round_to(
         start_state(problem, form), fp
     )

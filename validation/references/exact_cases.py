@@ -1,4 +1,4 @@
-"""Tops on which a closed form may fail: every degenerate case by name, and random ones."""
+"""Tops for which a closed form might fail: all degenerate cases by name, and random tops."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy as np
 
 from .problems import Problem
 
-# The thesis' cuboid; lever = mass gravity com.
+# The cuboid of the thesis, with lever = mass * gravity * com.
 I1, I3, LEVER = 5.12 / 3 * 4.64, 5.12 / 3 * 1.28, 5.12
 UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 CRITICAL = 2 * math.sqrt(LEVER * I1)  # axial momentum below which a sleeping top falls
@@ -23,7 +23,10 @@ def axis_of(q):
 
 
 def precession_momentum(angle, axial, sign):
-    """Return the momentum of a regular precession: I1 p^2 cos - axial p + lever = 0."""
+    """Return the momentum of a regular precession, whose rate p solves a quadratic equation.
+
+    The equation is I1 p^2 cos(angle) - axial p + lever = 0.
+    """
     root = math.sqrt(axial**2 - 4 * I1 * LEVER * math.cos(angle))
     rate = (axial + sign * root) / (2 * I1 * math.cos(angle))
     a = axis_of(tilt_attitude(angle))
@@ -126,7 +129,7 @@ EULER = {  # moments, attitude, momentum
     "free, nearly spherical": ((1.0, 1.0 + 1e-8, 1.0 + 3e-8), ODD, (0.3, 0.7, 1.1)),
     "free, a plate": ((1.0, 2.0, 3.0), ODD, (30.0, -70.0, 11.0)),
 }
-TRANSITS = {  # times at which bodies that begin beside their middle axis leave it
+TRANSITS = {  # times at which bodies that start near their middle axis leave it
     "free, about the middle axis 1e-20": (-106.0, 106.0),
     "free, about the middle axis 1e-30": (-156.5, 156.5),
     "free, about the middle axis 1e-74": (-382.0, 382.0),
@@ -138,7 +141,7 @@ def normalize(q):
 
 
 def random_attitude(rng, near_pole):
-    """Return a random attitude, uniform or at 1e-9 .. 1 from a pole."""
+    """Return a random attitude, either uniform or at a distance of 1e-9 .. 1 from a pole."""
     if not near_pole:
         return normalize(rng.normal(size=4))
     half, way = 10 ** rng.uniform(-9, 0) / 2, rng.uniform(0, 2 * math.pi)
@@ -147,9 +150,9 @@ def random_attitude(rng, near_pole):
 
 
 def random_lagrange(rng, number):
-    """Draw moments, lever arm and momentum over decades, and either sign of gravity.
+    """Draw moments, lever arm and momentum over several decades, with either sign of gravity.
 
-    Every second top starts within 1e-9 .. 1 of a pole.
+    Every second top starts at a distance of 1e-9 .. 1 from a pole.
     """
     i1, lever = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-4, 3) * (1 if rng.integers(4) else -1)
     i3, momentum = i1 * 10 ** rng.uniform(-2, 0.3), 10 ** rng.uniform(-3, 3) * rng.normal(size=3)
@@ -163,7 +166,7 @@ def random_lagrange(rng, number):
 
 
 def random_euler(rng):
-    # For positive A, B, C the moments B + C, C + A, A + B are those of a physical body.
+    # Moments B + C, C + A, A + B with positive A, B, C belong to a physical body.
     two = 10 ** rng.uniform(-3, 0, size=2)
     parts = np.array([*two, 1.0]) * 10 ** rng.uniform(-1, 1)
     inertia = rng.permutation(parts.sum() - parts)
@@ -179,13 +182,13 @@ def random_time(rng):
 
 
 def digits(case):
-    """Return the digits that resolve a free body's distance from its middle axis."""
+    """Return the number of digits that resolves a free body's distance from its middle axis."""
     least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
     return 50 if least > 1e-12 else 50 - int(5 * math.log10(least))
 
 
 def is_lagrange(case):
-    """Return whether a case is a Lagrange top, and not a free body."""
+    """Return True if a case is a Lagrange top, and False if it is a free body."""
     return len(case) == 5
 
 
@@ -211,7 +214,7 @@ def case_problem(name, case):
     return Problem(name, inertia, (0.0, 0.0, lever), normalize(case[-2]), momentum)
 
 
-MAPS = [  # named tops, and steps of the Bobenko-Suris map
+MAPS = [  # (name of a top, step of the Bobenko-Suris map)
     ("the thesis' top", 0.1),
     ("no axial momentum", 0.1),
     ("1e-9 from the upper pole", 0.05),
@@ -229,7 +232,7 @@ MAPS = [  # named tops, and steps of the Bobenko-Suris map
 
 
 def random_map(rng, number):
-    """Draw a top and a step of 0.003 .. 5 in its own units of time, of either sign."""
+    """Draw a top and a step of either sign, of size 0.003 .. 5 in the top's own unit of time."""
     i1, _, lever, _, m = case = random_lagrange(rng, number)
     rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
     return (

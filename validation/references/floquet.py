@@ -1,10 +1,12 @@
-"""Tangents of closed forms, at any time: the derivative of the state by the start.
+"""Tangents of closed forms at any time: the derivatives of the state with respect to the start.
 
-Seen from the body, and from a frame that turns with it where the body is symmetric, the motion is
-periodic: P and M come back after the time tau, turned about the axis by S. So the tangents have a
-period, too (Floquet): with theta and N as in taylor/tangents.h, and Phi(t) the matrix of both,
+In the body frame the motion is periodic. After the time tau, P and M return to their initial
+values; for a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
+the tangents are periodic in the same sense. With theta and N as in taylor/tangents.h, and with the
+matrix Phi(t) of their derivatives,
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
-One period is computed with 30 digits; the powers, in decimals of 50, lose none of them.
+One period is computed with 30 digits. The powers are computed in decimals of 50 digits, so that
+none of the 30 is lost.
 """
 
 from __future__ import annotations
@@ -18,27 +20,27 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
-Decimals = npt.NDArray[np.object_]  # of decimals
+Decimals = npt.NDArray[np.object_]  # an array of decimals
 _PRECISION = 50
-_LATE = 1e-9  # of the period: by so much the double of it may err
-_STEADY = 1e-12  # of the motion: what is less counts as none
+_LATE = 1e-9  # relative error allowed for the period in doubles
+_STEADY = 1e-12  # relative size of a motion that counts as rest
 _AXES = np.eye(3)
 
 
-def _decimals(high: Array, low: Array | None = None) -> Decimals:
-    """Return the numbers as decimals, their low words included."""
-    return _each(high) if low is None else _each(high) + _each(low)
+def _add_as_decimals(high: Array, low: Array | None = None) -> Decimals:
+    """Return the numbers, including their low words, as decimals."""
+    return _to_decimals(high) if low is None else _to_decimals(high) + _to_decimals(low)
 
 
-def _each(numbers: Array) -> Decimals:
+def _to_decimals(numbers: Array) -> Decimals:
     given = np.asarray(numbers, dtype=float)
     made = np.empty(given.shape, dtype=object)
     made.ravel()[:] = [Decimal(number) for number in given.ravel().tolist()]
     return made
 
 
-def _turn(q: Decimals) -> Decimals:
-    """Return the rotation matrix of a quaternion of about unit length."""
+def _rotation_matrix(q: Decimals) -> Decimals:
+    """Return the rotation matrix of a quaternion, whose length need not be exactly one."""
     w, x, y, z = q
     n = w * w + x * x + y * y + z * z
     rows = [
@@ -56,24 +58,24 @@ def _cross(a: Decimals, b: Decimals) -> Decimals:
     )
 
 
-def _hat(a: Decimals) -> Decimals:
-    """Return the matrix of the cross product a x."""
+def _cross_matrix(a: Decimals) -> Decimals:
+    """Return the matrix of the map b -> a x b."""
     zero = Decimal(0)
     rows = [[zero, -a[2], a[1]], [a[2], zero, -a[0]], [-a[1], a[0], zero]]
     return np.array(rows, dtype=object)
 
 
-def _both(block: Decimals, other: Decimals | None = None) -> Decimals:
+def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
     """Return the matrix that applies `block` to theta and `other` (default: `block`) to N."""
-    zero = _each(np.zeros((3, 3)))
+    zero = _to_decimals(np.zeros((3, 3)))
     return np.block([[block, zero], [zero, block if other is None else other]])
 
 
 class _Body(NamedTuple):
     """A body in decimals.
 
-    `moments`, `lever` (mass gravity com) and `axis` (of symmetry, if any) are along the principal
-    axes. `frame` rotates these to the frame of description.
+    `moments`, `lever` = mass * gravity * com and `axis`, the symmetry axis if any, are given along
+    the principal axes. `frame` rotates the principal axes to the frame of description.
     """
 
     moments: Decimals
@@ -84,7 +86,7 @@ class _Body(NamedTuple):
     @classmethod
     def of(cls, scene: kr.Scene) -> _Body:
         body = scene.body
-        moments, com = np.array(body.moments), _each(np.array(body.principal_com))
+        moments, com = np.array(body.moments), _to_decimals(np.array(body.principal_com))
         lever = com * (Decimal(body.mass) * Decimal(scene.gravity))
         near = [
             np.isclose(np.roll(moments, -i - 1)[0], np.roll(moments, -i - 2)[0], 1e-14, 0.0)
@@ -93,10 +95,12 @@ class _Body(NamedTuple):
         axis = None
         if all(near):
             reach = (com @ com).sqrt()
-            axis = com / reach if reach else _each(_AXES[2])
+            axis = com / reach if reach else _to_decimals(_AXES[2])
         elif any(near):
-            axis = _each(_AXES[near.index(True)])
-        return cls(_each(moments), lever, axis, _turn(_each(np.array(body.axes))))
+            axis = _to_decimals(_AXES[near.index(True)])
+        return cls(
+            _to_decimals(moments), lever, axis, _rotation_matrix(_to_decimals(np.array(body.axes)))
+        )
 
 
 class _Point(NamedTuple):
@@ -108,13 +112,13 @@ class _Point(NamedTuple):
 
     @classmethod
     def of(cls, body: _Body, path: kr.Path, i: int) -> _Point:
-        turn = _turn(_decimals(path.q[i], path.q_low[i])) @ body.frame
-        momentum = turn.T @ _decimals(path.m[i], path.m_low[i])
+        turn = _rotation_matrix(_add_as_decimals(path.q[i], path.q_low[i])) @ body.frame
+        momentum = turn.T @ _add_as_decimals(path.m[i], path.m_low[i])
         heavy = any(body.lever)
         return cls(turn[2] if heavy else turn[2] * 0, momentum, turn)
 
     def rates(self, body: _Body) -> tuple[Decimals, Decimals]:
-        """P' and M'."""
+        """Return the time derivatives P' and M'."""
         w = self.momentum / body.moments
         return _cross(self.vertical, w), _cross(self.momentum, w) + _cross(
             self.vertical, body.lever
@@ -122,14 +126,16 @@ class _Point(NamedTuple):
 
     def generator(self, body: _Body) -> Decimals:
         """Return the matrix A of (theta, N)' = A (theta, N)."""
-        per, hat = np.diag(Decimal(1) / body.moments), _hat(self.momentum / body.moments)
-        turn = per @ _hat(self.momentum) - hat
-        return np.block([[turn, per], [_hat(self.vertical) @ -_hat(body.lever), -hat]])
+        per, hat = np.diag(Decimal(1) / body.moments), _cross_matrix(self.momentum / body.moments)
+        turn = per @ _cross_matrix(self.momentum) - hat
+        return np.block(
+            [[turn, per], [_cross_matrix(self.vertical) @ -_cross_matrix(body.lever), -hat]]
+        )
 
     def phase(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """Return numbers that recur with the period.
+        """Return quantities that are periodic along the motion.
 
-        For a symmetric body they do not change as it turns about its axis.
+        For a symmetric body, they are invariant under rotations about its axis.
         """
         if axis is None:
             return self.momentum
@@ -138,7 +144,7 @@ class _Point(NamedTuple):
         )
 
     def phase_rate(self, body: _Body, axis: Decimals | None) -> Decimals:
-        """How that changes."""
+        """Return the time derivative of `phase`."""
         vertical, momentum = self.rates(body)
         if axis is None:
             return momentum
@@ -146,10 +152,10 @@ class _Point(NamedTuple):
         return np.array([axis @ vertical, axis @ crossed], dtype=object)
 
 
-def _symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
+def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
     """Return the rotation about the axis that takes P and M of one point to those of another."""
     if axis is None:
-        return _each(_AXES)
+        return _to_decimals(_AXES)
     pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
     crossed = [(_cross(axis, a), _cross(axis, b)) for a, b in pairs]
     sizes = [
@@ -158,11 +164,11 @@ def _symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
     ]
     a, b = crossed[int(np.argmax(sizes))]
     if max(sizes) < 1e-28:
-        return _each(_AXES)
+        return _to_decimals(_AXES)
     size = ((a @ a) * (b @ b)).sqrt()
     cosine, sine = (a @ b) / size, (axis @ _cross(a, b)) / size
     along = np.outer(axis, axis)
-    turn: Decimals = along + (_each(_AXES) - along) * cosine + _hat(axis) * sine
+    turn: Decimals = along + (_to_decimals(_AXES) - along) * cosine + _cross_matrix(axis) * sine
     return turn
 
 
@@ -176,17 +182,19 @@ class Floquet(NamedTuple):
     start: _Point
 
 
-def _in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, i: int) -> Decimals:
-    """Phi of theta and N, along the principal axes, at a state of a path with tangents."""
-    phi = _decimals(path.tangents[i], path.tangents_low[i])
-    inside: Decimals = _both(body.frame.T, point.turn.T) @ phi @ _both(body.frame, start.turn)
+def _tangents_in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, i: int) -> Decimals:
+    """Return Phi in principal axes at state `i` of a path with tangents."""
+    phi = _add_as_decimals(path.tangents[i], path.tangents_low[i])
+    inside: Decimals = (
+        _block_matrix(body.frame.T, point.turn.T) @ phi @ _block_matrix(body.frame, start.turn)
+    )
     return inside
 
 
-def _rate_of_axis(point: _Point, body: _Body) -> float | None:
-    """Return the rate at which P and M, seen from the body, turn about its axis.
+def _find_steady_rate(point: _Point, body: _Body) -> float | None:
+    """Return the rate at which P and M rotate about the axis in the body frame.
 
-    Returns None if they move in another way.
+    Returns None if P and M move in any other way.
     """
     rates = [np.array(rate, dtype=float) for rate in point.rates(body)]
     rate = 0.0
@@ -204,76 +212,83 @@ def _rate_of_axis(point: _Point, body: _Body) -> float | None:
     return rate if moved <= _STEADY else None
 
 
-def _period_about(point: _Point, body: _Body, rate: float, fastest: float) -> float:
-    """Return the time in which a neighbour of a steady motion returns to it.
+def _oscillation_period(point: _Point, body: _Body, rate: float, fastest: float) -> float:
+    """Return the period of small oscillations about a steady motion.
 
-    If no neighbour returns, the time is that of the fastest rate.
+    If there are no oscillations, return the time scale of the fastest rate.
     """
-    axis = _each(_AXES[2]) if body.axis is None else body.axis
-    turning = rate * np.array(_both(_hat(axis)), dtype=float)
+    axis = _to_decimals(_AXES[2]) if body.axis is None else body.axis
+    turning = rate * np.array(_block_matrix(_cross_matrix(axis)), dtype=float)
     swing = np.abs(np.linalg.eigvals(np.array(point.generator(body), dtype=float) - turning).imag)
     return float(2.0 * math.pi / swing.max()) if swing.max() > 1e-3 * fastest else 1.0 / fastest
 
 
-def _no_period(scene: kr.Scene) -> ValueError:
+def _make_separatrix_error(scene: kr.Scene) -> ValueError:
     return ValueError(
         f"{scene!r} lies on a separatrix, or too near to it to have a period that can be told: its "
         "tangents are those of kreisel.solve(scene, t, tangents='start')"
     )
 
 
-def _about_one_period(scene: kr.Scene, body: _Body, start: _Point, period: float) -> float:
-    """Return the period up to rounding errors. Raises ValueError on a separatrix."""
-    turning = _rate_of_axis(start, body)
+def _estimate_period(scene: kr.Scene, body: _Body, start: _Point, period: float) -> float:
+    """Return the period up to rounding errors.
+
+    Raises ValueError if the motion lies on a separatrix.
+    """
+    turning = _find_steady_rate(start, body)
     if turning is not None:
-        about = _period_about(start, body, turning, scene._rate_bound)
+        about = _oscillation_period(start, body, turning, scene._rate_bound)
     else:
         about = period * (1.0 if body.axis is not None else 2.0)
     if not math.isfinite(about):
-        raise _no_period(scene)
+        raise _make_separatrix_error(scene)
     return about
 
 
 def floquet(scene: kr.Scene, period: float, back: bool, longest: float) -> Floquet:
-    """Return the tangents of one period, forward or back in time.
+    """Return the tangents of one period, forward or backward in time.
 
-    If `longest`, the longest time of interest, lies within the first period, they are not computed.
-    Raises ValueError on a separatrix.
+    `longest` is the longest time of interest. If it lies within the first period, the tangents are
+    not computed. Raises ValueError if the motion lies on a separatrix.
     """
     body = _Body.of(scene)
     start = _Point.of(body, kr.solve(scene, [0.0], digits=30), 0)
-    turning = _rate_of_axis(start, body)
-    about = _about_one_period(scene, body, start, period)
+    turning = _find_steady_rate(start, body)
+    about = _estimate_period(scene, body, start, period)
     if longest < about:
         return Floquet(
-            body, Decimal(-about if back else about), _each(_AXES), _each(np.eye(6)), start
+            body,
+            Decimal(-about if back else about),
+            _to_decimals(_AXES),
+            _to_decimals(np.eye(6)),
+            start,
         )
     tau = -about if back else about
     path = _solve(scene, [0.0, tau])
     end = _Point.of(body, path, 1)
-    phi, late = _in_body(end, start, body, path, 1), Decimal(0)
+    phi, late = _tangents_in_body(end, start, body, path, 1), Decimal(0)
     if turning is None:
         rate, missed = end.phase_rate(body, body.axis), end.phase(body, body.axis)
         speed = rate @ rate or Decimal(1)
         late = -(rate @ (missed - start.phase(body, body.axis))) / speed
         if not abs(late) <= _LATE * abs(tau):
-            raise _no_period(scene)
+            raise _make_separatrix_error(scene)
         phi = phi + late * (end.generator(body) @ phi)
         vertical, momentum = end.rates(body)
         end = _Point(end.vertical + late * vertical, end.momentum + late * momentum, end.turn)
-    turn = _symmetry(body.axis, start, end)
+    turn = _find_symmetry(body.axis, start, end)
     away = turn @ start.momentum - end.momentum
     size = end.momentum @ end.momentum + max(body.moments) * (body.lever @ body.lever).sqrt()
     if not float(away @ away) <= _LATE**2 * float(size):
-        raise _no_period(scene)
-    return Floquet(body, Decimal(tau) + late, turn, _both(turn.T) @ phi, start)
+        raise _make_separatrix_error(scene)
+    return Floquet(body, Decimal(tau) + late, turn, _block_matrix(turn.T) @ phi, start)
 
 
 def floquet_tangents(scene: kr.Scene, times: object) -> Array:
-    """Return the (n, 6, 6) tangents of a closed form at any times, as path.tangents has them.
+    """Return the (n, 6, 6) tangents of a closed form at any times, defined like path.tangents.
 
-    Raises ValueError for a motion on a separatrix, and where a tangent outgrows doubles. A time
-    takes about a millisecond.
+    Raises ValueError if the motion lies on a separatrix, or if a tangent exceeds the range of
+    doubles. Each time takes about a millisecond.
     """
     closed = kr.exact(scene)
     path = closed(times)
@@ -286,31 +301,31 @@ def floquet_tangents(scene: kr.Scene, times: object) -> Array:
             chosen = np.flatnonzero(t < 0.0 if back else t >= 0.0)
             if chosen.size:
                 longest = float(np.abs(t[chosen]).max())
-                _fill(scene, floquet(scene, period, back, longest), t, q, chosen, out)
+                _fill_tangents(scene, floquet(scene, period, back, longest), t, q, chosen, out)
     endless = ~np.isfinite(out).all(axis=(1, 2))
     if endless.any():
-        raise _too_large(float(t[endless][0]))
+        raise _make_range_error(float(t[endless][0]))
     return out
 
 
-def _too_large(t: float) -> ValueError:
+def _make_range_error(t: float) -> ValueError:
     return ValueError(f"by t = {t!r} a tangent has grown beyond what doubles hold")
 
 
 def _solve(scene: kr.Scene, times: list[float]) -> kr.Path:
     """Return the path and its tangents with 30 digits.
 
-    Raises ValueError for tangents beyond doubles.
+    Raises ValueError if a tangent exceeds the range of doubles.
     """
     try:
         return kr.solve(scene, times, digits=30, tangents="start")
     except kr.Error as stopped:
         if stopped.status != "ERR_TANGENT":
             raise
-        raise _too_large(times[-1]) from None
+        raise _make_range_error(times[-1]) from None
 
 
-def _fill(
+def _fill_tangents(
     scene: kr.Scene, of: Floquet, t: Array, q: Array, chosen: npt.NDArray[np.intp], out: Array
 ) -> None:
     times = [Decimal(float(t[i])) for i in chosen]
@@ -323,11 +338,15 @@ def _fill(
         count, point = counts[j], _Point.of(of.body, path, k)
         if count not in powers:
             turned = np.linalg.matrix_power(of.symmetry, count)
-            powers[count] = _both(turned), np.linalg.matrix_power(of.period, count)
+            powers[count] = _block_matrix(turned), np.linalg.matrix_power(of.period, count)
         turned, grown = powers[count]
-        phi = _in_body(point, of.start, of.body, path, k)
+        phi = _tangents_in_body(point, of.start, of.body, path, k)
         late = rests[j] - Decimal(float(rests[j]))
         phi = turned @ (phi + late * (point.generator(of.body) @ phi)) @ grown
-        here = _turn(_each(q[chosen[j]])) @ of.body.frame
-        told = _both(of.body.frame, here) @ phi @ _both(of.body.frame.T, of.start.turn.T)
+        here = _rotation_matrix(_to_decimals(q[chosen[j]])) @ of.body.frame
+        told = (
+            _block_matrix(of.body.frame, here)
+            @ phi
+            @ _block_matrix(of.body.frame.T, of.start.turn.T)
+        )
         out[chosen[j]] = told.astype(float)

@@ -1,25 +1,25 @@
 """The motions of a Kowalewski top at given energy and vertical momentum.
 
-They are classified by the critical values of the integral K, at which tori merge or end.
+The motions are classified by the critical values of the integral K, at which tori merge or vanish.
 
-With moments 2 : 2 : 1, of which the equal ones are 2 here, and mass gravity |com| = 1, let h be the
-energy and g = <m, e3> / sqrt(2). The critical values are
+Let the moments be 2, 2 and 1, let mass * gravity * |com| = 1, and let h be the energy and g = <m,
+e3> / sqrt(2). The critical values are
     K = 0                                 where h > g^2
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
-as far as K attains them: not below the second where h < g^2, and never below 0. The curves in the
-plane of g and h along which their order changes divide it into ten regions.
+if K attains them. K is never below 0, and if h < g^2 it is never below the second value. The curves
+in the plane of g and h along which their order changes divide it into ten regions.
 
-Sources: M. P. Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
-A. V. Bolsinov, P. H. Richter, A. T. Fomenko, Sb. Math. 191 (2000) 151; the ten sections are those
-of H. R. Dullin, M. Juhnke, P. H. Richter, Int. J. Bifurcation and Chaos 4 (1994) 1535.
+Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
+Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten sections are those of
+Dullin, Juhnke and Richter, International Journal of Bifurcation and Chaos 4 (1994) 1535.
 """
 
 import kreisel as kr
 import numpy as np
 
 BODY = kr.Body(1.0, (2.0, 2.0, 1.0), (1.0, 0.0, 0.0), unphysical=True)
-REGIONS = (  # one (g, h) of each
+REGIONS = (  # a point (g, h) in each of the ten regions
     (0.9, 0.2),
     (0.57, 0.67),
     (0.12, 0.72),
@@ -34,14 +34,14 @@ REGIONS = (  # one (g, h) of each
 
 
 def vertical_momentum(g):
-    """Return <m, e3> of the body."""
+    """Return <m, e3> for a value of g."""
     return np.sqrt(2.0) * g
 
 
 def critical_values(g, h):
-    """Return the critical values of K that are attained, ascending.
+    """Return the critical values of K that are attained, in ascending order.
 
-    Each value comes with the number of its line above.
+    Each value is paired with the number, 1 to 3, of its line in the list above.
     """
     parabola = (h - g * g) ** 2
     found = [(0.0, 1)] if h > g * g else []
@@ -55,7 +55,7 @@ def critical_values(g, h):
 
 
 def region_borders(greatest):
-    """Return the curves between the regions, each as (g, h), up to g = `greatest`."""
+    """Return the curves between the regions up to g = `greatest`, each as arrays (g, h)."""
     g = np.linspace(1e-3, greatest, 400)
     t = np.linspace(0.3, np.sqrt(2.0), 200)
     kept = g**2 > 1e-2

@@ -1,16 +1,16 @@
 """The chaotic layer along the separatrix of a slightly asymmetric upright top, by theory.
 
-A Lagrange top that spins too slowly to sleep falls from the upright, swings and returns to it. With
-moments I1 / (1 - e), I1 / (1 + e), I3 the axial momentum c changes by dc/dt = 2 e M1 M2 / I1, in a
-swing by
+A Lagrange top that spins too slowly to sleep falls from the upright position, swings and returns to
+it. With moments I1 / (1 - e), I1 / (1 + e), I3, the axial momentum c changes at the rate dc/dt = 2
+e M1 M2 / I1. To first order, it changes in a swing by
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
-to first order, the integral being Melnikov's along the separatrix with its lowest point at the
-spin angle 0, and psi that of the swing. Near the upright the apex escapes at the rate s, and the
-body turns under it at a rate w; by Chirikov's criterion swings are chaotic as far as
-|c - <m, e3>| = 2 w e A / s.
+Here psi is the spin angle at the lowest point of the swing. The integral is Melnikov's, along the
+separatrix with its lowest point at the spin angle 0. Near the upright position the apex escapes at
+the rate s, and the body turns under the apex at the rate w. By Chirikov's criterion, swings are
+chaotic up to |c - <m, e3>| = 2 w e A / s.
 
-Sources: V. K. Melnikov, Trans. Moscow Math. Soc. 12 (1963) 1; P. J. Holmes, J. E. Marsden, Indiana
-Univ. Math. J. 32 (1983) 273; B. V. Chirikov, Phys. Rep. 52 (1979) 263.
+Sources: Melnikov, Transactions of the Moscow Mathematical Society 12 (1963) 1; Holmes and Marsden,
+Indiana University Mathematics Journal 32 (1983) 273; Chirikov, Physics Reports 52 (1979) 263.
 """
 
 from functools import cache
@@ -19,11 +19,12 @@ from math import acos, cos, sin, sqrt
 import kreisel as kr
 import numpy as np
 
-I1, I3, VERTICAL = 1.0, 0.5, 1.0  # mass gravity |com| is 1; the top sleeps for <m, e3> >= 2
+I1, I3, VERTICAL = 1.0, 0.5, 1.0  # mass * gravity * |com| is 1; the top sleeps for <m, e3> >= 2
 ESCAPE = sqrt(1.0 / I1 - VERTICAL**2 / (4.0 * I1**2))  # rate of escape from the upright [T^-1]
 TURN = abs(VERTICAL / (2.0 * I1) - VERTICAL / I3)  # rate of the body under the apex there [T^-1]
-LONG, POINTS = 18.0, 6001  # duration of the return to the upright in escape times; points
-PUSH, PUSHES = 1e-5, 16  # momentum across the upright, and its directions
+# duration of the return to the upright in units of 1 / ESCAPE; number of points
+LONG, POINTS = 18.0, 6001
+PUSH, PUSHES = 1e-5, 16  # size of the horizontal momentum, and number of its directions
 
 
 def make_body(e):
@@ -40,7 +41,7 @@ def lowest_scene():
 
 @cache
 def melnikov_amplitude():
-    """Return A, by symmetry from the second half of the separatrix alone."""
+    """Return A, computed by symmetry from the second half of the separatrix."""
     t = np.linspace(0.0, LONG / ESCAPE, POINTS)
     across = kr.solve(lowest_scene(), t, digits=20).body_momentum @ (1.0, 1.0j, 0.0)
     return -2.0 * float(np.trapezoid((across**2).real, t)) / I1
@@ -52,10 +53,10 @@ def layer_half_width():
 
 
 def measure_swings(e, n):
-    """Return spin angles at lowest points and axial momenta at the highest points before them.
+    """Return the spin angles at lowest points and the axial momenta at highest points.
 
-    The tops are pushed from the upright and make n swings each; the shapes are (tops, n) and (tops,
-    n + 1).
+    The tops are pushed from the upright position and make n swings each. The shapes are (tops, n)
+    and (tops, n + 1).
     """
     angles = np.linspace(0.0, np.pi, PUSHES, endpoint=False)
     across = PUSH * np.cos(angles), PUSH * np.sin(angles), np.full(PUSHES, VERTICAL)

@@ -1,8 +1,8 @@
 """Attitudes of any undamped top with 60 digits, by one compiled integrator of heyoka.
 
-They are the reference for runs that have 30 digits themselves. As in kreisel, the doubles of a
-scene are exact: the attitude is a rotation whatever its length, and the moments are those about the
-principal axes.
+The attitudes are the reference for runs with 30 digits. As in kreisel, the doubles of a scene are
+taken as exact. The attitude is a rotation whatever the length of the quaternion, and the moments
+are those about the principal axes.
 """
 
 import heyoka as hy
@@ -35,7 +35,7 @@ class MultiprecisionIntegrator:
         )
 
     def __call__(self, scene, times):
-        """Return attitudes, principal axes -> space, at times that are monotonic from 0."""
+        """Return the attitudes, principal axes -> space, at times that are monotonic from 0."""
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q
@@ -72,7 +72,7 @@ def path_attitudes(path):
 
 
 def rotation_angles(one, other):
-    """Return the angles of the rotations between attitudes [rad], accurate for small angles."""
+    """Return the angles of the rotations between attitudes [rad], also accurate if small."""
     found = []
     for p, q in zip(one, other, strict=True):
         turn = np.array(product(conjugate(p), q))

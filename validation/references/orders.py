@@ -1,4 +1,4 @@
-"""The observed order of a method: the slope of log error over log step, in q and in m."""
+"""The observed order of a method: the slope of log(error) over log(step), in q and in m."""
 
 import kreisel as kr
 import numpy as np
@@ -16,13 +16,14 @@ TILT = np.array([0.8, 0.4, -0.2, 0.4]) / np.linalg.norm([0.8, 0.4, -0.2, 0.4])
 def tilt_scene(body, momentum=(0.172, -1.862, 1.46), gravity=1.0):
     """Return a tilted scene.
 
-    No torque acts on an upright start, which would hide an error of first order.
+    The scene is tilted because no torque acts on an upright start, which would hide an error of
+    first order.
     """
     return kr.Scene(BODIES[body], momentum=momentum, attitude=TILT, gravity=gravity)
 
 
 def fit_slope(steps, errors, rounding):
-    """Return the slope of log error over log step, or None for fewer than three points.
+    """Return the slope of log(error) over log(step), or None for fewer than three points.
 
     The fit uses the eight smallest steps whose error exceeds rounding.
     """
@@ -31,9 +32,9 @@ def fit_slope(steps, errors, rounding):
 
 
 def compute_errors(path, truth):
-    """Return the error in q and the relative error in m, over several times.
+    """Return the error in q and the relative error in m, as the largest over several times.
 
-    A single time might be one at which an error changes its sign.
+    At a single time, an error might happen to change its sign.
     """
     apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
     return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])
@@ -42,7 +43,7 @@ def compute_errors(path, truth):
 def measure_order(name, body):
     """Return the slopes in q and, unless m is conserved, in m.
 
-    High orders are measured on a fast top: on a slow one rounding hides the leading term.
+    High orders are measured on a fast top, because on a slow top rounding hides the leading term.
     """
     high = kr.methods[name].order > 4
     top = tilt_scene(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))

@@ -1,4 +1,4 @@
-"""The scenes of problems.json and those of a user, to the last bit.
+"""The scenes of problems.json and the scenes of a user, exact to the last bit.
 
 Every method and every reference solution starts from these doubles.
 """
@@ -12,7 +12,7 @@ import kreisel as kr
 import numpy as np
 
 PROBLEMS = Path(__file__).with_name("problems.json")
-# The report's scenes and their final times.
+# The scenes of the report and their final times.
 HORIZONS = {
     "thesis": 100.0,
     "kowalewski": 100.0,
@@ -32,15 +32,16 @@ class Problem:
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]
     lever: tuple  # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
-    attitude: tuple  # principal axes -> space, scalar first; a unit quaternion up to rounding
+    attitude: tuple  # principal axes -> space, scalar first, a unit quaternion up to rounding
     momentum: tuple  # about the fixed point, seen from space [M L^2 T^-1]
-    damping: tuple = (0.0, 0.0, 0.0)  # torque is -damping w along these axes [M L^2 T^-1]
-    user: kr.Scene | None = None  # the original scene, if it holds more information
+    # the torque is -damping * w along the principal axes [M L^2 T^-1]
+    damping: tuple = (0.0, 0.0, 0.0)
+    user: kr.Scene | None = None  # the original scene, if it contains more information
 
     def to_scene(self):
         """Return the top as a kreisel scene.
 
-        Mass and gravity are 1, so that the centre of mass is the lever.
+        Mass and gravity are 1, so that the centre of mass equals the lever.
         """
         if self.user:
             return self.user
@@ -52,7 +53,7 @@ class Problem:
         )
 
     def to_principal_axes(self, q):
-        """Return attitudes of kreisel, referred to the principal axes."""
+        """Return attitudes computed by kreisel, converted to principal axes -> space."""
         return (
             np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
             if self.user
@@ -70,12 +71,12 @@ class Problem:
 
     @property
     def fastest_rate(self):
-        """The rate, or the largest rate of decay by damping if that is larger [T^-1]."""
+        """The maximum of `rate` and of the rates of decay by damping [T^-1]."""
         return max(self.rate, *(d / j for d, j in zip(self.damping, self.inertia, strict=True)))
 
     @property
     def rate(self):
-        """The angular velocity at the start, or the pendulum frequency if larger [T^-1]."""
+        """The maximum of the angular velocity at the start and the pendulum frequency [T^-1]."""
         spin = self.highest_rate(np.array(self.attitude), np.array(self.momentum))
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
@@ -84,10 +85,10 @@ class Problem:
         return float(np.max(np.linalg.norm(rotate_to_body(q, m) / self.inertia, axis=-1)))
 
     def energies(self, q, m):
-        """Return kinetic and potential energy of states in rows, in extended precision.
+        """Return the kinetic and potential energies of states in rows, in extended precision.
 
-        Extended precision ensures that an energy error is the state's own, and not that of its
-        evaluation.
+        In extended precision, an energy error is due to the state and not to the evaluation of the
+        energy.
         """
         q, m = np.asarray(q, np.longdouble), np.asarray(m, np.longdouble)
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
@@ -96,9 +97,11 @@ class Problem:
         return kinetic, (up * np.array(self.lever, np.longdouble)).sum(-1)
 
     def energy_errors(self, q, m):
-        """Return |E - E0| / max (T + mass gravity |com|) of each state; the first is the start.
+        """Return |E - E0| / max(T + mass * gravity * |com|) of each state.
 
-        The energy of a damped top falls, so there only its growth is an error.
+        The first state is the start.
+
+        For a damped top only a growth of the energy is an error, because its energy decreases.
         """
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential
@@ -111,10 +114,10 @@ class Problem:
         return float(self.energy_errors(q, m).max())
 
     def scale_to_own_units(self):
-        """Return the top in its own units of moment and rate, and both units.
+        """Return the top in its own units of moment and rate, together with both units.
 
-        The largest moment and the rate are then about one. The units are powers of two, so that no
-        number is rounded.
+        In these units, the largest moment and the rate are about one. The units are powers of two,
+        so that no number is rounded.
         """
         moment, rate = (
             2.0 ** math.frexp(x)[1] if x else 1.0 for x in (max(self.inertia), self.rate)
@@ -138,21 +141,21 @@ class Problem:
 
 
 def rotate_to_body(q, v):
-    """Return q* v q for vectors in rows, from space to body."""
+    """Return q* v q for vectors in rows, which rotates from space to body."""
     w, u = q[..., :1], q[..., 1:]
     t = 2 * np.cross(v, u)
     return v + w * t + np.cross(t, u)
 
 
 def rotate_to_space(q, v):
-    """Return q v q* for vectors in rows, from body to space."""
+    """Return q v q* for vectors in rows, which rotates from body to space."""
     return rotate_to_body(q * np.array([1, -1, -1, -1]), v)
 
 
 def attitude_errors(q, truth):
     """Return the angles of the rotations between attitudes in rows, 0 .. pi [rad].
 
-    The arc tangent is used because 2 acos |w| would lose half of the digits.
+    The arc tangent is used because 2 acos(|w|) would lose half of the digits.
     """
     q, truth = np.asarray(q, np.longdouble), np.asarray(truth, np.longdouble)
     (a, u), (b, v) = (q[..., :1], q[..., 1:]), (truth[..., :1], truth[..., 1:])
@@ -172,7 +175,7 @@ def load_problem(name):
 
 
 def problem_of_scene(name, scene):
-    """Return a kreisel scene as a problem in its principal axes."""
+    """Return a scene of kreisel as a problem in principal axes."""
     body = scene.body
     lever = tuple(body.mass * scene.gravity * x for x in body.principal_com)
     attitude = tuple(map(float, kr.quaternion.multiply(scene.attitude, body.axes)))

@@ -1,9 +1,9 @@
-"""The Lagrange and the Euler top by quadrature in multiprecision.
+"""The Lagrange and the Euler top, by quadrature in multiprecision.
 
 This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
-is an elliptic function of time (Jacobi's sn). The two angles of the attitude are integrals of the
-third kind over it, by Carlson's R_F and R_J and whole periods. DIGITS leaves room for roots that
-nearly coincide.
+is an elliptic function of time (Jacobi's sn). The two angles of the attitude are elliptic integrals
+of the third kind, computed from Carlson's R_F and R_J and the number of whole periods. DIGITS is
+large enough for roots that nearly coincide.
 """
 
 import mpmath as mp
@@ -46,7 +46,7 @@ def normalize(q):
 
 
 def attitude_of_axes(n, b, t):
-    """Return the attitude with the body axes n, b, t."""
+    """Return the attitude whose body axes are n, b, t in space."""
     sizes = [
         1 + n[0] + b[1] + t[2],
         1 + n[0] - b[1] - t[2],
@@ -65,7 +65,7 @@ def attitude_of_axes(n, b, t):
 def attitude_error(truth, q):
     """Return the angle between a reference and a unit quaternion in doubles.
 
-    The result exceeds 7 if the quaternions have opposite signs.
+    If the quaternions have opposite signs, the result exceeds 7.
     """
     with mp.workdps(DIGITS):
         d = product(conjugate(truth), [mp.mpf(float(x)) for x in q])
@@ -82,9 +82,9 @@ def cubic_roots(c2, c1, c0):
 
 
 class Quadrature:
-    """Integrals over v = sn^2 from a start at sn^2 = v0, rising or falling.
+    """Integrals of functions of sn^2 from a start at sn^2 = v0, where sn^2 rises or falls.
 
-    The argument x is measured in units in which sn has period 4 K.
+    The argument x is scaled so that sn has the period 4 K.
     """
 
     def __init__(self, k2, v0, rising):
@@ -92,7 +92,7 @@ class Quadrature:
         self.start = mp.sqrt(v0) * mp.elliprf(1 - v0, 1 - k2 * v0, 1) * (1 if rising else -1)
 
     def functions(self, x):
-        """Return sn, cn and dn at start + x, and the number n of whole half periods.
+        """Return sn, cn and dn at start + x, and the number n of half periods.
 
         The argument is reduced by start + x = x' + 2 n K with |x'| <= K.
         """
@@ -135,8 +135,8 @@ class Quadrature:
 class Lagrange:
     """The Lagrange top: a function of time that returns (attitude, momentum).
 
-    The axis of symmetry and the centre of mass lie along T; lever = mass gravity com. The axis must
-    not rest at a pole.
+    The axis of symmetry and the centre of mass lie along T, and lever = mass * gravity * com. The
+    axis must not rest at a pole.
     """
 
     def __init__(self, i1, i3, lever, q, m):
@@ -184,10 +184,10 @@ class Lagrange:
             mp.arg(mp.mpc(x, y) or mp.mpc(dx, dy)),
         ]
 
-    def _turn(self, x, weight, a, b, at_bottom):
-        """Integrate weight / (a + b sn^2).
+    def _integrate_angle(self, x, weight, a, b, at_bottom):
+        """Integrate weight / (a + b sn^2) from the start to `x`.
 
-        For a weight of zero, count half a turn for each passage of that pole, except at the start.
+        For a weight of zero, return half a turn for each passage of the pole, except at the start.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
@@ -200,14 +200,14 @@ class Lagrange:
         return mp.pi * (mp.floor(end + shift) - mp.floor(start + shift))
 
     def __call__(self, t):
-        """Return (attitude, momentum) at t; at t = 0 the axis must not pass a pole."""
+        """Return (attitude, momentum) at `t`. At t = 0 the axis must not pass through a pole."""
         with mp.workdps(DIGITS):
             x = self.rate * mp.mpf(t)
             sn, cn, dn, _ = self.curve.functions(x)
             plus, minus = 1 + self.u1 + self.d * sn**2, 1 - self.u1 - self.d * sn**2
             spin = (self.i1 / self.i3 - 1) * self.w3 / 2 * mp.mpf(t)
-            first = self._turn(x, self.wz + self.w3, 1 + self.u1, self.d, True)
-            second = self._turn(x, self.wz - self.w3, 1 - self.u1, -self.d, False)
+            first = self._integrate_angle(x, self.wz + self.w3, 1 + self.u1, self.d, True)
+            second = self._integrate_angle(x, self.wz - self.w3, 1 - self.u1, -self.d, False)
             alpha = mp.sqrt(plus / 2) * mp.expj(self.phases[0] + first + spin)
             beta = mp.sqrt(minus / 2) * mp.expj(self.phases[1] + second - spin)
             m = self._momentum(alpha, beta, 2 * self.d * sn * cn * dn * self.rate)
@@ -221,9 +221,9 @@ class Lagrange:
 
 
 class Euler:
-    """The free body with three different moments that does not rotate about one axis only.
+    """The free body with three different moments, in any motion that is not a permanent rotation.
 
-    Beside the middle axis, `digits` must resolve the square of the distance from it.
+    Near the middle axis, `digits` must resolve the square of the distance from this axis.
     """
 
     def __init__(self, inertia, q, m, digits=DIGITS):
@@ -232,22 +232,22 @@ class Euler:
             self.q, self.m = normalize(q), [mp.mpf(x) for x in m]
             self.size = mp.sqrt(dot(self.m, self.m))
             body = rotate(conjugate(self.q), self.m)
-            self._order([mp.mpf(x) for x in inertia], body)
+            self._order_axes([mp.mpf(x) for x in inertia], body)
             w, x, y, z = [
                 self.m[2] + self.size,
                 self.m[1],
                 -self.m[0],
                 mp.mpf(0),
-            ]  # carries m to e3
+            ]  # rotates m to e3
             self.upright = (
                 normalize([w, x, y, z]) if w else [mp.mpf(0), mp.mpf(1), mp.mpf(0), mp.mpf(0)]
             )
             self._integrals(rotate(conjugate(self.relabel), body))
 
-    def _order(self, inertia, body):
-        """Order the axes as 1, 2 (the middle moment) and 3 (which circulates), with M3 > 0.
+    def _order_axes(self, inertia, body):
+        """Order the axes so that axis 2 has the middle moment, and M3 is always positive.
 
-        `relabel` rotates these axes into those of the body.
+        The attribute `relabel` rotates these axes to those of the body.
         """
         low, middle, high = sorted(range(3), key=lambda i: inertia[i])
         excess = sum(body[i] ** 2 / inertia[i] * (inertia[middle] - inertia[i]) for i in range(3))
@@ -271,7 +271,8 @@ class Euler:
         ]
         k2 = abs(two - one) * d3 / (abs(three - two) * d1)
         self.rate = mp.sqrt(abs(three - two) * d1 / (one * two * three))
-        self.way = 1 if three > one else -1  # M1 = cn, M2 = way sn, M3 = dn, each times its maximum
+        # M1 = cn, M2 = way * sn and M3 = dn, each times its maximum
+        self.way = 1 if three > one else -1
         v = min(1, (body[1] / self.most[1]) ** 2)
         self.turned = body[0] < 0  # shift by half a period: M1, M2 -> -M1, -M2
         sign = -1 if self.turned else 1
@@ -282,7 +283,7 @@ class Euler:
         self.start = self._angles(mp.mpf(0))
 
     def _angles(self, t):
-        """Return an attitude with the momentum along e3 and half of the precession angle.
+        """Return an attitude with the momentum along e3, and half of the precession angle.
 
         The attitude is defined up to a first rotation about e3.
         """
@@ -308,6 +309,6 @@ class Euler:
             here, angle = self._angles(t)
             first = product(
                 product(self.upright, product(self.q, self.relabel)), conjugate(self.start[0])
-            )  # about e3
+            )  # a first rotation about e3
             q = product([mp.cos(angle), 0, 0, mp.sin(angle)], product(first, here))
             return product(product(conjugate(self.upright), q), conjugate(self.relabel)), self.m

@@ -1,13 +1,14 @@
-"""A reference for strongly damped tops: collocation at nine Radau points, in 64-bit mantissas.
+"""A reference for strongly damped tops: collocation at nine Radau points, with 64-bit mantissas.
 
-With w the angular velocity seen from the body and D the damping, both along the principal axes,
+The angular velocity w in the body frame and the damping D are taken along the principal axes:
 
     J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
-The method (Radau IIA, order 17; Hairer and Wanner, Solving Ordinary Differential Equations II,
-section IV.5) damps the fast modes at any step, so the steps follow the slow motion. Newton's method
-solves for the stages. Its matrices are doubles, its residuals are in extended precision. The step
-is chosen by the last Legendre coefficient of the stages, which measures the neglected terms.
+The method is Radau IIA of order 17 (Hairer and Wanner, Solving Ordinary Differential Equations II,
+section IV.5). It damps the fast modes at any step size, so the steps follow the slow motion.
+Newton's method solves for the stages. Its matrices are in double precision, and its residuals are
+in extended precision. The step size is chosen by the last Legendre coefficient of the stages, which
+measures the neglected terms.
 """
 
 from functools import cache
@@ -28,10 +29,10 @@ TOL, FINER_TOL = 1e-15, 1e-16
 
 @cache
 def radau_table():
-    """Return the nodes, the matrix of the method and the row that yields the last coefficient.
+    """Return the nodes, the matrix of the method, and a row that yields the last coefficient.
 
-    The row times the stages is the coefficient of the Legendre polynomial of degree `STAGES` - 1 in
-    the polynomial through the stages.
+    The polynomial through the stages is expanded in Legendre polynomials. The product of the row
+    and the stages is the coefficient of degree `STAGES` - 1.
     """
     with mp.workdps(60):
         high, low = legendre_coefficients(STAGES), [*legendre_coefficients(STAGES - 1), 0]
@@ -53,7 +54,7 @@ def radau_table():
 
 
 def legendre_coefficients(n):
-    """Return the coefficients of the Legendre polynomial P_n(2x - 1), of ascending powers."""
+    """Return the coefficients of the Legendre polynomial P_n(2x - 1), for ascending powers."""
     return [(-1) ** (n + k) * mp.binomial(n, k) * mp.binomial(n + k, k) for k in range(n + 1)]
 
 
@@ -63,7 +64,7 @@ def real(x):
 
 
 class TopEquations:
-    """A top in its principal axes, as a system of seven equations for q and w."""
+    """The seven differential equations for q and w of a top in its principal axes."""
 
     def __init__(self, problem):
         self.inertia = np.array(problem.inertia, Real)
@@ -86,7 +87,7 @@ class TopEquations:
         states = states.astype(float)
         inertia, lever = self.inertia.astype(float), self.lever.astype(float)
         found = np.zeros((len(states), SIZE, SIZE))
-        for k in range(4):  # products of two variables: exact central differences
+        for k in range(4):  # central differences are exact for products of two variables
             step = np.zeros(4)
             step[k] = 1.0
             up = vertical_of(states[:, :4] + step) - vertical_of(states[:, :4] - step)
@@ -102,20 +103,20 @@ class TopEquations:
 
 
 def vertical_of(q):
-    """Return q* e3 q for rows of quaternions of any norm."""
+    """Return q* e3 q for quaternions in rows, which may have any norm."""
     w, x, y, z = q.T
     return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z], 1)
 
 
 def cross_matrix(v):
-    """Return the matrices of the maps u -> v x u, for rows `v`."""
+    """Return the matrices of the maps u -> v x u, for vectors `v` in rows."""
     found = np.zeros((len(v), 3, 3))
     found[:, 0, 1], found[:, 0, 2], found[:, 1, 2] = -v[:, 2], v[:, 1], -v[:, 0]
     return found - found.transpose(0, 2, 1)
 
 
 def solve_stages(top, start, step):
-    """Return the states at the nodes of one step; None if Newton's method fails."""
+    """Return the states at the nodes of one step, or None if Newton's method fails."""
     matrix, _ = radau_table()
     stages = np.tile(start, (STAGES, 1))
     before = np.inf
@@ -172,7 +173,8 @@ def integrate(problem, times, tol=TOL):
 def truncation_size(top, term, stages):
     """Return the size of the last `term` of a step, relative to the state.
 
-    Angular velocities below `NEGLIGIBLE` times the first one do not count: they have decayed.
+    Angular velocities below `NEGLIGIBLE` times the initial one are ignored, because they have
+    decayed.
     """
     least = max(NEGLIGIBLE * np.abs(top.start[4:]).max(), 1e-300)
     scale = max(np.abs(stages[:, 4:]).max(), least)

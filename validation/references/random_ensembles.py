@@ -1,7 +1,7 @@
-"""Random tops of one body, with reference attitudes at the end and their conditioning.
+"""Random tops of one body, with reference attitudes at the end, and the conditioning of these.
 
-The momenta scatter about that of a scene of the report. The k-th top depends on the seed and k
-alone, so larger ensembles start with the same tops.
+The momenta scatter about the momentum of a scene of the report. The k-th top depends only on the
+seed and on k, so larger ensembles start with the same tops.
 """
 
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ class TopEnsemble:
     """Tops that share a body, an attitude and gravity."""
 
     problem: Problem
-    momenta: np.ndarray  # (n, 3) about the fixed point, seen from space [M L^2 T^-1]
+    momenta: np.ndarray  # (n, 3), about the fixed point, in the space frame [M L^2 T^-1]
     end: float  # final time [T]
 
     def __len__(self):
@@ -36,7 +36,7 @@ class TopEnsemble:
 
     @cached_property
     def starts(self):
-        """Unit attitudes and body angular velocities, (n, 7), for the peers."""
+        """The unit attitudes and body angular velocities for peers, (n, 7)."""
         q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         velocity = rotate_to_body(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia
@@ -57,20 +57,20 @@ def draw_tops(kind, n, end=END):
 
 
 def solve_end(scene, end, digits):
-    """Return the attitude at the end, including the low words."""
+    """Return the attitude at the end as the sum of its high and low words."""
     path = kr.solve(scene, [end], "taylor", digits=digits)
     return np.array(path.q[-1], np.longdouble) + path.q_low[-1]
 
 
 def compute_truths(tops):
-    """Return the attitudes of the tops at the end with 30 digits, (n, 4)."""
+    """Return the attitudes of the tops at the end, (n, 4), computed with 30 digits."""
     return np.array([solve_end(tops.scene(k), tops.end, 30) for k in range(len(tops))])
 
 
 def compute_conditioning(tops):
-    """Return the angle by which roundings of the start move the end of each top [rad].
+    """Return the angle by which roundings of the start change the attitude at the end [rad].
 
-    A run in doubles may have this error; it is larger the more chaotic the top.
+    A run in doubles may have an error of this size. The angle is larger for more chaotic tops.
     """
 
     def of(scene):

@@ -1,13 +1,13 @@
 """Reference solutions by heyoka in 128-bit arithmetic.
 
-Those of the report's scenes are stored in reference.json by `python -m
+The solutions for the report's scenes are stored in reference.json by `python -m
 validation.references.reference`.
 
 Each solution is computed in several ways that share as little as possible: two forms of the
-equations, in 128 and in 80 bits. Their difference shows how far to trust the result. The
-conditioning is stored with the solution. It is the angle by which the attitude moves when all data
-(momentum, attitude, moments, lever) change by one rounding of a double. No method in doubles can be
-expected to do better.
+equations, in 128 and in 80 bits. The differences show how accurate the result is. The conditioning
+is stored with the solution. It is the angle by which the attitude changes if all data (momentum,
+attitude, moments, lever) change by one rounding of a double. No method in doubles can be expected
+to be more accurate.
 """
 
 import argparse
@@ -28,19 +28,20 @@ from .quadrature import Euler, Lagrange
 FILE = Path(__file__).with_name("reference.json")
 DIGITS = 40
 TOLERANCES = {hy.real128: "1e-33", np.longdouble: "1e-20", float: "1e-17"}
-# The second precision, for checks of the truth.
+# The second precision, to check the reference solutions.
 FINER = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
-# Perturbations in roundings, large enough for each precision to resolve their effect.
+# Sizes of perturbations in roundings, large enough that each precision resolves their effect.
 NUDGES = {FINER: 8, float: 2**20}
 ROUNDING = 2.0**-53
-LOOKS = 16  # times at which the conditioning is evaluated: errors made there grow too
-FEW = 4  # the same for a closed form
-LONG = 600.0  # beyond this angle 128-bit arithmetic takes more than about a second [rad]
+# Number of times at which the conditioning is evaluated, because errors made at any time grow.
+LOOKS = 16
+FEW = 4  # number of these times if each reference state is expensive
+LONG = 600.0  # angle beyond which 128-bit arithmetic takes more than about a second [rad]
 
 
 @cache
 def build_integrator(fp, coefficients):
-    """Compile an integrator for every top with this number of coefficients."""
+    """Compile an integrator that serves every top with this number of coefficients."""
     return hy.taylor_adaptive(
         equations.build_general_system(fp, coefficients),
         np.zeros(7, dtype=fp),
@@ -52,10 +53,9 @@ def build_integrator(fp, coefficients):
 
 
 def attitude_and_momentum(problem, form, t, q, s):
-    """Return attitude and body momentum from the variables of `form` at time `t`.
+    """Return the attitude and the body momentum from the variables of `form` at time `t`.
 
-    The form `symmetric` leaves out the rotation about the axis, which is uniform and is restored
-    here.
+    The form `symmetric` omits the uniform rotation about the axis, which this function restores.
     """
     if form == "velocity":
         return q + [x * mp.mpf(J) for x, J in zip(s, problem.inertia, strict=True)]
@@ -70,12 +70,12 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Return the sphere under the torque of a Lagrange top, whose axis moves as the top's."""
+    """Return a sphere under the torque of a Lagrange top, whose axis moves like that of the top."""
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
 def integrate_states(problem, times, form="velocity", fp=hy.real128):
-    """Return attitude and body momentum at the times, as mpmath numbers.
+    """Return the attitude and the body momentum at the times, as mpmath numbers.
 
     The forms are `velocity`, `momentum` and, for Lagrange tops, `symmetric`: a sphere under the
     torque of the top.
@@ -129,9 +129,9 @@ def energy_error(problem, state):
 
 
 def perturb_data(problem, nudge):
-    """Yield the top with one of its data changed by `nudge` roundings, for each datum in turn.
+    """Yield copies of the top, in each of which one datum is changed by `nudge` roundings.
 
-    A symmetric top stays symmetric.
+    A symmetric top remains symmetric.
     """
     with mp.workdps(DIGITS):
         more = 1 + mp.mpf(nudge * ROUNDING)
@@ -153,7 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the angle by which one rounding of each datum moves the attitude [rad]."""
+    """Return the angle by which one rounding of each datum changes the attitude [rad]."""
     own, _, rate = problem.scale_to_own_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -165,7 +165,7 @@ def compute_conditioning(problem, times, form, fp=FINER):
 
 
 def conditioning_by_tangents(problem, times):
-    """Return the conditioning of any top from the tangents of one run with 20 digits [rad]."""
+    """Return the conditioning of a top [rad], from the tangents of one run with 20 digits."""
     scene = problem.to_scene()
     path = kr.solve(scene, times, digits=20, tangents=("start", "moments", "com"))
     turns = path.tangents[:, :3]
@@ -173,7 +173,7 @@ def conditioning_by_tangents(problem, times):
         [np.ones(3), scene.momentum, scene.body.moments, scene.body.principal_com]
     )
     moved = turns * data
-    if problem.symmetric:  # keep the moments equal
+    if problem.symmetric:  # keeps the moments equal
         moved[:, :, 6] += moved[:, :, 7]
         moved[:, :, 7] = 0.0
     return (np.linalg.norm(moved, axis=1).sum(axis=1) * ROUNDING).tolist()
@@ -182,8 +182,8 @@ def conditioning_by_tangents(problem, times):
 def compute_truth(problem, end):
     """Return the reference solution of any scene within about a second.
 
-    The solution has 128 bits, or 80 where 128 would take longer. That of a damped top is computed
-    by an implicit method, since the steps of explicit ones follow the damping.
+    The solution is computed in 128 bits, or in 80 bits if 128 would take longer. For a damped top
+    an implicit method is used, because damping would limit the steps of explicit methods.
     """
     if problem.is_damped:
         return truth_of_damped(problem, end)
@@ -204,7 +204,7 @@ def compute_truth(problem, end):
 
 
 def truth_of_damped(problem, end):
-    """Return the reference solution of a damped top, by collocation with 64 bits."""
+    """Return the reference solution of a damped top, by collocation with 64-bit mantissas."""
     (q,), _ = radau.integrate(problem, [end])
     (again,), _ = radau.integrate(problem, [end], radau.FINER_TOL)
     moved = conditioning_by_differences(problem, np.linspace(0, end, FEW + 1)[1:])
@@ -218,7 +218,7 @@ def truth_of_damped(problem, end):
 
 
 def conditioning_by_differences(problem, times):
-    """Return the conditioning of any top from neighbouring runs with 20 digits [rad]."""
+    """Return the conditioning of a top [rad], from neighbouring runs with 20 digits."""
     here = replace(problem, user=None)
     nudge = NUDGES[float]
 
@@ -234,9 +234,9 @@ def conditioning_by_differences(problem, times):
 
 
 def truth_by_quadrature(problem, end):
-    """Return the reference solution of a Lagrange or Euler top at any time, with its conditioning.
+    """Return the reference solution of a Lagrange or Euler top, with its conditioning.
 
-    It is computed by quadrature in multiprecision.
+    The time is arbitrary, because the solution is computed by quadrature in multiprecision.
     """
 
     def state(top, t):
@@ -273,7 +273,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name and the angle [rad] to the truth of each other way to compute it."""
+    """Yield the name of each other computation, and the angle of its result to the truth [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (
@@ -305,7 +305,7 @@ def compare_computations(problem, end, kept):
 
 
 def compute_entry(problem, times):
-    """Return the reference solutions by time, with the numbers that show their accuracy."""
+    """Return the reference solutions by time, together with numbers that show their accuracy."""
     form = "symmetric" if problem.symmetric else "velocity"
     found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
     moved = compute_conditioning(problem, times, form)
@@ -327,7 +327,7 @@ def load_truth(name, t):
 
 
 def truth_of(problem, end):
-    """Return the reference solution: stored for scenes of the report, else computed."""
+    """Return the reference solution, which is stored for scenes of the report and else computed."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
         known[f"{end:g}"]

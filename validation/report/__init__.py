@@ -1,1 +1,1 @@
-"""The report: a page and its tables, made from the parts."""
+"""The report: a page and tables, made from the parts."""

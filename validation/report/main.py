@@ -19,7 +19,7 @@ from ..references.problems import HORIZONS, SHORT, load_problem, problem_of_scen
 from . import page
 from .contents import PARTS
 
-TURNS = 16  # for scenes of a user
+TURNS = 16  # length of runs on scenes of a user, in turns
 OF_OWN_SCENES = ",".join(part.name for part in PARTS if part.accepts_user_scenes)
 
 
@@ -62,7 +62,7 @@ def make_parser():
 
 
 class LineProgress(Progress):
-    """The progress without a terminal: a line for each tenth of the work."""
+    """The progress display without a terminal: a line for each tenth of the work."""
 
     def advance(self, task_id, advance=1):
         (task,) = self.tasks
@@ -84,7 +84,7 @@ def make_progress(console):
 
 
 def load_problems(files, budget):
-    """Return each problem with its end: those of the files, or those of the report."""
+    """Return each problem with its end time: the problems of the files, or else of the report."""
     if not files:
         return [
             (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
@@ -105,7 +105,7 @@ def load_problems(files, budget):
 
 
 def run_parts(out, problems, parts, budget, console):
-    """Run the tasks of the parts; return the store with the findings, and what is missing."""
+    """Run the tasks of the parts, and return the store of findings and a note on missing ones."""
     own = [problem for problem, _ in problems if problem.user]
     store = ResultStore(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
     tasks = [task for part in parts for task in part.list_tasks(problems, budget, store)]
@@ -114,7 +114,7 @@ def run_parts(out, problems, parts, budget, console):
 
 
 def write_report(out, findings, about):
-    """Write the page and the tables; return the names of the files."""
+    """Write the page and the tables, and return the names of the files."""
     texts = {"index.html": page.render_page(findings, about)}
     for part, found in findings:
         texts |= dict(part.list_files(found, about))

@@ -1,4 +1,4 @@
-"""The page, for readers who do not know the thesis, with the parts that have findings."""
+"""The page of the report, which contains the parts that have findings."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
 def load_template(name, *folders):
-    """Return a template of the report, of a part, or of another folder."""
+    """Return a template of the report, of a part, or from another folder."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, *FOLDERS]),
         autoescape=True,
@@ -35,7 +35,7 @@ def render_section(part, found, about):
 
 
 def describe_methods(ran):
-    """Yield name, order, description and reference of each method that ran."""
+    """Yield the name, the order, the description and the reference of each method that ran."""
     for name, method in kr.methods.items():
         if name in ran:
             yield {
@@ -55,7 +55,7 @@ def describe_methods(ran):
 
 
 def render_page(findings, about):
-    """Return the page of all parts with findings."""
+    """Return the HTML page of all parts that have findings."""
     ran = {name for part, found in findings for name in part.list_methods(found)}
     return load_template("report.html").render(
         about=about,

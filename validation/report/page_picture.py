@@ -10,10 +10,10 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 TARGET = Path(__file__).with_name("page.png")
-PAGE = Path(__file__).parents[2] / "python/kreisel/viewer.html"  # as `make build` made it
+PAGE = Path(__file__).parents[2] / "python/kreisel/viewer.html"  # the page as built by `make build`
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = {"width": 1120, "height": 640}
-UNTIL = 9  # units of time
+UNTIL = 9  # time of the picture
 
 
 def take_picture(target=TARGET):
@@ -23,7 +23,7 @@ def take_picture(target=TARGET):
         )
         page = browser.new_page(
             viewport=SIZE, reduced_motion="reduce"
-        )  # the page does not start by itself
+        )  # the page must not start to move by itself
         page.goto(PAGE.as_uri())
         while not page.evaluate("!!window.kreisel"):
             page.wait_for_timeout(50)

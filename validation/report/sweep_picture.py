@@ -1,7 +1,7 @@
 """The picture of a sweep in docs/theory/ensembles.md: the greatest tilt of two million tops.
 
-The tops have one body without a closed form, with its centre of mass slightly off its axis. They
-differ in spin and tilt. Parts of the sweep that exist are not computed again.
+All tops have the same body, whose centre of mass is slightly off its axis, so that there is no
+closed form. The tops differ in spin and tilt. Existing parts of the sweep are not computed again.
 
     python -m validation.report.sweep_picture FOLDER [validation/report/sweep.png]
 """
@@ -21,9 +21,10 @@ TARGET = Path(__file__).with_name("sweep.png")
 
 
 def run_sweep(folder, spins=SPINS, tilts=TILTS):
-    """Return the greatest nutation of each top, a row per spin [rad]."""
+    """Return the greatest nutation of each top [rad], with a row per spin."""
     top = kr.Scene.from_euler(BODY, angles=(0.0, 0.1, 0.0), rates=(0.0, 0.0, 1.0))
-    source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)  # released
+    # all tops are released without precession
+    source = kr.Source.grid(top, spin=spins, tilt=tilts, precession=0.0)
     kr.sweep(source, TIMES, folder=folder, reduce={"nutation": "max"}, tol=1e-9)
     return kr.read_sweep(folder).to_xarray()["nutation_max"]
 

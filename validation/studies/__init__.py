@@ -1,4 +1,7 @@
-"""Studies that chose constants of the library once: python -m validation.studies.NAME.
+"""Studies by which constants of the library were chosen.
 
-Each module states the conclusion of its study in its second paragraph. They are not part of CI.
+Run one with `python -m validation.studies.NAME`.
+
+Each module states the conclusion of its study in its second paragraph. The studies are not part of
+CI.
 """

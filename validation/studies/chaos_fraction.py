@@ -1,6 +1,6 @@
-"""The fraction of random tops that MEGNO calls chaotic above a bound at t = 1000.
+"""The fraction of random tops whose MEGNO exceeds a bound at t = 1000, which means chaos.
 
-Conclusion: with a bound of 8 no integrable top is called chaotic, and most tops with the body of
+Conclusion: with a bound of 8, no integrable top is called chaotic, but most tops with the body of
 the asymmetric scene are.
 
     python -m validation.studies.chaos_fraction TOPS --seed 0 --tol 1e-9
@@ -27,11 +27,11 @@ BODIES = {
 
 
 def draw_tops(name: str, n: int, seed: int) -> kr.Ensemble:
-    """Return tops with random attitudes and slow and fast momenta."""
+    """Return tops with random attitudes and with momenta from slow to fast."""
     rng = np.random.default_rng(seed)
     q = rng.standard_normal((n, 4))
     m = rng.standard_normal((n, 3)) * rng.uniform(0.2, 3.0, (n, 1))
-    if name == "goryachev_chaplygin":  # which is integrable while <m, e3> = 0
+    if name == "goryachev_chaplygin":  # integrable only for <m, e3> = 0
         m[:, 2] = 0.0
     return kr.Ensemble(
         BODIES[name], momentum=m, attitude=q / np.linalg.norm(q, axis=1, keepdims=True)

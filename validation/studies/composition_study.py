@@ -1,7 +1,7 @@
-"""Compositions of order 8: other coefficients, and the closed form as the drift.
+"""Compositions of order 8 with other coefficients, and with the closed form as drift.
 
-Conclusion: kahan_li8 needs fewer kicks than Suzuki and Umeno's 15 stages, and an exact free flow
-saves fewer kicks than it costs, so neither is in the library.
+Conclusion: kahan_li8 needs fewer kicks than the 15 stages of Suzuki and Umeno. An exact free flow
+costs more than the kicks that it saves. Therefore neither is in the library.
 
     python -m validation.studies.composition_study
 """
@@ -17,7 +17,7 @@ import numpy as np
 from ..references.orders import tilt_scene
 from ..references.problems import rotate_to_space
 
-# Halves of palindromes. Suzuki and Umeno 1993; Kahan and Li 1997 (Hairer, Lubich, Wanner, V.3.2)
+# Halves of palindromes: Suzuki and Umeno 1993; Kahan and Li 1997 (Hairer, Lubich, Wanner, V.3.2)
 SUZUKI_UMENO8 = (
     0.74167036435061295345,
     -0.40910082580003159400,
@@ -40,7 +40,7 @@ KAHAN_LI8 = (
 
 
 def make_drift(scene, method):
-    """Return a function (q, m, t) -> q after a time without torque, by one step of the method."""
+    """Return a function (q, m, t) -> q for motion without torque, by one step of the method."""
     free, steps = scene.replace(gravity=0.0), not kr.methods[method].exact
 
     def drift_attitude(q, m, t):
@@ -53,7 +53,7 @@ def make_drift(scene, method):
 def run_composition(scene, half, end, steps, flow):
     """Return q at the end of a composition of kicks and drifts.
 
-    `half` are the coefficients up to the middle one.
+    `half` contains the coefficients up to the middle one.
     """
     parts = np.array([*half, 1.0 - 2.0 * sum(half), *half[::-1]]) * end / steps
     lever = np.array(scene.body.com) * scene.body.mass * scene.gravity
@@ -71,7 +71,7 @@ def run_composition(scene, half, end, steps, flow):
 
 
 def count_kicks(scene, half, end, flow, target):
-    """Return the fewest kicks, within a few per cent, that reach the target at the end."""
+    """Return, within a few per cent, the fewest kicks whose error at the end meets the target."""
     truth = kr.solve(scene, end, method="taylor", tol=1e-15).q[-1]
     for steps in (round(4 * 1.08**i) for i in count()):
         if kr.attitude_error(run_composition(scene, half, end, steps, flow), truth) <= target:
@@ -79,7 +79,7 @@ def count_kicks(scene, half, end, flow, target):
 
 
 def compare_suzuki_umeno():
-    """Yield tops and the kicks of 15 stages over those of kahan_li8, for an error of 1e-8."""
+    """Yield tops and the ratio of kicks, 15 stages to kahan_li8, for an error of 1e-8."""
     for body in ("lagrange", "kowalewski", "asymmetric"):
         scene = tilt_scene(body)
         one, two = (
@@ -90,7 +90,7 @@ def compare_suzuki_umeno():
 
 
 def closed_form_price():
-    """Return the price of one closed-form evaluation with set-up, in steps of a general top."""
+    """Return the cost of a closed-form evaluation with its set-up, in steps of a general top."""
     scene = tilt_scene("asymmetric", gravity=0.0)
     times = {}
     for _ in range(15):
@@ -106,7 +106,7 @@ def closed_form_price():
 
 
 def compare_free_flow():
-    """Yield relative spins of a general top, and the factor by which an exact drift saves kicks."""
+    """Yield relative spins of a general top, and the ratio by which an exact drift saves kicks."""
     for spin in (1, 8, 32):
         scene = tilt_scene("asymmetric", momentum=spin * np.array((0.172, -1.862, 1.46)))
         one, two = (

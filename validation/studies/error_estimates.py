@@ -1,13 +1,13 @@
 """The accuracy of path.error, in doubles and with 20 and 30 digits.
 
-Conclusion: the estimate is within a factor of 3 of the true error, except for paths whose error is
-rounding alone.
+Conclusion: the estimate is within a factor of 3 of the true error, except for paths whose only
+error is rounding.
 
     python -m validation.studies.error_estimates [--scenes 100] [--seed 5]
 
 Random tops of the families of validation.benchmarks.error_contract are solved to random times up to
-30 in both directions. The estimate of a path is compared with the largest true error of its states,
-by heyoka with 60 digits.
+30 in both directions. The estimate of a path is compared with the largest true error of its states.
+The reference is heyoka with 60 digits.
 """
 
 import argparse
@@ -20,9 +20,10 @@ from ..benchmarks.error_contract import FAMILIES
 from ..references.multiprecision import MultiprecisionIntegrator, path_attitudes, rotation_angles
 
 LOOKS = 41
-FACTOR = 3.0  # tolerated ratio of estimated and true error
-LUCKY = {"taylor 30": 0.1}  # tolerated fraction beyond the factor, where errors are roundings
-ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # smaller true errors are accidental [rad]
+FACTOR = 3.0  # tolerated ratio of estimated to true error
+# tolerated fraction of ratios beyond the factor, if errors are roundings
+LUCKY = {"taylor 30": 0.1}
+ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # true errors below this are accidental [rad]
 WAYS = {
     "auto": {},
     "strang": {"step": 0.01},
@@ -35,9 +36,9 @@ WAYS = {
 
 
 def estimate_ratio(scene, times, truth, way):
-    """Return the estimated over the true error.
+    """Return the ratio of the estimated to the true error of a path.
 
-    Return None where the path is as accurate as its digits allow, or where the run is refused.
+    Return None if the path is as accurate as its digits allow, or if the run is refused.
     """
     method, options = way.split()[0], WAYS[way]
     try:
@@ -49,7 +50,7 @@ def estimate_ratio(scene, times, truth, way):
 
 
 def collect_ratios(scenes, seed):
-    """Return the ratios of each family and setting."""
+    """Return the ratios of estimated to true error, for each family and setting."""
     rng, exactly = np.random.default_rng(seed), MultiprecisionIntegrator()
     found = {(family.__name__, way): [] for family in FAMILIES for way in WAYS}
     for i in range(scenes):
@@ -64,7 +65,7 @@ def collect_ratios(scenes, seed):
 
 
 def print_row(name, ratios):
-    """Print a summary of the ratios; return how many are beyond the factor."""
+    """Print a summary of the ratios, and return how many are beyond the factor."""
     beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
     print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{beyond:8}", flush=True)

@@ -1,5 +1,5 @@
-/* Ensembles with a given instruction set, order and tolerance, which users cannot choose, for
- * lane_orders.py. */
+/* Runs of ensembles with a given instruction set, order and tolerance, which users cannot select.
+ * Used by lane_orders.py. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 
@@ -7,13 +7,13 @@ const char *kr_bench_lanes_isa(int i);
 int kr_bench_lanes(size_t n, const kr_scene scenes[], int isa, int order, double log2_tol, double t,
                    kr_state out[], int64_t *steps);
 
-/* Returns the name of the i-th instruction set of this machine, NULL beyond the last. */
+/* Returns the name of the i-th instruction set of this machine, or NULL beyond the last. */
 const char *kr_bench_lanes_isa(int i)
 {
     const kr_lanes_isa *isa = kr_lanes_isa_at(i);
     return isa && isa->runs_here() ? isa->name : NULL;
 }
-/* Computes the states of all tops at t; order 0 selects the order that users get. */
+/* Computes the states of all tops at t. Order 0 selects the order that users get. */
 int kr_bench_lanes(size_t n, const kr_scene scenes[], int isa, int order, double log2_tol, double t,
                    kr_state out[], int64_t *steps)
 {

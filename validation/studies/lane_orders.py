@@ -1,12 +1,12 @@
 """Order and tolerance of the Taylor series in SIMD lanes.
 
-Conclusion: the table in csrc/ensemble/lane_scheduler.c gives the fastest order whose error does
-not exceed that of single tops at the same tolerance.
+Conclusion: the table in csrc/ensemble/lane_scheduler.c contains the fastest orders whose error does
+not exceed that of individual tops at the same tolerance.
 
     python -m validation.studies.lane_orders [orders isas]
 
-Time and error of each order and tolerance are compared with the errors of single tops at the same
-tolerance. The reference has 20 digits. All runs are timed from C in one process, in turn, on one
+For each tolerance, the times and errors of all orders are compared with the errors of individual
+tops. The reference has 20 digits. All runs are timed from C, alternately in one process and on one
 thread.
 """
 
@@ -27,7 +27,7 @@ ORDERS, LESS = range(8, 28, 2), np.arange(-3.0, 12.0)
 
 
 def draw_families():
-    """Yield tops of four families, with their final times."""
+    """Yield ensembles of four families, with their final times."""
     rng = np.random.default_rng(1)
     unlike = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.0, 0.0, -1.0))
     skew = kr.Body.cuboid((0.5, 0.8, 1.0), pivot=(0.3, -0.5, -1.0))
@@ -55,7 +55,7 @@ class LaneRunner:
         return names
 
     def run(self, scenes, t, log2_tol, order=0, isa=0):
-        """Return a call that moves all scenes to `t` and returns their attitudes."""
+        """Return a call that integrates all scenes to `t` and returns their attitudes."""
         out, steps = np.empty((len(scenes), 8)), ctypes.c_int64()
         blocks = b"".join(scene._block for scene in scenes)
 
@@ -81,7 +81,7 @@ def error_quantiles(q, truth):
 
 
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
-    """Return how far the tolerance has to be lowered for errors of at most `most`, or None."""
+    """Return how much to lower the tolerance for errors of at most `most`, or None."""
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
         found = error_quantiles(run(), truth)

@@ -1,13 +1,13 @@
 """The cost of a step of the Taylor series on other processors.
 
-Conclusion: the library carries kernels for AVX2 and AVX-512; the baseline kernels of 20 and 30
-digits are optimized for size.
+Conclusion: the library contains kernels for AVX2 and AVX-512, and its baseline kernels for 20 and
+30 digits are optimized for size.
 
     python -m validation.studies.processors
 
-A processor with narrower vectors is simulated by leaving wider ones unused. The last row shows the
-cost of optimizing the baseline kernels for size. The least processor time over all rounds counts.
-The output is the table of README.md.
+A processor with narrower vectors is simulated by not using the wider ones. The last row shows the
+cost of optimizing the baseline kernels for size. The result is the shortest processor time of all
+rounds. The output is the table of README.md.
 """
 
 import argparse
@@ -30,7 +30,7 @@ NAMES = {
 
 
 def list_libraries():
-    """Yield name, library and index of the kernels of each row."""
+    """Yield the name, the library and the index of the kernels, for each row."""
     all_here = TaylorKernels()
     yield from ((name, all_here, isa) for isa, name in enumerate(all_here.isas))
     yield "plain", TaylorKernels(plain=True), 0

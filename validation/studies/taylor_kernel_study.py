@@ -1,12 +1,13 @@
 """Kernels, orders, tolerances and numbers of terms of the Taylor method.
 
-Conclusion: orders 12, 16, 18, 22 and 28 by tolerance; for 20 digits 8 of 28 terms in double-double
-at tolerance 2^-70, and for 30 digits 20 of 36 at 2^-100.
+Conclusion: the tolerance selects one of the orders 12, 16, 18, 22 and 28. For 20 digits, 8 of 28
+terms are in double-double, at tolerance 2^-70. For 30 digits, 20 of 36 terms are in double-double,
+at tolerance 2^-100.
 
     python -m validation.studies.taylor_kernel_study [isas headless limits orders depth]
 
-Users cannot choose these. They are timed from C, without Python. As in taylor_speed.py all runs are
-in one process, in turn, and medians of ratios count.
+Users cannot choose these constants. All runs are timed from C, without Python. As in
+taylor_speed.py, they alternate in one process, and the results are medians of ratios.
 """
 
 import argparse
@@ -35,7 +36,7 @@ def problem_bytes(name):
 
 
 def isas():
-    """Time each instruction set against heyoka, which always uses the machine's best."""
+    """Time each instruction set against heyoka, which always uses the best one of the machine."""
     kernels, plain = TaylorKernels(), TaylorKernels(plain=True)
     for name in ("thesis", "asymmetric"):
         for target, order in ((1e-3, 12), (1e-6, 16), (0, 28)):
@@ -67,9 +68,9 @@ def print_at_equal_error(kernels, plain, name, target, order):
 
 
 def headless():
-    """Time the savings from leaving out the heading at equal tolerance.
+    """Time the savings from omitting the heading, at equal tolerance.
 
-    Also time the savings if the heading were then integrated separately.
+    The savings that would remain if the heading were integrated separately are timed too.
     """
     kernels = TaylorKernels()
     for name in ("asymmetric", "thesis"):
@@ -93,21 +94,21 @@ def headless():
 
 
 def count_operations(order):
-    """Return the vector operations per step of the widest kernel, in the sums and elsewhere.
+    """Return the number of vector operations per step of the widest kernel, in sums and elsewhere.
 
-    The first number counts the pairs and middle terms of the sums. The second has 3 to join two
-    sums, 6 for the rates of q and P, 11 for those of W, 5 to permute W, and 2 in the sum at the
-    end.
+    The first number counts the pairs and middle terms of the sums. The second number includes 3
+    operations to join two sums, 6 for the rates of q and P, 11 for the rates of W, 5 to permute W,
+    and 2 for the sum at the end.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
 
 
 def limits():
-    """Compare the widest kernel with the machine's peak of two operations per clock cycle.
+    """Compare the widest kernel with the peak of two operations per clock cycle.
 
-    The remainder is latency: each coefficient depends on the one before, and the sum at the end on
-    the step.
+    The difference is due to latency: each coefficient depends on the previous one, and the sum at
+    the end depends on the step.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()
@@ -129,7 +130,7 @@ def limits():
 
 
 def orders():
-    """Print time and error of each order and tolerance."""
+    """Print the time and the error of each order and tolerance."""
     kernels = TaylorKernels()
     for name in SCENES:
         scene, t = problem_bytes(name), horizon(name, 0)
@@ -156,7 +157,7 @@ DEPTHS_30 = (
 
 
 def depth():
-    """Print time and error of other heads, orders and tolerances for 20 and 30 digits."""
+    """Print the time and the error of other heads, orders and tolerances, for 20 and 30 digits."""
     for head, last in DEPTHS_20:
         kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
         print_depth(kernels, 0, what, (-66, -70, -74), 2e4)

@@ -1,4 +1,4 @@
-/* The Taylor method with a given kernel and tolerance, which users cannot choose, for
+/* Runs of the Taylor method with a given kernel and tolerance, which users cannot select. Used by
  * taylor_kernels.py. */
 #define _POSIX_C_SOURCE 199309L
 #include <math.h>
@@ -13,15 +13,16 @@ double kr_bench_cycle(void);
 int kr_bench_run(const kr_scene *scene, int isa, int kernel, double log2_tol, double t,
                  kr_state *out, int64_t *steps);
 
-/* Returns the name of the i-th instruction set of this machine, NULL beyond the last. */
+/* Returns the name of the i-th instruction set of this machine, or NULL beyond the last. */
 const char *kr_bench_isa(int i)
 {
     const kr_isa *isa = kr_taylor_isa(i);
     return isa && isa->runs_here() ? isa->name : NULL;
 }
-/* Returns the order of the i-th kernel, 0 beyond the last. */
+/* Returns the order of the i-th kernel, or 0 beyond the last. */
 int kr_bench_order(int i) { return i < KR_ORDERS ? kr_taylor_isa(0)->plain[i].order : 0; }
-/* Returns the seconds of a clock cycle, from dependent shifts and additions of one cycle each. */
+/* Returns the duration of a clock cycle in seconds, measured by dependent shifts and additions of
+ * one cycle each. */
 double kr_bench_cycle(void)
 {
     enum { ROUNDS = 10000 };
@@ -39,9 +40,9 @@ double kr_bench_cycle(void)
     return ((double)(to.tv_sec - from.tv_sec) + 1e-9 * (double)(to.tv_nsec - from.tv_nsec)) /
            (6 * ROUNDS);
 }
-/* Integrates the heading separately in a step without heading, psi' (1 + <P, d>) = <W, P +
- * d>, d the axis nearest P; the turn itself not counted. Only timed: such a step is no shorter
- * than one of the whole attitude. */
+/* Integrates the heading separately in a step without heading, by psi' (1 + <P, d>) = <W, P + d>,
+ * where d is the axis nearest to P. The rotation itself is not included. Used only for timing: such
+ * a step is not cheaper than a step of the whole attitude. */
 static const kr_kernel *without;
 static volatile double heading;
 #if defined KR_X86
@@ -75,8 +76,9 @@ static void add_heading(kr_series *s, double log2_tol, double direction)
     without->advance(s, log2_tol, direction);
 }
 #endif
-/* kernel: index of kernels of each order, for 20 and 30 digits, of each order without the heading,
- * and with the heading added. out: the state and its low words. */
+/* Integrates a top to t. kernel is an index into the kernels of each order, those for 20 and 30
+ * digits, those of each order without heading, and those with the heading added. out receives the
+ * state and its low words. */
 int kr_bench_run(const kr_scene *scene, int isa, int kernel, double log2_tol, double t,
                  kr_state *out, int64_t *steps)
 {

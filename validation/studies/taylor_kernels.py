@@ -1,6 +1,6 @@
-"""The Taylor method with kernels, tolerances and numbers of terms that users cannot choose.
+"""The Taylor method with kernels, tolerances and numbers of terms that users cannot select.
 
-It compiles taylor_kernels.c with the core.
+The module compiles taylor_kernels.c together with the core.
 """
 
 import ctypes
@@ -16,11 +16,11 @@ TERMS = ("KR_HEAD_20", "KR_LAST_20", "KR_HEAD_30", "KR_LAST_30")
 
 
 def compile_library(folder, terms, plain, alone):
-    """Compile the kernels.
+    """Compile the core with the kernels into a library, and load the library.
 
-    By default all instruction sets are compiled. `plain` compiles the portable kernel alone,
-    `alone` that of every x86_64, optimized for speed, and `terms` (head and last for 20 digits, for
-    30) the widest alone with other numbers of terms.
+    By default all instruction sets are compiled. `plain` compiles only the portable kernel. `alone`
+    compiles only the kernel for every x86_64, optimized for speed. `terms` (head and last for 20
+    digits, for 30) compiles only the widest kernel, with other numbers of terms.
     """
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
@@ -47,7 +47,7 @@ class TaylorKernels:
         self.orders = read_list(self.library.kr_bench_order)
 
     def run(self, block, isa, kernel, log2_tol, t, steps=None):
-        """Return a call that solves and returns the state at `t` with its low words.
+        """Return a call that integrates to `t` and returns the state with its low words.
 
         `steps` receives the number of steps.
         """

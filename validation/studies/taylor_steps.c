@@ -1,5 +1,5 @@
-/* A number of steps of Taylor kernels, of each order and with or without the heading, and nothing
- * else that counts. Usage: taylor_steps COUNT [whole|headless|digits ORDER]. */
+/* Runs a number of steps of Taylor kernels, of each order and with or without the heading, with
+ * negligible other work. Usage: taylor_steps COUNT [whole|headless|digits ORDER]. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

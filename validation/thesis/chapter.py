@@ -1,4 +1,4 @@
-"""The chapter on the thesis: runs the experiments and writes thesis.html."""
+"""The chapter on the thesis: the program runs the experiments and writes thesis.html."""
 
 import time
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from .trajectories import HALF, IMPROVED, SCENE, Trajectory, compute_frame_error
 
 HERE = Path(__file__).parent
 TEMPLATE = OUTPUT = "thesis.html"
-INTERVALS = (0.2, 0.1, 0.01)  # in which the frame rotates uniformly (3.4)
+INTERVALS = (0.2, 0.1, 0.01)  # lengths of intervals in which the frame rotates uniformly (3.4)
 FORMS = {
     "extrap": ("rest frame (extrap)", BLUE, "o-"),
     "extrap_kirchhoff": ("body (extrap_kirchhoff)", ORANGE, "s-"),
@@ -137,7 +137,7 @@ def check_sentences(results):
 
 
 def compute_errata():
-    """Return the errata, by number."""
+    """Return the errata, ordered by number."""
     return [made() for made in ERRATA]
 
 
@@ -151,7 +151,7 @@ def draw_forms(forms, scene):
 
 
 def make_units_table():
-    """Return the units of 4.2.1 for the cuboid: text and truth."""
+    """Return the units of 4.2.1 for the cuboid, as in the text and as they should be."""
     units = scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF
@@ -171,7 +171,7 @@ def make_units_table():
 
 
 def describe_run(results, seconds):
-    """Return the machine, and the distance of the truth of experiment 6.2 from extrap."""
+    """Describe the machine, and the difference between truth and extrap in experiment 6.2."""
     timed = results.timed
     extrap = Trajectory(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
     return machine.describe_machine() | {

@@ -1,11 +1,14 @@
-"""An erratum of the thesis: the text, the correction, and the computed error of each."""
+"""Errata of the thesis: the text, the correction, and the computed error of each version."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class Erratum:
-    """An erratum; `text` and `right` are the errors of both versions in terms of `measure`."""
+    """An erratum.
+
+    The fields `text` and `right` are the errors of both versions, as `measure` defines.
+    """
 
     number: int
     where: str
@@ -17,7 +20,7 @@ class Erratum:
 
 
 def register_erratum(number, where, says, is_right, measure):
-    """Decorate a function that computes (the text's error, the corrected one's)."""
+    """Decorate a function that computes the errors of the text and of the correction."""
 
     def make_erratum(compute):
         def compute_erratum():

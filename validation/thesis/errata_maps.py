@@ -10,7 +10,7 @@ from .trajectories import HALF, SCENE, solve_theorem42, solve_truth
 
 UNITS = scaled_units(SCENE.body)
 SCALED = UNITS.into(SCENE)
-# Tilted by 0.6 rad, because no torque acts on an upright start.
+# The scene is tilted by 0.6 rad, because no torque acts on an upright start.
 TILTED = SCALED.replace(attitude=(np.cos(0.3), np.sin(0.3), 0.0, 0.0))
 STEP, END = 0.02, 20.0
 
@@ -67,9 +67,9 @@ def which_rotation():
 
 
 def integrate_alpha():
-    """Return I3 / I1 of the cuboid about the middle of its lower face, by Gauss' rule.
+    """Return I3 / I1 of the cuboid about the middle of its lower face, by Gauss quadrature.
 
-    The rule is exact here.
+    The quadrature is exact here.
     """
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))
@@ -90,7 +90,7 @@ def moments():
 
 
 def scale_scene(i1, alpha, p):
-    """Return the scene with momentum m / i1, moments 1, 1, alpha, and weight times lever p."""
+    """Return the scene with momentum m / i1, moments 1, 1, alpha, and weight * lever = p."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), unphysical=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0
@@ -137,7 +137,7 @@ def unit_of_momentum():
 
 
 def fit_order(scene, steps=(0.02, 0.01, 0.005), end=4.0):
-    """Return the order of the attitude error in the step."""
+    """Return the order of the attitude error as a function of the step."""
     errors = [
         attitude_error_at(solve_theorem42(scene, h, end).path.q[-1], scene, end) for h in steps
     ]

@@ -51,7 +51,7 @@ def products():
 
 
 def moving(h=1e-4, t=3.0):
-    """Return Phi and its derivative, and the frame and its derivative, along the thesis' top."""
+    """Return Phi, the frame and the derivatives of both, at time `t` of the thesis' top."""
     path = solve_truth(SCENE, [t - h, t, t + h]).path
     before, now, after = (np.linalg.inv(su2.from_quaternion(q)) for q in path.q)
     return now, (after - before) / (2 * h), path.frame[1], (path.frame[2] - path.frame[0]) / (2 * h)
@@ -115,9 +115,10 @@ def rods():
 
 
 def action(angle, end, n=400):
-    """Return the relative action of a swing of the hanging top, less that of rest.
+    """Return the relative action of a swing of the hanging top, minus the action at rest.
 
-    The angle is `angle` sin(pi t / end), and the action is divided by the size of its terms.
+    The angle of the swing is `angle` * sin(pi t / end), and the action is divided by the size of
+    its terms.
     """
     i1, weight = SCENE.body.moments[0], SCENE.body.mass * SCENE.gravity * SCENE.body.com[2]
     phase = np.pi * (np.arange(n) + 0.5) / n
@@ -174,7 +175,8 @@ def integral_k():
     path = solve_truth(special_scene("kowalewski"), np.linspace(0, 20, 201)).path
     body, i1 = path.scene.body, max(path.scene.body.moments)
     weight = body.mass * path.scene.gravity * np.linalg.norm(body.com) / i1
-    _, m2, m1 = (body_velocity(path) * body.moments / i1).T  # N is the odd axis, com on T
+    # N is the axis of the different moment, and com lies on T
+    _, m2, m1 = (body_velocity(path) * body.moments / i1).T
     _, p2, p1 = (weight * path.frame[:, :, 2]).T
     values = [
         (m1**2 - m2**2 + 2 * sign * p1) ** 2 + 4 * (m1 * m2 + sign * p2) ** 2 for sign in (1, -1)

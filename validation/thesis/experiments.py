@@ -1,4 +1,4 @@
-"""The experiments of chapter 6, and their measurements."""
+"""The experiments of chapter 6, and what is measured in them."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -30,9 +30,10 @@ def time_grid(step, end):
 
 @dataclass(frozen=True)
 class FourTops:
-    """The four tops (6.1.1) and the true one, at multiples of eps2.
+    """The motion of the four tops (6.1.1) and the true motion, at multiples of eps2.
 
-    Bobenko-Suris is red with eps1 and blue with eps2; Extrap is yellow and green.
+    Bobenko-Suris is red with eps1 and blue with eps2. Extrap is yellow with eps1 and green with
+    eps2.
     """
 
     scene: kr.Scene
@@ -51,7 +52,7 @@ class FourTops:
 
     @cached_property
     def L(self):
-        """The frame errors against the truth and, as in the text, between two trajectories."""
+        """The frame errors, relative to the truth and, as in the text, between two trajectories."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -60,14 +61,14 @@ class FourTops:
         }
 
     def until(self, name, t):
-        """Return the largest frame error up to t."""
+        """Return the largest frame error up to the time `t`."""
         return largest_until(self.t, self.L[name], t)
 
     @cached_property
     def term(self):
         """The energy error of the blue top according to 6.1.4.
 
-        It is -I1 eps2/2 <a x m, p> in scaled units, less its value at the start.
+        The error is -I1 eps2/2 <a x m, p> in scaled units, minus its value at the start.
         """
         path = self.blue.path
         term = 0.5 * self.eps2 * (path.torque * path.m).sum(-1) / self.scene.body.moments[0]
@@ -75,7 +76,7 @@ class FourTops:
 
 
 def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Run experiment 6.1, or the failing one."""
+    """Run experiment 6.1, or the same experiment with other values."""
     ratio = round(eps2 / eps1)
     return FourTops(
         scene,
@@ -105,9 +106,10 @@ def run_failing():
 
 
 def measure_growth(end=20.0, eps=0.2):
-    """Return the growth of the error with the term (6.1.5).
+    """Return how the error grows with the term of 6.1.5.
 
-    The rows are (gravity, factor of m, largest |term|, largest L) over a range of both.
+    The rows are (gravity, factor of m, largest |term|, largest L), for several values of gravity
+    and of the factor.
     """
     rows = []
     for gravity in (0.5, 1.0, 2.0, 5.0, 10.0):
@@ -127,15 +129,16 @@ def measure_growth(end=20.0, eps=0.2):
 
 @dataclass(frozen=True)
 class EqualTime:
-    """Experiment 6.2: states every five units, all compared with the truth."""
+    """Experiment 6.2: states every five units of time, all compared with the truth."""
 
     red: Trajectory
     blue: Trajectory
     green: Trajectory
     equal: Trajectory
     true: Trajectory
-    seconds: dict  # per five units, for Bobenko-Suris with 166 sub-steps and Extrap
-    substeps: int  # of Bobenko-Suris in the time of Extrap on this machine
+    # seconds per five units of time, for Bobenko-Suris with 166 sub-steps and for Extrap
+    seconds: dict
+    substeps: int  # sub-steps of Bobenko-Suris in the time that Extrap takes on this machine
     improved: dict = field(default_factory=dict)
 
     @property
@@ -155,12 +158,12 @@ class EqualTime:
         return errors | {"BS text": compute_frame_error(self.blue, self.red)}
 
     def until(self, name, t):
-        """Return the largest frame error up to t."""
+        """Return the largest frame error up to the time `t`."""
         return largest_until(self.t, self.L[name], t)
 
 
 def solve_in_periods(substeps, end, method=None):
-    """Solve with theorem 4.2 or with a method of kreisel."""
+    """Solve experiment 6.2 with theorem 4.2 or with a method of kreisel."""
     step = PERIOD / substeps
     return (
         solve_fixed_step(SCENE, method, step, end, substeps)
@@ -170,9 +173,9 @@ def solve_in_periods(substeps, end, method=None):
 
 
 def time_period(green, rounds=9, some=40):
-    """Return the seconds of Bobenko-Suris with 166 sub-steps and of Extrap.
+    """Return the seconds for five units of time, by Bobenko-Suris (166 sub-steps) and by Extrap.
 
-    They exclude the overhead of a Python call. The best of the rounds counts.
+    The seconds exclude the overhead of a Python call, and are the shortest of all rounds.
     """
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
@@ -203,7 +206,7 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return by tolerance when Extrap's frame error first exceeds that of Bobenko-Suris.
+    """Return when the frame error of Extrap first exceeds that of Bobenko-Suris, by tolerance.
 
     Each row is (tolerance, time or None, last error).
     """
@@ -222,7 +225,7 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 
 @dataclass(frozen=True)
 class EqualEvaluations:
-    """Experiment 6.3: equal evaluations, hence Bobenko-Suris with a quarter of the step."""
+    """Experiment 6.3: equal evaluations, so that Bobenko-Suris has a quarter of the step."""
 
     eps2: float
     rk4: Trajectory
@@ -242,7 +245,7 @@ class EqualEvaluations:
 
 
 def run_equal_evaluations(end=30.0):
-    """Run experiment 6.3, by eps2."""
+    """Run experiment 6.3 for each eps2."""
     return {
         h: EqualEvaluations(
             h,
@@ -255,7 +258,7 @@ def run_equal_evaluations(end=30.0):
 
 
 def measure_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Return Extrap's largest frame error of experiment 6.2 to t = 1000, by first step (6.2.1)."""
+    """Return Extrap's largest frame error in experiment 6.2, for each first step (6.2.1)."""
     times = timed.t[timed.t <= end]
     true = solve_truth(SCENE, times)
     return {

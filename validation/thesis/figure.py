@@ -1,4 +1,4 @@
-"""A numbered figure of the thesis, redrawn."""
+"""Figures of the thesis, redrawn."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,6 @@ from dataclasses import dataclass
 class Figure:
     number: str
     title: str
-    pictures: list  # as SVG
-    caption: str  # the computed result
-    rows: tuple = ()  # of a table
+    pictures: list  # drawings in SVG
+    caption: str  # describes the computed result
+    rows: tuple = ()  # rows of a table

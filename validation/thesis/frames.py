@@ -1,6 +1,6 @@
 """Pictures of cuboids with momentum and velocity, of rods and of traces.
 
-They resemble those of the program Top Visualization.
+The pictures resemble those of the program Top Visualization.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from .line_charts import BLUE, GREEN, TOPS
 
 ELEVATION, AZIMUTH = 16.0, 25.0
 APART, REACH = 4.6, 2.3  # distance of the two origins; length of the longest vectors
-THICK, THIN, GLASS = 2.0, 0.8, 0.45  # edges [pt]; opacity of translucent cuboids
+THICK, THIN, GLASS = 2.0, 0.8, 0.45  # widths of edges [pt]; opacity of translucent cuboids
 LIGHT = np.array((-0.4, -0.5, 0.77))
 
 
@@ -41,14 +41,14 @@ def project_to_plane(points):
 
 
 def hide_frame(axes):
-    """Remove frame and ticks, and set equal scales."""
+    """Remove the frame and the ticks, and set equal scales."""
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.axis("off")
 
 
 def cuboid_faces(half, centre):
-    """Return (6, 4, 3) corners of a cuboid, each face counterclockwise from outside."""
+    """Return the corners of each face of a cuboid, (6, 4, 3), counterclockwise from outside."""
     found = np.zeros((6, 4, 3))
     for i, face in enumerate(found):
         axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
@@ -59,7 +59,7 @@ def cuboid_faces(half, centre):
 
 
 def draw_cuboid(axes, corners, top):
-    """Draw the faces of a cuboid, and the hidden ones of a translucent cuboid."""
+    """Draw the visible faces of a cuboid, and the hidden faces too if the cuboid is translucent."""
     base = np.array(to_rgb(top.colour))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -83,7 +83,7 @@ def draw_cuboid(axes, corners, top):
 def draw_vectors(axes, top, origin, behind):
     """Draw momentum in green and velocity in blue, scaled by their maxima along the path.
 
-    `behind` selects the vectors that point away from the eye.
+    If `behind` is true, only vectors that point away from the eye are drawn, otherwise the others.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
@@ -116,9 +116,9 @@ def top_at_time(course, t, colour, width, opacity):
 
 
 def draw_four_tops(courses, t, half, pivot):
-    """Draw figures 6.1 to 6.4 and similar ones.
+    """Draw figures 6.1 to 6.4 and similar figures.
 
-    `courses` has red, blue, yellow and green by name; the two of eps2 are translucent.
+    `courses` contains red, blue, yellow and green by name. The two tops with eps2 are translucent.
     """
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 3.3), layout="constrained")
@@ -142,7 +142,7 @@ def tops_at_start(scene, colour):
 
 
 def draw_one_top(scene, half, pivot, colour):
-    """Draw the body at the start with its vectors."""
+    """Draw the body at its start, with momentum and velocity."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.6, 2.6), layout="constrained")
         draw_tops(axes, tops_at_start(scene, colour), half, pivot, np.zeros(3))
@@ -161,7 +161,7 @@ def draw_two_tops(scene, half, pivot, colours):
 
 
 def draw_rod(rod, colour, azimuth=AZIMUTH):
-    """Draw a rod with its thickness by the moments."""
+    """Draw a rod whose thickness follows from the moments."""
     thickness = 0.045 * np.ptp(rod.centre, axis=0).max()
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(3.4, 4.2), layout="constrained")

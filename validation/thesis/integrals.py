@@ -16,7 +16,7 @@ STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_
 
 
 def special_scene(kind, half=0.8):
-    """Return the startup cuboid, adjusted to C_B = half by the program's checkbox (5.6.6)."""
+    """Return the startup cuboid, adjusted to C_B = `half` as by the program's checkbox (5.6.6)."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
@@ -32,7 +32,7 @@ class FourthIntegral:
 
 
 def measure_fourth_integral(kind):
-    """Return the data of figure 5.5 and its counterpart for G.
+    """Return the data of figure 5.5, or of its counterpart for G.
 
     Extrap is restarted every 0.1 over 300 units.
     """
@@ -44,7 +44,7 @@ def measure_fourth_integral(kind):
 def compute_k_values():
     """Return K at the start by (C_B, units).
 
-    The text's H has I1 = 1, and a unit of time that is left open.
+    The text's H has I1 = 1, and does not specify the unit of time.
     """
     found = {}
     for half in (0.8, 1.0):
@@ -70,7 +70,7 @@ class FormResult:
 
 
 def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compare rest frame and body (chapter 3.4), both with the whole frame in twelve equations."""
+    """Compare the equations in rest frame and body frame (3.4), both with twelve variables."""
     return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
@@ -89,8 +89,8 @@ def compare_forms_on(name, end, rounds):
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
     """Return the attitude error of a frame that is advanced once per interval [rad].
 
-    M and P are exact, but the frame rotates with the angular velocity at the start of each
-    interval. This is the drawback that the text describes.
+    M and P are exact, but in each interval the frame rotates with the angular velocity at the start
+    of the interval. This is the drawback that the text describes.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])
@@ -100,7 +100,7 @@ def frozen_frame_error(interval, end=100.0, scene=SCENE):
 
 
 def body_velocity(path):
-    """Return the angular velocity along N, B, T."""
+    """Return the components of the angular velocity along N, B and T."""
     return np.einsum("nij,nj->ni", path.frame, path.velocity)
 
 

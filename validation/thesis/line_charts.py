@@ -6,13 +6,14 @@ import numpy as np
 from ..drawing.style import COLOURS, FAINT, INK, STYLE, figure_to_svg
 
 BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
-TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}  # the four of 6.1.1
+# colours of the four tops of 6.1.1
+TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}
 IMPROVED = {"bobenko_suris": PURPLE, "bobenko_suris4": CYAN, "takahashi_imada4": ORANGE}
 POINTS = 500
 
 
 def thin_out(t, values, points=POINTS):
-    """Return the visible points: of each stretch its least and its largest value, in order."""
+    """Return the visible points: the least and the largest value of each stretch, in order."""
     n = len(t)
     if n <= 2 * points:
         return t, values
@@ -98,7 +99,7 @@ def draw_mark(axes, point, text, offset, ha="left"):
 
 
 def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Draw figure 5.12: the steps of both at their multiples, and a common end."""
+    """Draw figure 5.12: steps at the multiples of eps1 and of eps2, and their common end."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (

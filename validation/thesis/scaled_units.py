@@ -1,4 +1,7 @@
-"""The units in which Bobenko and Suris write the Lagrange top (Bodack 2008, 4.2.1), to and fro."""
+"""Conversion to and from the units of Bobenko and Suris for the Lagrange top.
+
+They are described in Bodack 2008, 4.2.1.
+"""
 
 from __future__ import annotations
 
@@ -11,54 +14,54 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Units:
-    """A unit of length [L] and of mass [M]; that of time stays.
+    """A unit of length [L] and a unit of mass [M]. The unit of time is unchanged.
 
-    scene = units.into(scene) is the same top in these units, units.back(scene) in the old ones.
+    units.into(scene) converts a scene to these units, and units.back(scene) converts it back.
     """
 
     length: float
     mass: float
 
     def into(self, scene: kr.Scene) -> kr.Scene:
-        """Return the scene in these units."""
-        return _scaled(scene, 1.0 / self.length, 1.0 / self.mass)
+        """Return the scene, converted to these units."""
+        return _scale_scene(scene, 1.0 / self.length, 1.0 / self.mass)
 
     def back(self, scene: kr.Scene) -> kr.Scene:
-        """Return a scene that is given in these units, in the original units."""
-        return _scaled(scene, self.length, self.mass)
+        """Return a scene given in these units, converted to the original units."""
+        return _scale_scene(scene, self.length, self.mass)
 
 
 def scaled_units(body: kr.Body) -> Units:
-    """Units with |a| = 1 and I1 = 1 for a Lagrange top: length |com|, mass I1 / |com|^2.
+    """Return the units in which |a| = 1 and I1 = 1: length |com|, mass I1 / |com|^2.
 
     Here I1 = M (C_N^2 + 4 C_T^2) / 3 for the thesis' cuboid, so that alpha = I3 is 2 C_N^2 / (C_N^2
     + 4 C_T^2), the factor of momenta is 1 / I1, and the mass is not 1 but 3 C_T^2 / (C_N^2 + 4
-    C_T^2), which the text leaves out of p. ValueError for other bodies.
+    C_T^2), which the text omits in p. Raises ValueError if the body is not a Lagrange top.
     """
-    i1, _ = _lagrange(body)
+    i1, _ = _lagrange_moments(body)
     length = hypot(*body.com)
     return Units(length, i1 / length**2)
 
 
 def h_eps(path: kr.Path, step: float) -> np.ndarray:
-    """Return (n,) the invariant H_eps of bobenko_suris at this step, in scaled units [T^-2].
+    """Return the invariant H_eps of bobenko_suris for a step, (n,), in scaled units [T^-2].
 
-    In the text's terms (6.1.4) it is
+    In the notation of the text (6.1.4),
 
         H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
 
-    The energy is I1 times its first two terms and the constant (1 / alpha - 1) <m, a>^2 / 2. `path`
-    may be in any units.
+    The energy is I1 times the sum of the first two terms and the constant (1 / alpha - 1) <m, a>^2
+    / 2. `path` may be in any units.
     """
-    i1, i3 = _lagrange(path.scene.body)
+    i1, i3 = _lagrange_moments(path.scene.body)
     kept: np.ndarray = (
         path.modified_energy(step) / i1 - (i1 / i3 - 1.0) * (path.axial_momentum / i1) ** 2 / 2.0
     )
     return kept
 
 
-def _lagrange(body: kr.Body) -> tuple[float, float]:
-    """Return the double moment and the one about the symmetry axis."""
+def _lagrange_moments(body: kr.Body) -> tuple[float, float]:
+    """Return the moment that two axes share, and the moment about the symmetry axis."""
     if body.kind != "lagrange":
         raise ValueError(
             f"the scaled units are for Lagrange tops, not for a body of kind {body.kind!r}"
@@ -68,7 +71,7 @@ def _lagrange(body: kr.Body) -> tuple[float, float]:
     return moments[odd - 1], moments[odd]
 
 
-def _scaled(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
+def _scale_scene(scene: kr.Scene, length: float, mass: float) -> kr.Scene:
     body, inertia = scene.body, mass * length**2
     new = kr.Body(
         mass * body.mass,

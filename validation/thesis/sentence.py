@@ -1,4 +1,4 @@
-"""A sentence of the thesis, with the result of its check."""
+"""Sentences of the thesis, each with the result of its check."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ class Sentence:
     says: str
     found: str
     holds: bool
-    why: str = ""  # reason if it is not reproduced
+    why: str = ""  # the reason, if the sentence is not reproduced
 
     @property
     def verdict(self):

@@ -7,7 +7,7 @@ from .trajectories import fit_exponent
 
 EPS, PI = "\N{GREEK SMALL LETTER EPSILON}", "\N{GREEK SMALL LETTER PI}"
 TIMES = "\N{MULTIPLICATION SIGN}"
-SEEN = 0.05  # smallest frame error visible in the pictures [rad]
+SEEN = 0.05  # the smallest frame error that is visible in the pictures [rad]
 
 
 def largest_errors(experiment, t, names=("BS", "Ext")):
@@ -20,7 +20,7 @@ def describe_errors(experiment, t):
 
 
 def explain_experiment1(loose):
-    """Return the effect of a looser tolerance on experiment 6.1."""
+    """Return a sentence on the effect of a looser tolerance on experiment 6.1."""
     tol, error = max(loose.items())
     return (
         f"Extrap keeps its tolerance; with {tol:.0e} its error would be {error:.1g} rad. The "
@@ -29,7 +29,7 @@ def explain_experiment1(loose):
 
 
 def explain_experiment2(crossed, wanted=900.0):
-    """Return the tolerances between which the lines of 6.2 would cross as in the text."""
+    """Return a sentence on the tolerances for which the lines of 6.2 would cross as in the text."""
     late = [tol for tol, t, _ in crossed if t is None or t > wanted]
     early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
     return (

@@ -29,7 +29,7 @@ def check_runge_kutta(by_step):
 
 
 def find_divergence(equal):
-    """Return the time from which the frame error of Runge-Kutta exceeds 0.5, or None."""
+    """Return the first time at which the frame error of Runge-Kutta exceeds 0.5, or None."""
     errors = zip(equal.t, equal.L["rk4"], strict=True)
     return next((t for t, error in errors if error > 0.5), None)
 
@@ -108,9 +108,9 @@ def check_equal_time(timed):
 
 
 def find_overtaking(timed):
-    """Return the time from which Extrap's largest error exceeds that of Bobenko-Suris, or None.
+    """Return the first time at which Extrap's largest error exceeds Bobenko-Suris', or None.
 
-    Bobenko-Suris has equal time.
+    Both methods have the same run time.
     """
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
     last = int(np.flatnonzero(ahead)[-1])

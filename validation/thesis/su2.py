@@ -12,17 +12,17 @@ BASIS = (E1, E2, E3)
 
 
 def to_matrix(x):
-    """Return a vector as a matrix of su(2)."""
+    """Return the matrix of su(2) that represents the vector `x`."""
     return x[0] * E1 + x[1] * E2 + x[2] * E3
 
 
 def to_vector(X):
-    """Return a matrix of su(2) as a vector: <X, e_i> = -2 tr(X e_i)."""
+    """Return the vector of a matrix of su(2), from <X, e_i> = -2 tr(X e_i)."""
     return np.array([-2 * np.trace(X @ e).real for e in BASIS])
 
 
 def rotate(Phi, x):
-    """Return the vector of Phi^-1 x Phi."""
+    """Return the vector of the matrix Phi^-1 X Phi, where X is the matrix of `x`."""
     return to_vector(np.linalg.inv(Phi) @ to_matrix(x) @ Phi)
 
 
@@ -35,7 +35,7 @@ def rotation_matrix(axis, angle):
 
 
 def to_quaternion(G):
-    """Return (w, x, y, z) of w Id + 2 hat(x, y, z)."""
+    """Return (w, x, y, z) for a matrix w Id + 2 hat(x, y, z)."""
     return np.array([np.trace(G).real / 2, *(to_vector(G) / 2)])
 
 
@@ -44,9 +44,9 @@ def from_quaternion(q):
 
 
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
-    """Return xi_k of theorem 4.2 from m_(k+1), a_k = a, a_(k+1) = b.
+    """Return xi_k of theorem 4.2, from m = m_(k+1), a = a_k and b = a_(k+1).
 
-    In the second form the text has 2/c for 2/eps.
+    In the second form, the text has 2/c instead of 2/eps.
     """
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
@@ -56,17 +56,18 @@ def compute_xi(form, m, a, b, c, alpha, eps, second=None):
 
 
 def make_step(m, a, eps, g):
-    """Return the step of theorem 4.1, where p = g e3."""
+    """Return m and a after a step of theorem 4.1, where p = g e3."""
     m = m + eps * np.cross((0.0, 0.0, g), a)
     X = ID + eps * to_matrix(m)
     return m, to_vector(X @ to_matrix(a) @ np.linalg.inv(X))
 
 
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
-    """Return the attitude at the end by the theorem.
+    """Return the attitude at the end according to theorem 4.2.
 
-    `c_of` is 'a', or 'p' as in the text. `side` is that of w_k on the quaternion, or 'inverse' if g
-    is the rotation from rest to body frame. `text` selects 2/c in the second form.
+    `c_of` is 'a', or 'p' as in the text. `side` is the side on which w_k multiplies the quaternion,
+    or 'inverse' for a rotation g from rest frame to body frame. `text` selects 2/c in the second
+    form.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity

@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 import kreisel as kr
 import numpy as np
 
-# Half sides of the cuboid, and the centre of its lower face.
+# The half sides of the cuboid, and the centre of its lower face.
 HALF, PIVOT = (0.8, 0.8, 1.0), (0.0, 0.0, -1.0)
 SCENE = kr.Scene(kr.Body.cuboid(HALF, PIVOT), momentum=(0.172, -1.862, 1.46), gravity=1.0)  # 6.1.1
 FAILING = SCENE.replace(momentum=(5.0, 0.0, 0.0), gravity=10.0)  # 6.1.5
-TOL, FIRST = 1e-5, 0.1  # of Extrap (5.8.1)
+TOL, FIRST = 1e-5, 0.1  # tolerance and first step of Extrap (5.8.1)
 # Methods added to the plots of the thesis, if this build has them.
 IMPROVED = [
     name for name in ("bobenko_suris", "bobenko_suris4", "takahashi_imada4") if name in kr.methods
@@ -18,7 +18,7 @@ IMPROVED = [
 
 @dataclass(frozen=True)
 class Trajectory:
-    """The states of one top at several times, by the thesis' names, and their cost."""
+    """The states of one top at several times, named as in the thesis, and their cost."""
 
     path: kr.Path
     evaluations: int
@@ -40,7 +40,7 @@ class Trajectory:
 
     @property
     def vertical_momentum(self):
-        """The vertical momentum <m, e3>; <m, p> in the thesis is this times gravity."""
+        """The vertical momentum <m, e3>. In the thesis, <m, p> is gravity * <m, e3>."""
         return self.path.vertical_momentum
 
     @property
@@ -49,12 +49,12 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Return the closed form where it exists, else the solution at the tightest tolerance."""
+    """Return the closed form if it exists, and else the solution at the tightest tolerance."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
 def solve_fixed_step(scene, method, step, end, every=1):
-    """Return each `every`-th step of a method of fixed step."""
+    """Return every `every`-th state of a run with a fixed step."""
     path = kr.solve(scene, end, method=method, step=step, every=every)
     return Trajectory(path, path.stats.evaluations, path.stats.steps)
 
@@ -62,9 +62,9 @@ def solve_fixed_step(scene, method, step, end, every=1):
 def solve_theorem42(scene, step, end, every=1):
     """Return the Bobenko-Suris discretization of the thesis, for a body in principal axes.
 
-    Its a and m are those of kreisel's bobenko_suris. Its turn about the axis is
-    2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step, where kreisel has h c / I3 for the first term,
-    which makes the twist exact.
+    Its values of a and m are those of kreisel's bobenko_suris. Its rotation about the axis is 2
+    atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. In kreisel the first term is h c / I3, which
+    makes the twist exact.
     """
     course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
     path = course.path
@@ -79,7 +79,8 @@ def solve_theorem42(scene, step, end, every=1):
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
     """Return Extrap as the program uses it: restarted with its first step at each interval.
 
-    An interval is the time between two pictures, and not a step. Each `every`-th end is kept.
+    An interval is the time between two pictures, and not a step. The state at the end of every
+    `every`-th interval is kept.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
@@ -94,7 +95,7 @@ def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
 
 
 def compute_frame_error(one, other):
-    """Return the thesis' L (6.1.3): half the angle between the attitudes, 0 .. pi / 2 [rad].
+    """Return L of the thesis (6.1.3): half the angle between the attitudes, 0 .. pi / 2 [rad].
 
     Raises ValueError if the times differ.
     """
@@ -109,6 +110,6 @@ def largest_until(t, values, until):
 
 
 def fit_exponent(t, values, begin):
-    """Return p of the power law t^p of the running maximum from `begin` on."""
+    """Return p of the power law t^p, fitted to the running maximum after `begin`."""
     later = t >= begin
     return float(np.polyfit(np.log(t[later]), np.log(np.maximum.accumulate(values)[later]), 1)[0])

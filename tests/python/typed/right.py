@@ -1,4 +1,4 @@
-"""A script in which nothing is wrong."""
+"""A script without type errors."""
 
 import itertools
 import tempfile

@@ -1,4 +1,4 @@
-"""A script in which each line that says so is wrong, and nothing else."""
+"""A script with a type error in each line marked as wrong, and nowhere else."""
 
 import kreisel as kr
 

@@ -1,5 +1,5 @@
-/* A user's program, in C99 and in C++: the thesis' top for one unit of time. Prints the library's
- * version. */
+/* A user's program, compiled as C99 and as C++. It integrates the top of the thesis for one unit of
+ * time, and prints the version of the library. */
 #include <kreisel.h>
 #include <math.h>
 #include <stdio.h>
