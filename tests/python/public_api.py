@@ -44,6 +44,8 @@ SELVES = {  # factories of an instance for each class with methods
     kr.Exact: [always(kr.exact(scene)) for scene in (LAGRANGE, FREE)],
     kr.ExactEnsemble: [always(kr.exact([LAGRANGE, FREE]))],
     kr.ExactKowalewski: [always(kr.exact(kr.scenes.kowalewski))],
+    kr.ExactGoryachevChaplygin: [always(kr.exact(kr.scenes.goryachev_chaplygin))],
+    kr.ExactTorus: [always(kr.exact(kr.scenes.kowalewski))],
     kr.ExactMap: [always(kr.exact(LAGRANGE, map="bobenko_suris", step=0.1))],
     kr.Indicator: [
         always(kr.lyapunov(TOP, 2.0)),

@@ -165,7 +165,7 @@ def test_report_says_where_it_is_made(tmp_path, monkeypatch):
     assert "top folder of the source tree" in join_lines(call("report --quick", code=2))
     for word in ("-h", "--help"):
         told = join_lines(call(f"report {word}"))
-        assert "Accuracy, speed and stability" in told and "--thesis" in told
+        assert "accuracy, speed and stability" in told and "--thesis" in told
 
 
 def test_report_is_that_of_the_source_tree(tmp_path):

@@ -311,7 +311,9 @@ def run_search(monkeypatch, errors, **more):
     search = Search(errors)
     search.__dict__.update(more)
     monkeypatch.setattr(step_search, "StepSearch", lambda *_: search)
-    monkeypatch.setattr(step_search, "_path", lambda search, states, error, steps: (error, steps))
+    monkeypatch.setattr(
+        step_search, "_make_path", lambda search, states, error, steps: (error, steps)
+    )
     return search, lambda: step_search.search_path(THESIS, np.array([8.0]), 1e-9, 0)
 
 
