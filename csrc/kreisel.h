@@ -578,7 +578,7 @@ KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states, with the bits of kr_exact_state, but faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
-/* Why a Kowalewski top has no closed form: X(name, what it says). */
+/* Reasons why a Kowalewski top has no closed form: X(name, message). */
 /* clang-format off */
 #define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
     X(PLANNED,     "there is a plan")                                                             \
@@ -620,7 +620,7 @@ KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 
-/* Why a Goryachev-Chaplygin top has no closed form: X(name, what it says). */
+/* Reasons why a Goryachev-Chaplygin top has no closed form: X(name, message). */
 /* clang-format off */
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \

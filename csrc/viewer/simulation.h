@@ -87,7 +87,7 @@ const kr_quantity *kr_simulation_quantity(int k);
  * change while it has tops. */
 void kr_simulation_clear(kr_simulation *simulation);
 /* Adds a top at its start and clears the record. An adaptive method without dense output is
- * restarted after each step, as in the thesis. Otherwise the states would not depend on the
+ * restarted after each step, as in the thesis (Bodack 2008). Otherwise the states would not depend on the
  * step. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);

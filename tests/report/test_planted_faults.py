@@ -158,7 +158,7 @@ def test_what_grows_with_the_error_is_never_silent(family):
 
 
 def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
-    """Only cells with such a step may hide a fault."""
+    """At two steps a turn a fault may go unnoticed only if the large step itself is reported."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():

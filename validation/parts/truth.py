@@ -54,7 +54,7 @@ def has_many_digits(way):
 
 
 def summarize_agreement(lines):
-    """Yield the agreement of the computations for each scene, in roundings of the data.
+    """Yield for each scene how well the computations agree, relative to the conditioning.
 
     The agreement is the largest difference between high-precision results, and the largest
     difference of the other results with its name.
