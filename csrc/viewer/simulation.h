@@ -87,8 +87,8 @@ const kr_quantity *kr_simulation_quantity(int k);
  * change while it has tops. */
 void kr_simulation_clear(kr_simulation *simulation);
 /* Adds a top at its start and clears the record. An adaptive method without dense output is
- * restarted after each step, as in the thesis (Bodack 2008). Otherwise the states would not depend on the
- * step. */
+ * restarted after each step, as in the thesis (Bodack 2008). Otherwise the states would not depend
+ * on the step. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
 /* Adds a top with given states, one for each step, beginning with the start. The array `track` must
