@@ -23,7 +23,7 @@ from .broadcasting import (
 
 _IndexKey = slice | EllipsisType | None | list[Any] | npt.NDArray[Any]
 _M = TypeVar("_M")
-_PLACEHOLDER = np.False_  # stands in for each member when only shapes matter
+_PLACEHOLDER = np.False_  # represents each member where only shapes matter
 
 
 class Batch(Generic[_M]):
@@ -60,9 +60,11 @@ class Batch(Generic[_M]):
 
     @property
     def _axes(self) -> tuple[str, ...]:
-        """A name for each dimension: the only parameter that varies along it, if that is a scalar.
+        """The names of the dimensions.
 
-        Any other dimension k is called 'dim_k', or 'top' if it is the only dimension.
+        If exactly one parameter varies along a dimension, the dimension has the name of this
+        parameter. The parameter must be a scalar that varies along no other dimension. Any other
+        dimension k is called 'dim_k', or 'top' if it is the only dimension.
         """
         lone = len(self.shape) == 1
         return tuple(name or ("top" if lone else f"dim_{k}") for k, name in enumerate(self._names))
@@ -106,9 +108,10 @@ class Batch(Generic[_M]):
         return self.shape[0]
 
     def __iter__(self) -> Iterator[Any]:
-        """Iterate over the first dimension: over members if it is the only one, else over batches.
+        """Iterate over the first dimension.
 
-        Raises TypeError if the batch has no dimensions.
+        Yields members if the batch has one dimension, and batches if it has several. Raises
+        TypeError if the batch has no dimensions.
         """
         if not self.shape:
             raise TypeError(f"{type(self).__name__} of shape () cannot be iterated")
@@ -119,7 +122,7 @@ class Batch(Generic[_M]):
     @overload
     def __getitem__(self, key: object) -> Any: ...
     def __getitem__(self, key: object) -> _M | Self:
-        """Return a member for integers, and a batch for slices, index arrays or masks."""
+        """Return the member at an index, or the batch that slices, index arrays or masks select."""
         if type(key) is int and len(self.shape) == 1 and -len(self) <= key < len(self):
             return self._member((key % len(self),))
         if not _is_basic(key):
@@ -245,7 +248,10 @@ def _index_array(array: Column, key: Any) -> Any:
 
 
 def _is_basic(key: object) -> bool:
-    """Return True if NumPy returns a view for `key`: integers, slices, Ellipsis and None."""
+    """Return True if `key` contains only integers, slices, Ellipsis and None.
+
+    NumPy then returns a view instead of a copy.
+    """
     return all(
         part is None or part is ... or isinstance(part, slice) or _is_integer(part)
         for part in (key if isinstance(key, tuple) else (key,))

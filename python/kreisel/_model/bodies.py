@@ -42,12 +42,12 @@ class Bodies(BodiesConstructors, Batch[Body]):
     inertia       inertia about the fixed point [M L^2]: (..., 3) moments or (..., 3, 3) matrices.
                   An array whose last two dimensions are both 3 is read as matrices, so three bodies
                   need three matrices. Alternatively, inertia_about_com
-    com           (..., 3) centre of mass, seen from the fixed point [L]
+    com           (..., 3) position of the centre of mass relative to the fixed point [L]
     inertia_rtol  as in Body, a number or an array
     unphysical    as in Body, a bool or an array
 
-    The other constructors of Body exist for arrays, too. Each member equals to the last bit the
-    body that kr.Body makes of its parameters. `bodies[i]` is a Body; slices, index arrays and masks
+    The other constructors of Body exist for arrays, too. Each member is equal, to the last bit, to
+    the kr.Body with the same parameters. `bodies[i]` is a Body; slices, index arrays and masks
     return Bodies. Raises TypeError and ValueError as Body does; the message contains the index of
     the first invalid member. Warns as Body does.
 
@@ -96,7 +96,8 @@ class Bodies(BodiesConstructors, Batch[Body]):
     ) -> Self:
         """Validate the parameters and store them as columns.
 
-        `make` constructs one member from the parameters `words` and provides the error messages.
+        `make` is the constructor of a single body from the parameters `words`. If a member is
+        invalid, the error of this constructor is raised.
         """
         slacks, made = (
             parse_parameter("inertia_rtol", inertia_rtol),
@@ -129,7 +130,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _check(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Return an array that is True for members with an inertia that bodies can have.
+        """Return an array that is True for each member whose inertia some distribution of mass has.
 
         Stores the principal moments and axes if the inertia is given as matrices. Raises ValueError
         for the first member that is not a rigid body.
@@ -251,7 +252,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         height: Array,
         pivot: Parameter,
     ) -> Self:
-        """Build bodies from central moments and the height of the centre of mass."""
+        """Build bodies from moments about the centre of mass and its height on the third axis."""
         with np.errstate(all="ignore"):
             nothing = np.zeros_like(height)
             com = stack_components(nothing, nothing, height) - pivot.values
@@ -272,7 +273,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
 
     @property
     def com(self) -> Array:
-        """(..., 3) centres of mass, seen from the fixed point [L]."""
+        """(..., 3) positions of the centres of mass relative to the fixed point [L]."""
         return self._columns["com"]
 
     @property

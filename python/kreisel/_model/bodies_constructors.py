@@ -36,9 +36,10 @@ class BodiesConstructors:
         height: Array,
         pivot: Parameter,
     ) -> Self:
-        """Build bodies from central moments and the height of the centre of mass on the third axis.
+        """Build bodies from moments about the centre of mass and its height on the third axis.
 
-        `make` constructs one body from the parameters `words` and provides the error messages.
+        `make` is the constructor of a single body from the parameters `words`. If a member is
+        invalid, the error of this constructor is raised.
         """
         raise NotImplementedError
 
@@ -52,7 +53,7 @@ class BodiesConstructors:
         mass: ArrayLike | None,
         density: ArrayLike | None,
     ) -> Self:
-        """Build homogeneous bodies of one kind of shape, with masses or densities."""
+        """Build homogeneous bodies of one kind of shape from either their masses or densities."""
         shapes.check_exactly_one(shape.name, mass, density)
         at = parse_parameter("pivot", pivot, (3,))
         name, given = ("mass", mass) if density is None else ("density", density)
@@ -174,7 +175,8 @@ class BodiesConstructors:
         """Build thin rods, as Body.rod does.
 
         `length` is a length [L], `pivot` has the shape (..., 3) [L], and `mass` is in [M]. Raises
-        ValueError if a pivot lies on the line of its rod, because the rod has no moment about it.
+        ValueError if a pivot lies on the line of its rod, because a rod has no moment of inertia
+        about its own line.
         """
         whole = parse_positive("length", length)
         with np.errstate(all="ignore"):

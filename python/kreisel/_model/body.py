@@ -50,17 +50,17 @@ class Body(BodyConstructors):
     inertia       inertia about the fixed point [M L^2]: three moments along the axes of the frame,
                   or a symmetric 3x3 matrix. Alternatively, inertia_about_com: the inertia about the
                   centre of mass
-    com           centre of mass, seen from the fixed point [L]
+    com           position of the centre of mass relative to the fixed point [L]
     inertia_rtol  relative amount by which the largest principal moment may exceed the sum of the
                   other two, 0 <= inertia_rtol < 1, for rounded values from the literature. The
                   moments are used as given
     unphysical    True to allow an inertia that no distribution of mass has, as in models where only
                   mass * gravity * |com| matters
 
-    The principal moments must be positive, and none may exceed the sum of the other two. The
-    relative tolerance of 1e-12 admits plates and rods. If the inertia is a matrix that is not
-    diagonal, its least principal moment must exceed 2e-10 times the largest one. A smaller moment
-    would keep at most six digits after rounding.
+    The principal moments must be positive, and none may exceed the sum of the other two. This is
+    checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the inertia is a
+    matrix that is not diagonal, its least principal moment must exceed 2e-10 times the largest one.
+    Rounding would leave a smaller moment at most six correct digits.
 
     Raises TypeError for arguments that are not numbers, and ValueError if the values describe no
     rigid body. Warns (UserWarning) if no distribution of mass has this inertia about the fixed
@@ -71,8 +71,8 @@ class Body(BodyConstructors):
     'lagrange'
     """
 
-    # The core has the same constructors, whose results are equal to the last bit. But the core
-    # stores principal moments and axes only, and a Body also stores the inertia as described.
+    # The core has the same constructors, and their results are equal to the last bit. But the core
+    # stores only principal moments and axes, while a Body also stores the inertia as given.
 
     mass: float
     inertia: Vector | tuple[Vector, Vector, Vector]
@@ -129,7 +129,7 @@ class Body(BodyConstructors):
         """Build a homogeneous cuboid from half its edges [L] and its density or mass.
 
         half     half the lengths of the edges along the three axes [L]
-        pivot    the fixed point, seen from the centre [L]; it may lie outside the cuboid
+        pivot    the fixed point, relative to the centre [L]; it may lie outside the cuboid
         density  [M L^-3], 1 by default; alternatively, mass [M]
         """
         a, b, c = (as_positive("half", x) for x in as_vector("half", half))
@@ -148,8 +148,9 @@ class Body(BodyConstructors):
     def rod(cls, length: float, pivot: ArrayLike, *, mass: float) -> Body:
         """Build a thin straight rod of given length [L] and mass [M] along the third axis.
 
-        pivot  the fixed point, seen from the middle of the rod [L]. A rod has no moment about its
-               own line, so a rod whose pivot lies on that line can only be added to another body
+        pivot  the fixed point, relative to the middle of the rod [L]. A rod has no moment of
+               inertia about its own line. If the pivot lies on this line, the rod can only be added
+               to another body
 
         >>> import kreisel as kr
         >>> kr.Body.rod(length=6, pivot=(1, 0, 0), mass=1).moments
@@ -211,7 +212,7 @@ class Body(BodyConstructors):
         return _join_parts(mass, tensor, com / mass, self, other)
 
     def shift(self, by: ArrayLike) -> Body:
-        """Return the body shifted by the vector `by` [L] in its frame; the fixed point stays.
+        """Return the body shifted by the vector `by` [L] relative to the fixed point.
 
         >>> import kreisel as kr
         >>> kr.Body.sphere(5, (0, 0, 0), mass=1).shift((0, 0, 3)).moments
@@ -268,14 +269,14 @@ class Body(BodyConstructors):
     def kind(self) -> str:
         """'euler', 'lagrange', 'kowalewski', 'goryachev_chaplygin' or 'general'.
 
-        The conditions of a kind hold to a relative tolerance of 7e-15, the effect of rounding in
-        the description of a body.
+        The conditions of each kind are checked to a relative tolerance of 7e-15, which allows for
+        rounding errors of the parameters.
         """
         return body_kind(self._block, KIND_RTOL)
 
     @property
     def _near_kind(self) -> str:
-        """The kind that the body has only to a tolerance of about 1e-8, as text; else empty."""
+        """Text about a kind that the body has only to a tolerance of up to 1e-8, or empty text."""
         near = KIND_RTOL
         while near < 1e-8:
             near *= 2.0

@@ -34,7 +34,7 @@ class BodyConstructors:
 
         `radius` and `height` are lengths [L]. Give either mass [M] or density [M L^-3].
 
-        pivot  the fixed point, seen from the centre [L]
+        pivot  the fixed point, relative to the centre [L]
 
         >>> import kreisel as kr
         >>> kr.Body.cylinder(radius=2, height=6, pivot=(0, 0, 0), mass=1).moments
@@ -64,7 +64,7 @@ class BodyConstructors:
         density [M L^-3]. Equal radii make a thin-walled tube, the height 0 makes a flat ring, and
         both together make a hoop. Such thin bodies need a mass.
 
-        pivot  the fixed point, seen from the centre [L]
+        pivot  the fixed point, relative to the centre [L]
         """
         hole, r = as_float("inner", inner), as_positive("outer", outer)
         if not 0.0 <= hole <= r:
@@ -77,7 +77,7 @@ class BodyConstructors:
     def disk(cls, radius: float, pivot: ArrayLike, *, mass: float) -> Self:
         """Build a thin round disk of this radius [L] and mass [M], perpendicular to the third axis.
 
-        pivot  the fixed point, seen from the centre [L]
+        pivot  the fixed point, relative to the centre [L]
 
         A gyroscope is a disk on an axle:
 
@@ -101,7 +101,7 @@ class BodyConstructors:
     ) -> Self:
         """Build a solid sphere from its radius [L] and mass [M] or density [M L^-3].
 
-        pivot  the fixed point, seen from the centre [L]
+        pivot  the fixed point, relative to the centre [L]
         shell  True: build a thin spherical shell, which needs a mass
         """
         r = as_positive("radius", radius)
@@ -118,7 +118,7 @@ class BodyConstructors:
     ) -> Self:
         """Build a solid ellipsoid from its half axes [L] and mass [M] or density [M L^-3].
 
-        pivot  the fixed point, seen from the centre [L]
+        pivot  the fixed point, relative to the centre [L]
         """
         a, b, c = (as_positive("half", x) for x in as_vector("half", half))
         return cls._from_shape(shapes.ellipsoid(a, b, c), pivot, mass, density)
@@ -138,7 +138,7 @@ class BodyConstructors:
         The axis of the cone is the third axis, and its centre of mass lies at three quarters of the
         height. Give either mass [M] or density [M L^-3].
 
-        pivot  the fixed point, seen from the tip [L]: (0, 0, 0) for a top that spins on its tip
+        pivot  the fixed point, relative to the tip [L]: (0, 0, 0) for a top that spins on its tip
 
         >>> import kreisel as kr
         >>> kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1).com

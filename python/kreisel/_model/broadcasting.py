@@ -42,15 +42,15 @@ class Parameter(NamedTuple):
 
     @property
     def shape(self) -> Shape:
-        """The shape of the members that the values describe."""
+        """The shape of the batch that the values describe."""
         return self.values.shape[: self.values.ndim - len(self.value)]
 
     def broadcast_to(self, shape: Shape) -> Array:
-        """Return the values broadcast to members of this shape."""
+        """Return the values broadcast to a batch of this shape."""
         return np.broadcast_to(self.values, shape + self.value)
 
     def raise_at_first(self, bad: Any, validate: Validator) -> None:
-        """Raise the error of the first value that `bad` flags; the message contains its index."""
+        """Raise the error of the first value for which `bad` is True; the message has its index."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
             raise self.error_at(index, validate)
@@ -134,7 +134,7 @@ def drop_broadcast(values: Column, lead: int | None = None) -> Column:
 
 
 def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
-    """Memoize `change`, so that it is applied only once to columns that share a buffer."""
+    """Return a version of `change` that is applied only once to columns that share a buffer."""
     made: dict[tuple[object, ...], Column] = {}
 
     def change_once(held: Column) -> Column:
@@ -148,7 +148,7 @@ def memoize_by_buffer(change: ColumnMap) -> ColumnMap:
 
 
 def make_column(values: Column, shape: Shape, trailing: int) -> Column:
-    """Return a read-only column: `values` broadcast to members of this shape.
+    """Return a read-only column: `values` broadcast to a batch of this shape.
 
     The last `trailing` dimensions of `values` are the shape of one value.
     """
@@ -174,14 +174,15 @@ def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
 
 
 def shape_of(*words: Parameter) -> Shape:
-    """Return the shape of the members that the parameters `words` describe."""
+    """Return the shape of the batch that the parameters `words` describe."""
     return common_shape([each.name for each in words], [each.shape for each in words])
 
 
 def axis_names(shape: Shape, words: Iterable[Parameter]) -> tuple[str | None, ...]:
-    """Return a name for each dimension: the only parameter that varies along it, or None.
+    """Return the names of the dimensions, or None for a dimension without a name.
 
-    The parameter must be a scalar, and must not vary along any other dimension.
+    A dimension has the name of a parameter if no other parameter varies along this dimension. The
+    parameter must be a scalar, and must not vary along any other dimension.
     """
     if not shape:
         return ()

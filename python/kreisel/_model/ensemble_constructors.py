@@ -1,6 +1,6 @@
 """Constructors of ensembles from Euler's angles, their rates, and steady precession.
 
-The formulas are those of the constructors of a single scene, and the results agree to the last bit.
+The formulas and the results are the same, to the last bit, as those of a single scene.
 """
 
 from __future__ import annotations
@@ -88,7 +88,8 @@ class EnsembleConstructors(EnsembleData[S]):
     ) -> Self:
         """Build tops from angles and rates that were computed from the parameters `told`.
 
-        `one` constructs a single top from the same parameters and provides the error messages.
+        `one` is the constructor of a single top from the same parameters. If a member is invalid,
+        the error of this constructor is raised.
         """
         down, (drag, along) = parse_parameter("gravity", gravity), parse_damping(damping)
         broadcast_shape(body, [*told, down, drag])
@@ -109,7 +110,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
     @classmethod
     def _frame_quaternions(cls, body: Body | Bodies) -> Array:
-        """Return quaternions (..., 4) of the Euler angles that bodies have before any rotation."""
+        """Return the quaternions (..., 4) for the Euler angles of unrotated bodies."""
         names = "precession_angle", "nutation", "spin_angle"
         if isinstance(body, Body):
             one = cls._one(body, momentum=(0.0, 0.0, 0.0))
@@ -219,7 +220,7 @@ def steady_rates(
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
-    """Return the rates of steady precession; `told` holds spin, tilt and gravity.
+    """Return the rates of steady precession; `told` contains spin, tilt and gravity.
 
     Raises ValueError with the index of the first member that has no steady precession.
     """

@@ -169,9 +169,11 @@ class EnsembleData(Batch[S]):
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """A name for each dimension: the only parameter that varies along it, if that is a scalar.
+        """The names of the dimensions.
 
-        Any other dimension k is called 'dim_k', or 'top' if it is the only dimension.
+        If exactly one parameter varies along a dimension, the dimension has the name of this
+        parameter. The parameter must be a scalar that varies along no other dimension. Any other
+        dimension k is called 'dim_k', or 'top' if it is the only dimension.
         """
         return self._axes
 
@@ -223,7 +225,10 @@ def check_body(body: object) -> Body | Bodies:
 
 
 def broadcast_shape(body: Body | Bodies, told: Sequence[Parameter]) -> Shape:
-    """Return the shape to which bodies and parameters broadcast; raise ValueError without one."""
+    """Return the shape to which bodies and parameters broadcast.
+
+    Raises ValueError if they do not broadcast.
+    """
     own = body.shape if isinstance(body, Bodies) else ()
     shapes = [each.values.shape[: each.values.ndim - len(each.value)] for each in told]
     try:
@@ -242,7 +247,7 @@ def member_error(
 ) -> Exception:
     """Return the error that the constructor `one` raises for the member at the index `at`.
 
-    If `one` raises none, the message of the returned ValueError is `text`.
+    If the constructor raises no error, returns a ValueError with the message `text`.
     """
     words = {each.name: to_python(each.broadcast_to(shape)[at]) for each in told}
     own = body._broadcast_to(shape)._member(at) if isinstance(body, Bodies) else body
@@ -270,7 +275,7 @@ def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
     """Return the parameter that gives the attitudes, and the attitudes (..., 4) as (w, x, y, z).
 
-    Raises ValueError if both parameters are given, or for a quaternion that is not a unit one.
+    Raises ValueError if both attitudes are given, or if a quaternion is not of unit length.
     """
     if given is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")

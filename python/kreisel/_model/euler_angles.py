@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def to_radians(name: str, value: object, degrees: bool) -> Vector:
-    """Return three angles or rates in radians; `degrees` says whether they are in degrees."""
+    """Return three angles or rates in radians, converted from degrees if `degrees` is True."""
     x, y, z = as_vector(name, value)
     return (math.radians(x), math.radians(y), math.radians(z)) if degrees else (x, y, z)
 
@@ -49,10 +49,11 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 
 
 def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
-    """Return the attitude with these angles, for a body whose scene at rest is `unturned`.
+    """Return the attitude at which a body has the Euler angles `angles`.
 
+    `unturned` is the core's scene of the unrotated body, and `start` is the state of this scene.
     Euler's angles describe a frame of the body whose third axis is the apex. The angles of the
-    unturned body give the rotation of this frame within the frame of description.
+    unrotated body give the rotation of this frame within the frame of description.
     """
     names = ("precession_angle", "nutation", "spin_angle")
     own = [float(values(name, unturned, start)[0]) for name in names]

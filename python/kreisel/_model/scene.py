@@ -46,7 +46,7 @@ class Scene:
 
     momentum  angular momentum about the fixed point, in space [M L^2 T^-1]. Alternatively, exactly
               one of: velocity (angular velocity in space [T^-1]), or body_momentum, body_velocity
-              (seen from the frame in which the body is described)
+              (components in the frame in which the body is described)
     attitude  unit quaternion (w, x, y, z), scalar first, from the frame of the body into space, or
               a single scipy Rotation. Alternatively, attitude_xyzw, scalar last
     gravity   acceleration along -e3, of either sign [L T^-2]
@@ -54,11 +54,12 @@ class Scene:
               torque about an axis is -damping times the angular velocity about it
 
     A scene always stores momentum and attitude, whichever parameters the constructor was given.
-    The momentum is rounded: if a needle is given by its velocity, the velocity about its axis has
-    an error of I1 / I3 roundings. Raises TypeError for arguments that are not numbers. Raises
-    ValueError for values that are not finite, of the wrong shape, or not a unit quaternion. The
-    squared norm of a quaternion may differ from 1 by 1e-12. A quaternion in single precision is
-    normalized in double precision.
+    The momentum is rounded. If a needle is given by its velocity, the error of the velocity about
+    its axis is therefore about I1 / I3 times the rounding error of a double.
+
+    Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
+    finite, of the wrong shape, or not a unit quaternion. The squared norm of a quaternion may
+    differ from 1 by 1e-12. A quaternion in single precision is normalized in double precision.
     """
 
     body: Body
@@ -107,7 +108,7 @@ class Scene:
 
     @cached_property
     def _rate_bound(self) -> float:
-        """An estimate of the rate of rotation [T^-1], from the momentum or as for a pendulum."""
+        """An estimate of the rate of rotation [T^-1]: from the momentum or, if larger, of a pendulum."""
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
         return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
@@ -147,7 +148,7 @@ class Scene:
     def vary(self, **words: Unpack[VaryKwargs]) -> Ensemble:
         """Return an ensemble of this scene in which some parameters vary.
 
-        Parameters are broadcast as in kr.Ensemble. They are the parameters of
+        Parameters are broadcast as in kr.Ensemble. They may be the parameters of
         - Scene: gravity, damping, body (a Body or kr.Bodies), attitude or attitude_xyzw, and one of
           momentum, velocity, body_momentum, body_velocity. If none of these four is given, the
           momentum in space stays the same
@@ -155,10 +156,11 @@ class Scene:
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric,
           unless steady=True. Missing values, the other Euler angles and the rate of the nutation
           are those of the scene
-        - Scene.from_euler: angles, rates. A missing one is that of the scene
+        - Scene.from_euler: angles, rates. If one of them is missing, that of the scene is used
 
-        `degrees` applies to the parameters of the last two. If exactly one scalar parameter varies
-        along a dimension of the ensemble, the dimension has its name: see tops.axes, tops.coords.
+        `degrees` applies to the last two groups. If exactly one scalar parameter varies along a
+        dimension of the ensemble, the dimension has the name of this parameter: see tops.axes and
+        tops.coords.
 
         >>> import kreisel as kr, numpy as np
         >>> top = kr.scenes.sleeping
@@ -186,8 +188,8 @@ class Scene:
                   the scene is applied; the momentum in space stays the same
         gravity   standard deviation of gravity [L T^-2]
 
-        Top i depends only on `seed` and i, for any `n`. Each scattered parameter is independent of
-        the standard deviations of the others.
+        Top i depends only on `seed` and i, but not on `n`. The errors of one parameter do not
+        depend on the standard deviations of the other parameters.
 
         >>> import kreisel as kr
         >>> tops = kr.scenes.thesis.scatter(1000, seed=7, attitude=0.01)
@@ -214,7 +216,8 @@ class Scene:
         line of nodes, and spin about the apex, the direction of the centre of mass. If the apex is
         the third axis of the frame of description, the attitude is
             Rz(precession) Rx(nutation) Rz(spin).
-        Otherwise the frame is first rotated so that its third axis becomes the apex, as in a path.
+        Otherwise the frame is first rotated so that its third axis becomes the apex. The same
+        rotation is part of the angles of a path.
 
         degrees  True: angles and rates are in degrees; gravity and damping are as in Scene
 
@@ -254,7 +257,7 @@ class Scene:
         precession  initial rate of the axis about the vertical [T^-1]. By default it is 0: the axis
                     is released from rest
         steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
-                    tilt 0 or pi no precession exists, and the top stands or hangs
+                    tilt 0 or pi it stands or hangs vertically, without precession
         degrees     True: tilt is in degrees, spin and precession in degrees per unit of time;
                     gravity and damping are as in Scene
 
@@ -287,9 +290,9 @@ class Scene:
 
         A str of several lines is TOML text; any other argument is the name of a file. The keys are
         the parameters of Scene and, in the table [body], of Body. A table [from_euler] or
-        [spinning] with the parameters of this constructor may replace the keys of Scene. In the
-        same way, a table such as [body.cuboid] may replace the keys of Body. Raises ValueError for
-        other keys.
+        [spinning] with the parameters of the constructor of this name may replace the keys of
+        Scene. In the same way, a table such as [body.cuboid] may replace the keys of Body. Raises
+        ValueError for unknown keys.
 
         >>> import kreisel as kr
         >>> text = "momentum = [0, 0, 3]\n[body.cone]\nradius = 1\nheight = 2\n"
@@ -299,7 +302,7 @@ class Scene:
         return read(source, parse_toml)
 
     def to_toml(self, path: str | os.PathLike[str] | None = None) -> str:
-        """Return the scene as TOML text, and write it to the file `path` if that is given.
+        """Return the scene as TOML text; if `path` is given, also write the text to this file.
 
         Scene.from_toml returns an equal scene for this text.
         """
@@ -337,10 +340,10 @@ class Ensemble(EnsembleConstructors[Scene]):
               three axes of a top have the same damping [M L^2 T^-1]
 
     `tops[i, j]` is a kr.Scene; slices, index arrays and masks return ensembles. Iteration yields
-    scenes or, if there are several dimensions, ensembles. Each member equals to the last bit the
-    scene that kr.Scene makes of its parameters; attitudes in single precision may differ in the
-    last place. Values that do not vary are stored once. Two ensembles are equal if their bodies,
-    gravity, damping and states are equal.
+    scenes or, if there are several dimensions, ensembles. Each member is equal, to the last bit, to
+    the kr.Scene with the same parameters. Attitudes in single precision may differ in the last bit.
+    Values that do not vary are stored once. Two ensembles are equal if their bodies, gravity,
+    damping and states are equal.
 
     Raises TypeError and ValueError as Scene does; the message contains the index of the first
     invalid value.

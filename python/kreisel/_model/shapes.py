@@ -20,7 +20,7 @@ class Shape(NamedTuple, Generic[R]):
     name: str
     volume: R  # [L^3]; 0 for a thin shape
     squares: tuple[R, R, R]  # means of x^2, y^2, z^2 about the centre of mass [L^2]
-    height: R  # height of the centre of mass above the point from which the pivot is seen [L]
+    height: R  # height of the centre of mass above the origin of the pivot's coordinates [L]
 
 
 def central_moments(shape: Shape[R], mass: R) -> tuple[R, R, R]:
@@ -73,7 +73,7 @@ def tube(inner: R, outer: R, height: R) -> Shape[R]:
 
 
 def tube_error_message(inner: float, outer: float) -> str:
-    """Return the error message for radii that no tube has."""
+    """Return the error message for invalid radii of a tube."""
     return f"inner must lie between 0 and outer = {outer!r}, not {inner!r}"
 
 

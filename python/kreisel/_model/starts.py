@@ -7,9 +7,10 @@ The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, whe
 is the amended potential (Smale 1970). Hence a start exists for each P with U(P) <= energy and for
 each direction of w. The energy determines the length of w, which is computed without cancellation.
 
-Let alpha be the angle of J^(-1/2) w. The volume element of the energy surface is
-dP dalpha / sqrt(<P, J P>), and random starts are drawn from this distribution. The height of the
-apex, <apex, P>, is stationary for the two directions of w that are orthogonal to J^-1 (apex x P).
+Let alpha be the angle of J^(-1/2) w in the plane orthogonal to J^(1/2) P. The volume element of the
+energy surface is dP dalpha / sqrt(<P, J P>), and random starts are drawn from this distribution.
+The height of the apex, <apex, P>, is stationary for the two directions of w that are orthogonal to
+J^-1 (apex x P).
 """
 
 from __future__ import annotations
@@ -28,10 +29,10 @@ from .body import Body
 from .scene import Ensemble
 
 _TRIALS = 1 << 14  # largest number of draws for one start
-_ROWS, _WORDS = 1 << 12, 8  # starts drawn in one batch; random words per draw
-_GRID = 48  # heights of the grid for the minimum of U; the grid has twice as many angles
-_LARGEST = 1e150  # energies below this have squares within the range of doubles
-_CELLS, _HALVINGS = 1024, 120  # number of cells that suffices; largest number of splittings
+_ROWS, _WORDS = 1 << 12, 8  # starts drawn in one batch; random 64-bit words per draw
+_GRID = 48  # heights in the grid that is searched for the minimum of U; twice as many angles
+_LARGEST = 1e150  # energies below this can be squared without overflow
+_CELLS, _HALVINGS = 1024, 120  # cells at which splitting ends; largest number of splittings
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -98,8 +99,8 @@ class _EnergySurface(NamedTuple):
     def _newton_minimum(self, P: Array) -> float:
         """Return a local minimum of U near P by Newton's method on the sphere.
 
-        Each step uses the absolute values of the curvatures, so that its direction is downhill. It
-        is halved repeatedly, and the length with the smallest U is chosen.
+        Each step uses the absolute values of the curvatures, so that its direction is downhill. The
+        step is halved repeatedly, and the length with the smallest U is chosen.
         """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):
@@ -144,11 +145,11 @@ def starts(
               point of its apex, as in kreisel.section, once with each of the two possible momenta.
               Three integers are the numbers of heights of the vertical along the body's third axis,
               of angles about that axis, and of directions of the momentum. Starts lie at the
-              centres of cells of equal size; impossible cells are omitted
+              centres of cells of equal size. A cell is omitted if no start exists at its centre
 
-    Each attitude is the shortest rotation from upright, since the heading affects neither energy
-    nor vertical momentum. Raises ValueError if no start exists; the message contains the least
-    possible energy.
+    Each attitude is the shortest rotation from the upright position, since neither energy nor
+    vertical momentum depends on the heading. Raises ValueError if no start exists; the message
+    contains the least possible energy.
 
     >>> import kreisel as kr
     >>> tops = kr.starts(kr.scenes.asymmetric.body, energy=2.0, vertical=1.0, n=3, seed=7)
@@ -257,7 +258,7 @@ def _uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _SphereCells(NamedTuple):
-    """Cells on the sphere: their lowest heights and angles, and their extents in both."""
+    """Cells on the sphere: the lower ends and the lengths of their ranges of height and angle."""
 
     height: Array
     angle: Array
@@ -294,7 +295,7 @@ class _SphereCells(NamedTuple):
 
 
 def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
-    """Return cells that cover all verticals P with U(P) <= energy, and few others."""
+    """Return cells that cover all verticals P with U(P) <= energy, and few other points."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):

@@ -1,4 +1,4 @@
-"""TOML input and output of scenes: constructors called with tables, and numbers with all digits."""
+"""TOML input and output of scenes: tables hold arguments of constructors, in full precision."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .._utils.validation import short_repr
 _T = TypeVar("_T")
 
 
-_MAX_BYTES = 1 << 20  # far above any scene: refuses a device whose data has no end
+_MAX_BYTES = 1 << 20  # far larger than any scene; limits the data read from a device
 
 
 def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
@@ -25,7 +25,7 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
         return parse(source)
     with open(
         os.fspath(source), "rb"
-    ) as file:  # fspath refuses a number, which open would take as a descriptor
+    ) as file:  # fspath rejects an integer, which open would use as a file descriptor
         return prefix_errors(os.fspath(source), lambda: parse(read_limited(file)))
 
 
@@ -41,7 +41,7 @@ def read_limited(file: BinaryIO) -> str:
 
 
 def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
-    """Return the result of `make`; let messages of TypeError and ValueError begin with `name`."""
+    """Return the result of `make`, and prefix messages of TypeError and ValueError with `name`."""
     try:
         return make()
     except (TypeError, ValueError) as error:
@@ -76,7 +76,7 @@ def call_constructor(
     """Call the constructor `make` with the keys of a table as its arguments.
 
     Raises ValueError for unknown and missing keys. For a misplaced key, `elsewhere` contains the
-    place where it belongs. `others` are further keys that the message for an unknown key suggests.
+    place where it belongs. `others` are further keys that the message for an unknown key can name.
     """
     parameters = inspect.signature(make).parameters
     for word in words:

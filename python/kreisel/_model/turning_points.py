@@ -1,4 +1,4 @@
-"""Turning points of the apex, by the closed form: they are roots of its cubic polynomial."""
+"""Turning points of the apex by the closed form, as roots of a cubic polynomial."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ class TurningPoints:
 
     least, greatest      least and greatest nutation [rad]
     t_least, t_greatest  first times at which they occur [T]
-    critical_spin        [T^-1]
+    critical_spin        spin above which an upright top is a sleeping top [T^-1]
     motion_type          the type of motion, as text
-    rows                 the core's rows (n, 10): these numbers and coefficients of the potential
+    rows                 (n, 10) rows of the core: the numbers above, and coefficients of the
+                         potential
     """
 
     least: Array

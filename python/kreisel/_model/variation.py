@@ -50,8 +50,8 @@ class _EulerState(NamedTuple):
     """Euler's angles and rates of a scene, in radians."""
 
     angles: tuple[float, float, float]  # precession, nutation, spin
-    precession: float  # rate
-    nutation: float  # rate
+    precession: float  # rate of the precession angle
+    nutation: float  # rate of the nutation angle
     spin: float  # angular velocity about the apex
 
 
@@ -139,8 +139,8 @@ def _start_from_spin(
 ) -> _Start:
     """Return the parameters `given`, and Euler's angles and rates for spin, tilt and precession.
 
-    Values that are not given are those of the scene. `steady` holds two flags: whether the
-    precession is steady, and whether the fast one is requested.
+    Values that are not given are those of the scene. `steady` contains two flags: whether
+    the precession is steady, and whether it is the fast one of two.
     """
     now = _euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
@@ -245,7 +245,7 @@ def _normal_numbers(seed: int, first: int, n: int) -> Array:
     Muller converts these words to normally distributed numbers.
     """
     drawn = np.empty((n, _DRAWS))
-    philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # 4 words per count
+    philox = np.random.Philox(key=seed).advance(first * _DRAWS // 4)  # each count gives 4 words
     for begin in range(0, n, _ROWS):
         rows = drawn[begin : begin + _ROWS]
         raw = philox.random_raw(rows.size).reshape(len(rows), 2, _DRAWS // 2)
@@ -258,7 +258,7 @@ def _normal_numbers(seed: int, first: int, n: int) -> Array:
 
 
 def _rotate_first(q: Four, r: Components) -> Four:
-    """Return the attitudes of bodies rotated by the vectors `r` first, then by `q`."""
+    """Return the attitudes of bodies rotated first by the rotation vectors `r`, then by `q`."""
     x, y, z = r
     size = np.sqrt(x * x + y * y + z * z)
     half = 0.5 * size

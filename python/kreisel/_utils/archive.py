@@ -27,7 +27,7 @@ _HEADER = re.compile(
     rb"'shape': \(([0-9, ]{0,200})\), \} *\n",
     re.DOTALL,
 )
-_MAX_ERROR_LENGTH = 100  # characters of zipfile's message that are kept: it may quote the file
+_MAX_ERROR_LENGTH = 100  # characters kept of a message of zipfile, which may quote the file
 
 
 def pack(texts: Mapping[str, str], arrays: Mapping[str, Array | Integers]) -> bytes:

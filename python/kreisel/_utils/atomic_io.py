@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 class AtomicWriter:
-    """A file that is written in blocks. Its OSErrors contain the final file name."""
+    """A file that is written in blocks; if writing fails, the OSError names the final file."""
 
     def __init__(self, descriptor: int, name: str) -> None:
         self._descriptor, self._whole, self._name = descriptor, 0, name
@@ -42,9 +42,10 @@ class AtomicWriter:
 
 @contextlib.contextmanager
 def atomic_open(path: str | os.PathLike[str]) -> Iterator[AtomicWriter]:
-    """Open a temporary file that is synced to disk and replaces `path` when the block ends.
+    """Open a temporary file that is synced to disk and replaces `path` after the `with` block.
 
-    If the block raises or writes nothing, the temporary file is removed and `path` is unchanged.
+    If the `with` block raises an exception or writes nothing, the temporary file is removed and
+    `path` is unchanged.
     Devices and pipes are written directly.
     """
     file, name = Path(os.path.realpath(path)), os.fspath(path)

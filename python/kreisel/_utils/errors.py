@@ -15,11 +15,11 @@ _T = TypeVar("_T")
 _SKIPPED_PACKAGES = {
     __package__.partition(".")[0],
     "dataclasses",
-}  # a warning points past the stack frames of these packages
+}  # warnings point at the nearest caller outside these packages
 
 
 def status_to_exception(status: str, detail: str) -> Exception:
-    """Return the exception for a status with which the core refused its arguments."""
+    """Return the exception for the status that the core returned for invalid arguments."""
     what, text = statuses[status]
     return (MemoryError if what == "MEMORY" else ValueError)(f"{text}: {detail}")
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def optional_dependency(by: str) -> Iterator[None]:
-    """Add the command that installs `by` to the error that reports a missing module."""
+    """Return a context in which the error for a missing module contains `pip install {by}`."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -146,7 +146,7 @@ def as_finite_array(name: str, value: object, what: str) -> Array:
 def as_floats(name: str, value: object, n: int, what: str) -> list[float]:
     """Return `value` as a list of `n` finite floats."""
     if (type(value) is tuple or type(value) is list) and _PLAIN.issuperset(map(type, value)):
-        with contextlib.suppress(OverflowError):  # fast path for the common case: ten times as fast
+        with contextlib.suppress(OverflowError):  # the common case: this is ten times as fast
             plain = [float(x) for x in value]
             if len(plain) == n and all(map(math.isfinite, plain)):
                 return plain
