@@ -25,7 +25,7 @@ from .scenes import about, name_of
 
 _PAGE = File(__file__).with_name("viewer.html")
 _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script>)')
-_TICK = 1e-6  # unit of time in which the page counts
+_TICK = 1e-6  # the page counts time in multiples of this [T]
 
 
 class _Body(TypedDict):
@@ -85,8 +85,7 @@ class View:
     def open(self) -> File:
         """Show the page in a browser and return the file of the page.
 
-        The file is overwritten by the next page for a scene of this name. Warns if no browser was
-        found.
+        The next page for a scene of this name overwrites the file. Warns if no browser was found.
         """
         file, shown = open_page(self)
         if not shown:
@@ -133,7 +132,7 @@ def view(
     speed: float = 1.0,
     open: bool = True,
 ) -> View:
-    """Show a scene in a browser page, or a path next to a top that the page computes.
+    """Show a scene in a browser page, or a path next to the motion that the page computes.
 
     In a notebook, the page is the result of a cell; otherwise it opens in a browser.
 

@@ -20,8 +20,8 @@ np.where(np.diff(np.sign(f(path)))). This search may miss events.
 
 In each step of method='taylor', the function is a polynomial of time. Events are the sign changes
 of this polynomial or, for an extremum, of its derivative. No event inside a step is missed, and the
-path does not change. The start is not an event. The function counts as zero if it is below 2^-50
-times the sizes of its terms; a function that only touches zero has no event there.
+path does not change. The start is not an event. A function counts as zero if its absolute value is
+below 2^-50 times the sizes of its terms. If a function only touches zero, this is not an event.
 
 The times of events are as accurate as the path. They are doubles even if the path has more digits,
 but the states at these times have all digits of the path. Rising and falling refer to increasing
@@ -95,7 +95,7 @@ class Event:
     where      terms of a function that must be positive at the event; empty for no condition
     extremum   False: g crosses zero; True: g has an extremum
     direction  1: g rises, or has a minimum; -1: g falls, or has a maximum; 0: either
-    max_count  number of events after which no more are recorded; None for no limit
+    max_count  largest number of events to record; None for no limit
     terminal   True: the path ends at the event, or at event number `max_count` if that is given
     """
 
@@ -121,11 +121,11 @@ def crossing(
     max_count: int | None = None,
     terminal: bool = False,
 ) -> Event:
-    """Find where a function crosses a value, which is given in the units of the function.
+    """Find where a function crosses a value.
 
-    `direction`, `max_count` and `terminal` are as in Event. `where` is a function that must be
-    positive at the event. Raises TypeError or ValueError if a function is invalid, and ValueError
-    if `function` is constant.
+    `value` is given in the units of the function. `direction`, `max_count` and `terminal` are as in
+    Event. `where` is a function that must be positive at the event. Raises TypeError or ValueError
+    if a function is invalid, and ValueError if `function` is constant.
     """
     level = as_float("value", value)
     terms = _terms("function", function) + (((-level, 0, 0),) if level else ())
@@ -206,12 +206,13 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
     """Find where a top is nearest to its unstable equilibrium.
 
     On both sides of the separatrix, motions are slow near this equilibrium. Under gravity, the
-    events are the points at which the centre of mass is highest. Without torque, they are the
-    points at which the angular velocity turns back near the axis of the middle moment, on either
-    side. The states at the events show how near to the equilibrium the motion comes.
+    events are the points at which the centre of mass is highest. Without torque, the events are the
+    points at which the angular velocity turns back near the axis of the middle principal moment, on
+    either side of this axis. The states at the events show how near the motion comes to the
+    equilibrium.
 
-    The other arguments are as in extremum, without `direction` under gravity. Raises ValueError for
-    a body without torque and with two equal moments, because it has no separatrix.
+    The other arguments are as in extremum; `direction` is not accepted under gravity. Raises
+    ValueError for a body without torque and with two equal moments, because there is no separatrix.
     """
     check_type("scene", scene, Scene)
     if scene.gravity and any(scene.body.com):
@@ -265,7 +266,10 @@ _INSTEAD = {
 
 
 def _component(word: str) -> int:
-    """Return the index of a component; raise ValueError if it is unknown or has no series."""
+    """Return the index of a component.
+
+    Raises ValueError if the component is unknown or has no Taylor series.
+    """
     if word in components:
         return components[word]
     rows = (row for row in quantities if word in (row["name"], *row["components"]))
@@ -312,15 +316,16 @@ def _event(
     return Event(terms, where, extremum, int(direction), limit, terminal)
 
 
-MAKERS: dict[str, Callable[..., Event]] = {  # by the names used in commands and files
+MAKERS: dict[str, Callable[..., Event]] = {  # by their names in commands and files
     name: globals()[name] for name in __all__ if name.islower() and callable(globals()[name])
 }
 
 
 def parse_events(method: str, events: object) -> tuple[Event, ...]:
-    """Return the events that a call requests.
+    """Return the requested events as a tuple.
 
-    Raises ValueError if the method cannot find events, and TypeError if they are not events.
+    Raises ValueError if the method cannot find events, and TypeError if `events` contains anything
+    but events.
     """
     if method != FALLBACK:
         raise ValueError(
@@ -341,7 +346,7 @@ CoreEvents = list[
 
 
 def to_core_events(events: Iterable[Event]) -> CoreEvents:
-    """Return the events as tuples, the form in which the core takes them."""
+    """Return the events as tuples, in the form of the core's arguments."""
     return [
         (list(e.terms), list(e.where), e.extremum, e.direction, e.max_count or 0, e.terminal)
         for e in events

@@ -1,6 +1,7 @@
 """Unit quaternions (w, x, y, z), scalar first, that rotate vectors from the body into space.
 
-If v is a vector seen from the body, then v_space = q v q* is the same vector seen from space.
+If v contains the components of a vector along the axes of the body, then v_space = q v q* contains
+the components of the same vector along the axes of space.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def _cross(a: tuple[R, R, R], b: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return q v q*: the vector seen from space that is `v` seen from the body."""
+    """Return q v q*: the components in space of the vector with the components `v` in the body."""
     w, ux, uy, uz = q
     x, y, z = v
     c = _cross((ux, uy, uz), (x, y, z))
@@ -55,7 +56,7 @@ def turn(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
-    """Return q* v q: the vector seen from the body that is `v` seen from space."""
+    """Return q* v q: the components in the body of the vector with the components `v` in space."""
     return turn(conjugate(q), v)
 
 

@@ -1,6 +1,6 @@
 """Named scenes; the mapping `about` contains a description of each.
 
-The scenes from `thesis` to `strong_gravity` are those of the report. They are given in principal
+The scenes from `thesis` to `strong_gravity` are the ones in the report. They are given in principal
 axes with mass and gravity 1, so that com equals the lever mass * gravity * com. Their numbers are
 equal to the last bit to those of validation/references/problems.json.
 """
@@ -95,7 +95,7 @@ def get_scene(name: str) -> Scene:
 
 
 def name_of(scene: Scene) -> str:
-    """Return the name of a scene that equals one of this module; '' for any other scene."""
+    """Return the name of the scene in this module that equals `scene`, or '' if there is none."""
     return next((name for name in about if get_scene(name) == scene), "")
 
 

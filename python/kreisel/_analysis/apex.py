@@ -14,7 +14,7 @@ from .._results.path import Path
 from .._solve.exact import exact
 from .._utils.validation import Array, check_type
 
-_LEVEL = 1e-9  # about the error of the height in a solution with a tolerance of 1e-10
+_LEVEL = 1e-9  # approximate error of the height in a solution with a tolerance of 1e-10
 _FEWEST = 4  # states per nutation: with 3 the period can be wrong by 1 %, with 2 by 50 %
 
 
@@ -138,7 +138,7 @@ class Apex:
     def _neighbours(self, i: int, values: Array) -> tuple[Array, Array]:
         """Return times and values at the four states nearest to the interval t[i - 1] .. t[i].
 
-        A path with fewer states returns all of them.
+        If the path has fewer than four states, all of them are returned.
         """
         first = min(max(i - 2, 0), max(len(self.t) - 4, 0))
         return self.t[first : first + 4], values[first : first + 4]
@@ -146,7 +146,8 @@ class Apex:
     def _nutation_at(self, t: float) -> float:
         """Return the nutation at a time between states.
 
-        It is computed from two smooth functions, which keep all digits at a pole.
+        The nutation is computed from the height and from the squared distance to the vertical. Both
+        are smooth functions of time, so the result is accurate near the vertical, too.
         """
         square = self._interpolate_at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(math.sqrt(max(square, 0.0)), self._interpolate_at(self.height, t))
@@ -158,14 +159,14 @@ class Apex:
 def apex(path: Path) -> Apex:
     """Return the trace of the direction of the centre of mass on the unit sphere.
 
-    If the centre of mass is the fixed point, it is the trace of the principal axis T.
+    If the centre of mass is the fixed point, the trace of the principal axis T is returned.
     """
     check_type("path", path, Path)
     return Apex(path.t, path.apex, np.cross(path.velocity, path.apex), path.scene)
 
 
 def _interpolate(t: Array, values: Array, at: float) -> float:
-    """Return the value at `at` of the polynomial through these points."""
+    """Return the value, at the time `at`, of the polynomial through the points (t, values)."""
     total = 0.0
     for i, value in enumerate(values.tolist()):
         others = np.delete(t, i)
@@ -174,7 +175,7 @@ def _interpolate(t: Array, values: Array, at: float) -> float:
 
 
 def _find_zero(t: Array, values: Array) -> float:
-    """Return the zero at which the polynomial through these points rises, by bisection."""
+    """Return the rising zero of the polynomial through the points (t, values), by bisection."""
     inside = int(np.flatnonzero((values[:-1] < 0.0) & (values[1:] >= 0.0))[0])
     low, high = float(t[inside]), float(t[inside + 1])
     for _ in range(60):

@@ -34,8 +34,10 @@ class Row:
     seconds         the shortest run time of the repeats
     median          the median of the run times
     attitude_error  the largest angle between attitude and true attitude [rad]
-    energy_error    max |E - E0| / max (T + M |g| |com|)
-    failure         empty, or the reason why the run failed. Errors and times are then NaN
+    energy_error    max |E - E0| / max (T + mass * |gravity| * |com|), with the energy E, its value
+                    E0 at the start, and the kinetic energy T
+    failure         the reason why the run failed, or empty. After a failure, errors and times are
+                    NaN
     """
 
     scene: str
@@ -165,10 +167,10 @@ def compare(
     methods in the same way.
 
     t         times, as in kreisel.solve. Errors are maxima over the states at these times only: a
-              number compares only the end, numpy.linspace(0, 10, 101) the whole path
+              number compares only the end; numpy.linspace(0, 10, 101) compares the whole path
     methods   names of methods; by default, all methods that apply to the scene
-    steps     steps of the methods of fixed step
-    tols      tolerances of the other methods; by default, each method uses its own
+    steps     steps for the methods of fixed step
+    tols      tolerances for the other methods; by default, each method uses its default tolerance
     truth     a path at the same times, or the name of a method: taylor is run with 20 digits, other
               methods with tol 1e-13 or a sixteenth of the smallest step
     progress  function that is called after each run with the fraction of the runs that are done, up
@@ -203,7 +205,7 @@ def compare(
 
 
 def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """Return the rows of all runs that were made; none if the truth is missing."""
+    """Return the table of all runs that were made; it is empty if `truth` is None."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]
@@ -213,7 +215,7 @@ def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
 class CompareInterrupted(KeyboardInterrupt):
     """Ctrl-C during kreisel.compare; `table` has a row for each run that was made at least once."""
 
-    __module__ = "kreisel"  # a traceback names what users catch
+    __module__ = "kreisel"  # a traceback shows the public name
 
     def __init__(self, message: str, table: Table) -> None:
         super().__init__(message)

@@ -4,14 +4,16 @@ For an axis of the body, usually the apex, let
     z = sin(nutation) exp(i precession_angle),  where apex_x + i apex_y = -i z,
     u = sin(nutation) exp(i spin_angle),
     h = cos(nutation).
-In a regular motion each of these signals is a sum of lines a exp(i f t). Let v be the frequency of
-the nutation. The frequencies of h are the multiples of v. Those of z and u are the mean rates of
-the two angles plus multiples of v. The strongest line is found where the transform of the windowed
-signal is largest. It is subtracted, and the next line is found in the remainder.
+In a regular motion each of these signals is a sum of lines, terms a exp(i f t) with an amplitude a
+and a frequency f. Let v be the frequency of the nutation. The frequencies of h are the multiples of
+v. The frequencies of z are the mean rate of precession_angle plus multiples of v. The frequencies
+of u are the mean rate of spin_angle plus multiples of v. The strongest line is found where the
+Fourier transform of the windowed signal is largest. This line is subtracted, and the next line is
+found in the remainder.
 
 Sources: J. Laskar, Frequency map analysis and quasiperiodic decompositions, 2003
-(arXiv:math/0305364). The window is that of Kaiser, whose side lobes are at rounding level. For mean
-rates by windows, see S. Das and others, Nonlinearity 30 (2017) 4111.
+(arXiv:math/0305364). The signal is multiplied by the Kaiser window, whose side lobes are at
+rounding level. For mean rates by windows, see S. Das and others, Nonlinearity 30 (2017) 4111.
 """
 
 from __future__ import annotations
@@ -31,28 +33,30 @@ _SHARPNESS = 11.0  # shape parameter of the window; its side lobes are below exp
 _FEWEST = 64  # least number of states
 _EVEN = 1e-9  # deviation from even times that is allowed, relative to their spacing
 _ROUNDS = 12  # largest number of Newton steps for a line
-_LEVEL = 1e-12  # variations of the axis below this count as none
+_LEVEL = 1e-12  # smaller variations of the axis are ignored
 _SMOOTH = 1e-3  # allowed error of a mean rate, as an angle over the whole path [rad]
-_NEAR = 0.1  # allowed difference of mean and line, as an angle over the whole path [rad]
+_NEAR = 0.1  # allowed difference between mean rate and line, as an angle over the whole path [rad]
 
 
 @dataclass(frozen=True, eq=False)
 class Frequencies(ReadOnlyArrays):
     """The angular frequencies of a motion. Arrays are read-only.
 
-    precession  mean rate of the axis about the vertical [T^-1]. A pass within 1e-11 rad of a pole
-                counts as a pass through the pole, and its half turn is not counted. NaN if the axis
-                stays at a pole, or passes a pole at a distance below the errors of the path
-    nutation    frequency of the strongest line of the height of the axis: 2 pi divided by the time
-                from one lowest point to the next [T^-1]; 0 if the height is constant
+    precession  mean rate of the axis about the vertical [T^-1]. The poles are the vertical and its
+                opposite. If the axis passes a pole within 1e-11 rad, the half turn of this pass is
+                not counted. NaN if the axis stays at a pole, or passes a pole at a distance below
+                the errors of the path
+    nutation    frequency of the strongest line of the height of the axis [T^-1]: 2 pi divided by
+                the time from one lowest point to the next. 0 if the height is constant
     spin        mean rate of the body about the axis, in addition to the precession [T^-1]; NaN if
                 the precession is NaN
     lines       (n,) frequencies of apex_x + i apex_y, the strongest first [T^-1]
     amplitudes  (n,) complex amplitudes: apex_x + i apex_y is approximately the sum of
                 amplitudes * exp(i * lines * t)
-    rest        root mean square of the remainder of this sum, relative to that of the signal. It is
-                at rounding level if the motion is regular and the path is long, and large if the
-                motion is chaotic. It does not measure errors of precession, nutation and spin
+    rest        root mean square of apex_x + i apex_y minus this sum, relative to that of
+                apex_x + i apex_y. `rest` is at rounding level if the motion is regular and the path
+                is long, and large if the motion is chaotic. `rest` does not measure errors of
+                precession, nutation and spin
     exact       True if precession, nutation and spin are those of the closed form
     """
 
@@ -78,8 +82,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     the motion is regular, a rate is as accurate as the path. Near a pole, additional states are
     computed until the turns can be counted.
 
-    Under gravity, the rates are those of the apex about the vertical. Without torque, they are
-    those of the axis that circulates about the angular momentum, as in kreisel.exact.
+    Under gravity, the rates describe the motion of the apex about the vertical. Without torque,
+    they describe the body's axis that circulates about the angular momentum, as in kreisel.exact.
 
         >>> import kreisel as kr
         >>> import numpy as np
@@ -144,8 +148,8 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from `turned`, the angles between states.
 
     The strongest line of `signal` minus a multiple of `part` is more accurate than the mean of
-    `turned`. It is returned if it lies so near the mean that the multiple is certain. Otherwise the
-    mean is returned if the angle grows evenly, and NaN if it does not.
+    `turned`. The line is returned if it is so near the mean that the multiple is certain. Otherwise
+    the mean is returned if the angle grows evenly, and NaN if it does not.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_window(len(turned)) @ turned) / step
@@ -167,7 +171,10 @@ def _alias_bound(rate: Array) -> float:
 
 
 def _choose_reference_axes(path: Path) -> tuple[Array, Array]:
-    """Return the direction in space and the body's axis, in principal axes, for the rates."""
+    """Return the direction in space and the axis of the body to which the rates refer.
+
+    The axis is given by its components along the principal axes.
+    """
     com = np.array(path.scene.body.principal_com)
     if not path.m[0].any() and not (path.scene.gravity and com.any()):
         return np.array((0.0, 0.0, 1.0)), np.array((0.0, 0.0, 1.0))  # at rest

@@ -21,18 +21,19 @@ if TYPE_CHECKING:
 class Rod:
     """An elastic rod in equilibrium.
 
-    The arc length s of the rod is the time of the top. The tangent T of the rod is the direction
-    from the fixed point to the centre of mass.
+    The arc length s of the rod corresponds to the time of the top. The tangent T of the rod is the
+    direction from the fixed point to the centre of mass.
 
     s          (n,) arc length [T]
-    centre     (n, 3) centre line, which begins at the origin: the integral of T, which is
-               interpolated by a cubic polynomial in each interval [T]
+    centre     (n, 3) centre line, beginning at the origin [T]: the integral over s of T,
+               interpolated by a cubic polynomial in each interval
     frame      (n, 3, 3) N, B, T in space
     curvature  (n, 2) kappa1 = <T', N>, kappa2 = <T', B> [T^-1]
     torsion    (n,) tau = <N', B> [T^-1]
     stiffness  alpha1, alpha2 against bending in the directions N and B, and alpha against twist;
                they equal I_B, I_N, I_T [M L^2]
-    load       vector b along which a force holds the ends: -mass * gravity * |com| e3 [M L^2 T^-2]
+    load       vector b = -mass * gravity * |com| * e3, along which a force acts on the ends
+               [M L^2 T^-2]
 
     The source is Bodack 2008, theorems 3.8 and 3.9. The text there exchanges alpha1 and alpha2, and
     gives the load the opposite sign.
@@ -63,7 +64,8 @@ class Rod:
     def elastic(self) -> Array:
         """(n,) energy of bending and twist per length [M L^2 T^-2].
 
-        It is the kinetic energy of the top, (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
+        This is the kinetic energy of the top:
+        (alpha1 kappa1^2 + alpha2 kappa2^2 + alpha tau^2) / 2.
         """
         one, two, twist = self.stiffness
         density: Array = (self.curvature**2 @ np.array((one, two)) + twist * self.torsion**2) / 2.0

@@ -1,10 +1,11 @@
 """Turns of a body's axis about a direction in space, between the states of a path.
 
-Let z = sin(nutation) exp(i precession_angle) be the projection of the axis along the direction. It
-is 0 if the axis is at a pole, in or opposite to the direction. Between two states z moves along an
-arc. The arc turns about 0 by the same angle as its chord, unless 0 lies between arc and chord. The
-velocities at both ends bound the distance of the arc from the chord. If 0 may lie between them, the
-state at half the time is computed, and both halves of the arc are examined in the same way.
+Let z = sin(nutation) exp(i precession_angle) be the projection of the axis onto the plane that is
+perpendicular to the direction. The poles are the direction and its opposite; z is 0 if the axis is
+at a pole. Between two states z moves along an arc. The arc turns about 0 by the same angle as its
+chord, unless 0 lies between arc and chord. The velocities at both ends bound the distance of the
+arc from the chord. If 0 may lie between arc and chord, the state at half the time is computed, and
+both halves of the arc are examined in the same way.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ Waves = npt.NDArray[np.complex128]
 Flags = npt.NDArray[np.bool_]
 Indices = npt.NDArray[np.int64]
 
-THROUGH = 1e-11  # a pass nearer to a pole than this [rad] counts as a pass through the pole
+THROUGH = 1e-11  # a pass at a smaller distance from a pole [rad] counts as a pass through it
 _ROUNDS = 24  # halvings of the time between states, enough for a pass at the distance THROUGH
 _SAFETY = 4.0  # a pole must be this many times as far from a chord as the arc can be
-_STRAIGHT = 0.1  # largest distance from its chord, per length, of an arc that ends at a pole
+_STRAIGHT = 0.1  # largest distance of arc and chord, per length, if an arc ends at a pole
 
 
 class Motion(NamedTuple):
     """States of an axis relative to a direction.
 
-    z        projection of the axis along the direction
+    z        projection of the axis onto the plane perpendicular to the direction
     rate     time derivative of z
     height   cosine of the angle between axis and direction
     turning  angular velocity of the body about the direction
@@ -88,7 +89,7 @@ class _Arcs(NamedTuple):
 
 
 class _Verdicts(NamedTuple):
-    """Angles of arcs about 0.
+    """The angles of arcs about 0, and the distances of the arcs from the poles.
 
     `is_known` is True if the angle is certain. `through` is 1 if the arc passes through a pole, at
     its start or between its ends. `distance` is the least distance of the chord from a pole.
@@ -135,8 +136,8 @@ def count_turns(
             angle[arcs.parent], through[arcs.parent], gap[arcs.parent] = _measure_gaps(arcs, whole)
             arcs = arcs._replace(z1=whole[0], rate1=whole[1])
         arcs = arcs.split(*half)
-    # The errors of a path add up, so a pass nearer than n gaps is uncertain. But a pass through a
-    # pole to within THROUGH is no coincidence, and is trusted.
+    # The errors of a path add up, so a pass is uncertain if its distance from the pole is less than
+    # n gaps. But a pass through a pole to within THROUGH is no coincidence, and is trusted.
     is_beside = np.convolve(through > 0, np.ones(3), "same") < 0.5
     unknown = (is_beside & (nearest < n * gap)) | ~np.isfinite(gap)
     unknown[arcs.parent] = True
@@ -144,11 +145,12 @@ def count_turns(
 
 
 def _measure_gaps(arcs: _Arcs, whole: tuple[Waves, Waves]) -> tuple[Array, Indices, Array]:
-    """Compute the gaps between states of a path and states computed from their predecessors.
+    """Compute the gap between each state of a path and the state computed from its predecessor.
 
-    Returns for each gap its angle about 0, 1 if a pole is between both points, and its size. The
-    size exceeds rounding errors if the steps of the path were coarse. It is inf if the sense in
-    which the gap turns about a pole is uncertain.
+    Returns three arrays with one value for each gap: the angle of the gap about 0, a flag that is 1
+    if a pole is between both points, and the size of the gap. The size exceeds rounding errors if
+    the steps of the path were coarse. The size is inf if the gap may turn about a pole in either
+    sense.
     """
     incoming = -(arcs.end - arcs.begin) * arcs.rate1
     z1 = np.where(np.abs(arcs.z1) < THROUGH, incoming, arcs.z1)
@@ -255,9 +257,10 @@ def _angular_rate(z: Waves, rate: Waves) -> Array:
 def _compute_ahead(
     path: Path, parent: Indices, times: Array, up: Array, along: Array, east: Array
 ) -> list[tuple[Waves, Waves]]:
-    """Compute z and its rate for each column of `times`, which are times since states of the path.
+    """Compute z and its rate for each column of `times`.
 
-    The states have the indices `parent`. If a run fails, z is NaN.
+    Row i of `times` contains times since the state of the path with the index `parent[i]`. If a run
+    fails, z is NaN.
     """
     tops = path.scene.vary(attitude=path.q[parent], momentum=path.m[parent])
     came = solve(tops, times)

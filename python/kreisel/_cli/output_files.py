@@ -31,7 +31,7 @@ _FORMATS = {ending for endings in _ENDINGS.values() for ending in endings} | {
 
 
 class OutputFile(NamedTuple):
-    """An option, and the file that it writes, where - is standard output."""
+    """An option and the name of its output file, which is - for standard output."""
 
     option: str
     file: str
@@ -45,11 +45,11 @@ class OutputFile(NamedTuple):
 def check_outputs(
     places: list[tuple[str, str | None]], read: tuple[str, ...] = ()
 ) -> list[OutputFile]:
-    """Return the requested output files, validated.
+    """Validate the requested output files and return them.
 
-    `places` are pairs of an option and its file, or None if the option was not given. Raises
-    UsageError if a file cannot be written, if two files are the same, or if one is also an input
-    file in `read`.
+    `places` contains pairs of an option and its file; the file is None if the option was not given.
+    Raises UsageError if a file cannot be written, if two files are the same, or if a file is also
+    an input file in `read`.
     """
     asked = [
         _complete_name(OutputFile(option, file)) for option, file in places if file is not None
@@ -66,7 +66,7 @@ def check_outputs(
 
 
 def _complete_name(place: OutputFile) -> OutputFile:
-    """Return `place` with .npz appended to the name of an archive that lacks it.
+    """Return `place`; if an archive's name has no ending .npz, the ending is appended.
 
     Raises UsageError if the ending belongs to another format.
     """

@@ -31,7 +31,7 @@ from .._utils.validation import Array
 from .table import AngleOptions, StateTable
 
 _MET = "which", "direction"
-_SHOWN = 20  # maximal number of events in the summary
+_SHOWN = 20  # largest number of events in the summary
 Columns = Mapping[str, Sequence[object]]
 
 
@@ -129,7 +129,7 @@ def _join_paths(pieces: list[Path]) -> Path:
 
 @dataclass
 class EventCollector:
-    """An output that collects events, which are named as the user described them."""
+    """An output that collects events, each under the text with which the user requested it."""
 
     words: tuple[str, ...]
     degrees: bool

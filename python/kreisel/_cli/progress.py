@@ -1,4 +1,4 @@
-"""Progress bars and signals during runs, and the transfer of states to the outputs."""
+"""Progress bars and signals during runs; transfer of the computed states to the outputs."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class SignalHandler:
 
 @dataclass
 class Outcome:
-    """The end of a run: the exception that stopped it, and a checkpoint to resume from.
+    """The end of a run: the exception that stopped the run, and a checkpoint for resuming it.
 
     The checkpoint is at the last state that all outputs received.
     """

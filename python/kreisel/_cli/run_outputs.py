@@ -79,7 +79,7 @@ def output_options(command: _Command) -> _Command:
 
 
 class RunOutputs:
-    """The outputs of one run, which receive its path in pieces and are then finished."""
+    """The outputs of one run. They receive the path in pieces, and are finished at the end."""
 
     def __init__(
         self, where: OutputOptions, read: tuple[str, ...], events: tuple[str, ...]
@@ -114,7 +114,7 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def outputs(self) -> list[Output]:
-        """Return the outputs; those whose writing cannot fail come first."""
+        """Return the outputs. The first ones are the outputs that cannot fail."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)

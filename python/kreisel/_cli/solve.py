@@ -35,7 +35,7 @@ from .parsers import scene as a_scene
 from .progress import SignalHandler, feed
 from .run_outputs import OutputOptions, RunOutputs, output_options
 
-_LONGEST = 1 << 24  # limit of the bytes read from a checkpoint; checkpoints are much smaller
+_LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much smaller
 
 
 class _SolveArguments(OutputOptions):
@@ -181,7 +181,7 @@ def _run_pieces(
 def _solve_whole(
     scene: Scene, t: time_option.Times, words: _SolveArguments, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Yield the whole path as the only piece, for method='geometric', which needs trial runs."""
+    """Yield the whole path as one piece: method='geometric' needs trial runs of the whole path."""
     solve_all: Callable[..., Path] = solved
     yield solve_all(
         scene,
@@ -201,7 +201,7 @@ def _solve_whole(
 def _run_in_pieces(
     run: Run, t: time_option.Times, every: int | None, left: RunOutputs, stops: SignalHandler
 ) -> Iterator[Path]:
-    """Return an iterator over the path of a run in pieces, without times that it has passed."""
+    """Return an iterator over the path of a run in pieces, without the times already passed."""
     check_horizon(run.scene, t.end, run.step)
     rest = t if run._fresh else t.beyond(run.t)
     if not rest.grids:
@@ -221,9 +221,9 @@ def _run_in_pieces(
 
 
 def _remaining_grid_times(run: Run, end: float, every: int, size: int) -> Array:
-    """Return the grid times that a run has not passed yet.
+    """Return the times of a grid that a run has not passed yet.
 
-    Raises MemoryError if their states do not fit in memory.
+    Raises MemoryError if the states at these times do not fit in memory.
     """
     whole = time_array(end, run.step, parse_every(run._options.method, every), size)
     return whole if run._fresh else whole[np.abs(whole) > abs(run.t)]

@@ -24,7 +24,7 @@ from .._utils.optional import optional_dependency
 from .parsers import UsageError, translate_errors
 
 _OPTIONS = "parts", "folder"
-_SHOWN = 6  # maximal number of ranges of parts in a line
+_SHOWN = 6  # largest number of ranges of parts in a printed line
 Watch = Callable[[float], object]
 
 
@@ -105,7 +105,7 @@ def _translate_folder_errors() -> Iterator[None]:
 
 @contextmanager
 def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None]:
-    """Return a context with the executor that computes the parts; None: threads of this process."""
+    """Return a context with the executor of the parts, or None for threads of this process."""
     if dask is not None:
         with optional_dependency("'kreisel[dask]'"):
             import distributed
@@ -130,7 +130,8 @@ def _executor(workers: int | None, dask: str | None) -> Iterator[Executor | None
 def thread_excepthook(failure: threading.ExceptHookArgs) -> None:
     """Report an exception of a thread, except InvalidStateError.
 
-    A process pool can raise it while shutting down, if a worker ends after its task was cancelled.
+    A process pool can raise InvalidStateError while it shuts down, if a worker process ends after
+    its task was cancelled.
     """
     if failure.exc_type is not InvalidStateError:
         threading.__excepthook__(failure)
@@ -145,8 +146,8 @@ def ignore_sigint() -> None:
 def _progress() -> Iterator[Watch | None]:
     """Return a context with the function that updates a progress bar.
 
-    The value is None if standard error is not a terminal. The remaining time is estimated from the
-    average speed since the start of this call.
+    The context yields None if standard error is not a terminal. The remaining time is estimated
+    from the average speed since the start of the command.
     """
     console = Console(stderr=True)
     columns = BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
@@ -196,6 +197,6 @@ def _split_ranges(numbers: list[int]) -> Iterator[range]:
 
 
 def _ranges_text(runs: Iterator[range]) -> str:
-    """Return the first ranges as text, as in 3:7, which excludes 7."""
+    """Return the first ranges as text, such as 3:7 for the numbers 3 to 6."""
     first = [f"{run.start}:{run.stop}" for run in islice(runs, _SHOWN + 1)]
     return ", ".join(first[:_SHOWN]) + (", ..." if first[_SHOWN:] else "")

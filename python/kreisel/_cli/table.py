@@ -16,8 +16,8 @@ from .._results.path import Path
 from .._results.tables import columns, units
 from .._utils.validation import Array
 
-_ENDS = 20  # rows printed from each end of a table, unless all rows are printed
-_WIDTH = 14  # minimal width of a column, for 8 digits, a sign and an exponent
+_ENDS = 20  # rows printed at each end of a table that is not printed as a whole
+_WIDTH = 14  # smallest width of a column: 8 digits, a sign and an exponent
 Row = tuple[float, ...]
 
 
@@ -48,7 +48,7 @@ class AngleOptions:
 class StateTable:
     """A table of states for standard output, with all rows or with the first and last rows.
 
-    is_whole  True: all rows are printed, and kept in memory until then
+    is_whole  True: all rows are kept in memory and printed at the end
     """
 
     def __init__(self, angles: AngleOptions, is_whole: bool) -> None:

@@ -108,7 +108,7 @@ class Scene:
 
     @cached_property
     def _rate_bound(self) -> float:
-        """An estimate of the rate of rotation [T^-1]: from the momentum or, if larger, of a pendulum."""
+        """The estimated rate of rotation: the momentum's or, if larger, a pendulum's [T^-1]."""
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
         return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))

@@ -22,7 +22,7 @@ from .solve_options import SolveOptions, make_options
 from .times import COUNTABLE, check_times, time_grid, too_many_steps_message, total_memory
 
 Kind = Literal["min", "max", "mean", "variance", "last", "where_min", "where_max"]
-ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # kinds of reduction by quantity
+ReductionSpec = Mapping[str, Kind | Iterable[Kind]]  # maps quantities to kinds of reduction
 CoreEvents = list[
     tuple[list[tuple[float, int, int]], list[tuple[float, int, int]], bool, int, int, bool]
 ]
@@ -73,7 +73,7 @@ class EnsembleOptions:
 
     @cached_property
     def core(self) -> tuple[str | None, float, float, int, int, bool]:
-        """The first arguments of a worker of the core, where the method None means 'auto'."""
+        """The first arguments of a worker of the core; the method None means 'auto'."""
         name, step, tol, digits, most, leave_heading = self.solve.core
         return None if self.is_auto else name, step, tol, digits, most, leave_heading
 
@@ -123,7 +123,7 @@ def member(tops: Ensemble, i: int) -> Scene:
 def method_for_all(name: object, tops: Ensemble) -> Method:
     """Return the method called `name`.
 
-    Raises ValueError if it does not suit all members; the message names the first of the rest.
+    Raises ValueError if the method does not suit a member; the message names the first such member.
     """
     method = get_method(name)
     if method.name == FALLBACK:  # suits every top
@@ -267,7 +267,7 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
 def _parse_own_times(tops: Ensemble, times: Array) -> Array:
     """Return times (n, k) from an array that broadcasts to (*shape, k).
 
-    Raises ValueError if it does not broadcast, or if a row does not lead away from 0 monotonically.
+    Raises ValueError if `times` does not broadcast, or if the times of a top are not monotonic.
     """
     wanted = (*tops.shape, times.shape[-1])
     try:
@@ -285,9 +285,9 @@ def _parse_own_times(tops: Ensemble, times: Array) -> Array:
 
 
 def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
-    """Raise ValueError with the index of the top if a row does not lead away from 0.
+    """Raise ValueError with the index of the top if a row of times does not lead away from 0.
 
-    The first row belongs to top number `first`, counted in C order.
+    The first row belongs to the top with the index `first` in C order.
     """
     away = np.where(rows[:, -1:] < 0.0, -rows, rows)
     wrong = np.diff(away, axis=1, prepend=0.0) < 0.0
@@ -303,7 +303,7 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
 
 
 def parse_out(tops: Ensemble, out: object, times: Array, options: EnsembleOptions) -> Array | None:
-    """Return a view (n, k, 8) of the array `out` that receives the states, or None without one.
+    """Return a view (n, k, 8) of the array `out` for the states, or None if `out` is None.
 
     Raises TypeError or ValueError if `out` is not a suitable array.
     """

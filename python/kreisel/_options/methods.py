@@ -16,7 +16,7 @@ from .._utils.validation import check_type, short_repr
 
 # flags of methods that apply to some bodies only
 _SOME = FLAGS["lagrange_only"] | FLAGS["integrable"] | FLAGS["symmetric_only"] | FLAGS["euler_only"]
-# The method 'auto' is EXACT if that suits the scene, else FALLBACK.
+# The method 'auto' selects EXACT if the closed form suits the scene, else FALLBACK.
 EXACT: Final = "exact"
 FALLBACK: Final = "taylor"
 
@@ -25,7 +25,7 @@ FALLBACK: Final = "taylor"
 class Method:
     """A method of integration, or the closed form.
 
-    order      p if the error of a path is proportional to step^p; 0 if the method chooses it
+    order      p if the error of a path is proportional to step^p; 0 if the method chooses p
     conserves  the invariants that the method conserves up to rounding
     adaptive   True if a tolerance controls the steps; other methods need a step
     algebraic  True if only + - * / and square roots are used, so that results are equal to the last
@@ -82,7 +82,7 @@ class Method:
     def exact(self) -> bool:
         """True for the closed form, which has no step and no tolerance.
 
-        It needs an integrable scene.
+        The closed form needs an integrable scene.
         """
         return bool(self.flags & FLAGS["integrable"])
 
@@ -128,7 +128,7 @@ class Method:
 
 
 class Methods(dict[MethodName, Method]):
-    """The methods by name; print it to see a table.
+    """The methods by name. Printing this dictionary shows a table.
 
     The KeyError for an unknown name suggests the nearest known name.
     """
@@ -176,8 +176,8 @@ def describe_kind(scene: Scene) -> str:
 def has_torus(scene: Scene) -> bool:
     """Return True if gravity acts on a Kowalewski or a Goryachev-Chaplygin top.
 
-    The method 'auto' does not use the closed form of such a top. Setting it up costs as much as
-    integrating some hundred units of time by the Taylor series.
+    The method 'auto' does not use the closed form of such a top. Preparing the closed form
+    costs as much as integrating some hundred units of time by the Taylor series.
     """
     # This check is part of every solve, so it calls the core directly.
     return scene.gravity != 0.0 and body_kind(scene.body._block, KIND_RTOL) in TORUS_KINDS

@@ -67,8 +67,8 @@ class Plan:
     left_out  pairs (what, why) for all that is left out because nothing needs it
     kept      pairs (what, why) for all that is computed although nothing needs it
     choice    the choice that method='geometric' made; None for other methods
-    turn      approximate angle by which the top turns in a step, at the rate of the start or of a
-              pendulum [rad]; None if the method chooses its steps
+    turn      approximate angle by which the top turns in a step, at its initial rate or, if faster,
+              that of a pendulum [rad]; None if the method chooses its steps
     """
 
     method: str

@@ -1,4 +1,4 @@
-"""The quantities of a path: those in the core's table, the times, and the low words."""
+"""The quantities of a path: the core's table, the times, and the digits beyond doubles."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 
 
 def _low_quantity(name: str) -> Quantity:
-    """Return the quantity that consists of the low words of the quantity `name`."""
+    """Return the quantity of the low words: the digits of `name` that its doubles leave out."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
     text = f"what the doubles of {name} leave out; zero up to 16 digits"

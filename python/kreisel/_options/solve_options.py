@@ -26,7 +26,7 @@ class SolveOptions:
 
     `step`, `tol` and `digits` are None if the method has no such parameter or chooses it. `error`
     is the error allowed with method='geometric'; `method` is then a placeholder. `events` are
-    kreisel.events.Event objects; the events of a loaded path are empty. `tangents` names the
+    kreisel.events.Event objects; for a loaded path, `events` is empty. `tangents` names the
     parameters by which the state is differentiated.
     """
 
@@ -63,7 +63,7 @@ class SolveOptions:
 
     @cached_property
     def path_options(self) -> SolveOptions:
-        """The options of a path with all its states, without options that concern one run only."""
+        """These options without the ones that concern only a single run, such as `max_steps`."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options
@@ -159,7 +159,7 @@ def make_options(
     want: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return `options_for_method` of these arguments, memoized if they are hashable."""
+    """Return the result of `options_for_method`, memoized if the arguments are hashable."""
     if want is None or type(want) is tuple:
         try:
             return _memoized(method, step, tol, digits, max_steps, requested, want, every)
@@ -169,7 +169,7 @@ def make_options(
 
 
 def parse_want(want: object) -> tuple[QuantityName, ...] | None:
-    """Return the names of the quantities to record, without duplicates; None means the states.
+    """Return the names of the quantities to record, without duplicates, or None for the states.
 
     Raises TypeError or ValueError for invalid names.
     """
@@ -194,7 +194,7 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
 def parse_step(method: Method, step: object) -> float | None:
     """Return the step, or None if the method chooses its steps or has none.
 
-    Raises ValueError if a method of fixed step is given none.
+    Raises ValueError if `step` is None but the method has a fixed step.
     """
     if step is not None:
         h = as_positive("step", step)
@@ -205,7 +205,7 @@ def parse_step(method: Method, step: object) -> float | None:
 
 
 def parse_tol(method: Method, tol: object) -> float | None:
-    """Return the tolerance, or None for the default or the closed form.
+    """Return the tolerance, or None for the default tolerance or the closed form.
 
     Raises ValueError if the method has no tolerance, or if `tol` is not between 0 and 1.
     """
@@ -224,7 +224,7 @@ def parse_tol(method: Method, tol: object) -> float | None:
 def parse_digits(method: Method, digits: object, tol: object) -> int | None:
     """Return the number of digits, rounded up to 16, 20 or 30, or None if `digits` is None.
 
-    Raises ValueError if the method has a fixed precision, or for `digits` together with `tol`.
+    Raises ValueError if the method has a fixed precision, or if both `digits` and `tol` are given.
     """
     if digits is None:
         return None

@@ -1,4 +1,4 @@
-"""Requested times: their validation, and grids of steps as one array or in chunks."""
+"""Requested times: their validation, and the times of a grid as one array or in chunks."""
 
 from __future__ import annotations
 
@@ -72,9 +72,10 @@ def time_chunks(
     size: int,
     after: float | None,
 ) -> Iterator[Array]:
-    """Return the times that `t` specifies in chunks of `size`.
+    """Return the times that `t` specifies, in chunks of `size` times.
 
-    `t` may also be an infinite iterator. If `t` is a number, all times are beyond the time `after`.
+    `t` may also be an infinite iterator. If `t` is a number, only times beyond the time `after` are
+    returned.
     """
     if isinstance(t, Iterator):
         if every is not None:
@@ -122,7 +123,7 @@ def _iterator_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
 
 
 def _count_steps(end: float, step: float) -> int:
-    """Return the number of whole steps from 0 to `end`, which may have a rounding error."""
+    """Return the number of whole steps from 0 to `end`, allowing for a rounding error of `end`."""
     length = abs(end)
     if not length / step < COUNTABLE:
         raise ValueError(too_many_steps_message(end, step))

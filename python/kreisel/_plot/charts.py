@@ -42,14 +42,14 @@ class Plottable(Protocol):
 class Picture(tuple[Axes, ...]):
     """The axes of a picture, three for each path: trace, nutation, precession.
 
-    A notebook shows it as an image; `picture.figure.savefig("top.png")` writes it to a file.
+    A notebook shows the picture. `picture.figure.savefig("top.png")` writes the picture to a file.
     """
 
     __slots__ = ()
 
     @property
     def figure(self) -> Figure:
-        """The figure that contains the axes; its method savefig writes a file."""
+        """The figure that contains the axes. Its method savefig writes a file."""
         figure = self[0].get_figure()
         assert isinstance(figure, Figure)
         return figure
@@ -180,7 +180,10 @@ def _limits(scene: Scene) -> TurningPoints | None:
 
 
 def _least_range(chart: Axes, unit: float) -> None:
-    """Widen the vertical range if the nutation is constant up to rounding, to show it as level."""
+    """Widen the vertical range if the nutation is constant up to rounding.
+
+    The curve then looks level.
+    """
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:
         middle, half = 0.5 * (low + high), 0.05 * unit

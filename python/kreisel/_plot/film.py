@@ -35,7 +35,7 @@ BETWEEN = 8  # points of the trace per frame
 SECONDS = 8.0
 _DPI = 100
 _REACH = 0.8  # size of the drawn body, as a fraction of the radius of the sphere
-_LEAN = 0.2  # sine of a lean that is large enough to be seen
+_LEAN = 0.2  # sine of the smallest angle with the vertical that counts as a lean
 _ASIDE = 30.0  # angle by which the lean is turned towards the eye [degrees]
 
 
@@ -109,7 +109,7 @@ class Film:
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project(self._apex)
         quads, colours = _body_faces(self._body)
-        heights = quads @ _matrix(self._q[0]).T @ self._apex[0]  # along the apex
+        heights = quads @ _matrix(self._q[0]).T @ self._apex[0]  # heights of corners along the apex
         begin, out = max(float(heights.min()), 0.0), float(heights.max())
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)
@@ -122,7 +122,7 @@ class Film:
                 lever.set_data([0.0, begin * x[now]], [0.0, begin * y[now]])
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
-            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # 2.0 is that of the body
+            lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # the body has zorder 2.0
             solid = draw_faces(axes, quads @ _matrix(q).T, colours)
             solid.set_zorder(2.0)
             clock.set_text(f"t = {t:.4g}")
@@ -163,7 +163,7 @@ def make_film(
 
 
 def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Rotate states about the vertical so that the lean of the axis is seen from the side.
+    """Rotate states about the vertical so that the body is seen leaning to the side.
 
     At the first state with a clear lean, the axis leans to the right and a little towards the eye.
     """
@@ -229,13 +229,13 @@ def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
 
 
 def _gif(film: Film) -> bytes:
-    """Encode a film as a GIF whose frames share the palette of the first one, a byte per pixel."""
+    """Encode a film as a GIF with a byte per pixel; all frames use the palette of the first one."""
     images = _images(film)
     full = next(images)
     first = full.quantize(128)
     ground = np.array(full.getpixel((0, 0)))
     colours = np.array(first.getpalette()).reshape(-1, 3)
-    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # keeps the background
+    colours[np.abs(colours - ground).max(axis=1) <= 8] = ground  # an exact background
     first.putpalette(colours.ravel().tolist())
     rest = (image.quantize(palette=first, dither=Image.Dither.NONE) for image in images)
     file = BytesIO()
@@ -268,7 +268,7 @@ def _mp4(film: Film) -> bytes:
 
 
 def _write_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
-    """Return the bytes of the file that a matplotlib writer makes, in a temporary folder."""
+    """Write the frames to a file in a temporary folder, and return the bytes of this file."""
     frames = film._figures()
     with tempfile.TemporaryDirectory() as folder:
         out = File(folder, f"film{suffix}")

@@ -53,7 +53,7 @@ def draw_faces(
 
     Only faces towards the eye are drawn, the farthest first. The more a face is turned towards the
     light, the brighter it is. `colour` is one colour for all faces, or an array (n, 3) with the
-    colour of each. `edge` is the width of their outlines [pt].
+    colour of each face. `edge` is the width of the outlines of the faces [pt].
     """
     x, y, depth = project(corners, elevation, azimuth)
     towards = (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (
@@ -63,7 +63,7 @@ def draw_faces(
     order = np.flatnonzero(towards)[np.argsort(depth[towards].mean(axis=-1))]
     x, y, corners, base = x[order], y[order], corners[order], base[order]
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # a visible face has an area
+    facing = normal @ _LIGHT / np.linalg.norm(normal, axis=-1)  # a visible face has area > 0
     shade = 0.45 + 0.55 * np.clip(0.5 + 0.6 * facing, 0.0, 1.0)
     colours = np.clip(shade[:, None] * base, 0.0, 1.0)
     outline = {"edgecolors": 0.55 * base, "linewidths": edge} if edge else {"edgecolors": colours}
@@ -118,7 +118,7 @@ def draw_tube(
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
     ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _parallel_frames(tangent))
-    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # indices of a fan at each end
+    pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
     middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
     ends = [
@@ -140,7 +140,7 @@ def _sides(rims: Array) -> Array:
 
 
 def _parallel_frames(tangent: Array) -> Array:
-    """Return two unit normals (n, 2, 3) at each point of a curve that do not turn about it."""
+    """Return two unit normals (n, 2, 3) at each point; they do not turn about the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
     for k, along in enumerate(tangent):
@@ -151,7 +151,7 @@ def _parallel_frames(tangent: Array) -> Array:
 
 
 def cuboid(mass: float, moments: Array, com: Array) -> tuple[Array, Array, Array]:
-    """Return half edges, centre and axes (rows) of the homogeneous cuboid with these moments.
+    """Return the half edges, centre and axes (rows) of a homogeneous cuboid with given moments.
 
     `moments` are the principal moments at the fixed point. If no such cuboid exists, as for an
     unphysical body, the mass is increased while mass * com stays the same. The mass that gives the
@@ -181,7 +181,7 @@ def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, A
 
 
 def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the faces (6, 4, 3) of a cuboid and their colours; one face stands out."""
+    """Return the faces (6, 4, 3) of a cuboid and their colours; one face is orange."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):
