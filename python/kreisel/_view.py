@@ -138,7 +138,7 @@ def view(
 
     methods  one to three methods that the page starts with; by default, bobenko_suris for Lagrange
              tops and strang for others
-    step     step of these methods, a multiple of 1e-6 [T]; by default, that of the path, or 0.01
+    step     step of these methods, a multiple of 1e-6 [T]; by default, the path's step, or 0.01
     speed    units of time per second
     open     False: only build the page, for `.save("top.html")`
 

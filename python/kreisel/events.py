@@ -172,8 +172,8 @@ def loop(**more: Unpack[_More]) -> Event:
     """Find where the apex reverses its precession about the vertical.
 
     A trace with loops has two such points in each loop, and a wavy trace has none. At a cusp the
-    rate of the precession touches zero. Within the error of the path, a cusp may therefore look
-    like a small loop or like no loop. The arguments are as in crossing.
+    rate of the precession touches zero. Because of the error of the path, a cusp may therefore be
+    recorded as a small loop or not at all. The arguments are as in crossing.
     """
     return crossing(_PRECESSION, **more)
 
@@ -182,8 +182,8 @@ def cusp(within: float = 1e-6, **more: Unpack[_Count]) -> Event:
     """Find where the apex comes to rest and turns back.
 
     A cusp is a highest or lowest point at which the angular speed of the apex is less than `within`
-    times that of the body. `within` must be at least 1e-7, since rounding errors dominate below.
-    The other arguments are as in extremum, without `where`.
+    times the angular speed of the body. `within` must be at least 1e-7, since rounding errors
+    dominate at smaller values. The other arguments are as in extremum, but `where` is not accepted.
     """
     if as_float("within", within) < 1e-7:
         raise ValueError(

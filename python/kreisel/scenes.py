@@ -2,7 +2,7 @@
 
 The scenes from `thesis` to `strong_gravity` are the ones in the report. They are given in principal
 axes with mass and gravity 1, so that com equals the lever mass * gravity * com. Their numbers are
-equal to the last bit to those of validation/references/problems.json.
+equal, to the last bit, to the numbers in validation/references/problems.json.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ _TRUTH_TOL = 1e-13
 class Row:
     """The result of one method with one step or tolerance.
 
-    seconds         the shortest run time of the repeats
-    median          the median of the run times
+    seconds         the shortest run time of the repeats [s]
+    median          the median of the run times [s]
     attitude_error  the largest angle between attitude and true attitude [rad]
     energy_error    max |E - E0| / max (T + mass * |gravity| * |com|), with the energy E, its value
                     E0 at the start, and the kinetic energy T

@@ -29,9 +29,9 @@ from .._solve.exact import exact
 from .._utils.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
 from .turns import Waves, compute_motion, count_turns
 
-_SHARPNESS = 11.0  # shape parameter of the window; its side lobes are below exp(-pi * this)
+_SHARPNESS = 11.0  # shape parameter of the window, whose side lobes are below exp(-11 pi)
 _FEWEST = 64  # least number of states
-_EVEN = 1e-9  # deviation from even times that is allowed, relative to their spacing
+_EVEN = 1e-9  # allowed deviation of a time from even spacing, relative to the spacing
 _ROUNDS = 12  # largest number of Newton steps for a line
 _LEVEL = 1e-12  # smaller variations of the axis are ignored
 _SMOOTH = 1e-3  # allowed error of a mean rate, as an angle over the whole path [rad]
@@ -53,11 +53,11 @@ class Frequencies(ReadOnlyArrays):
     lines       (n,) frequencies of apex_x + i apex_y, the strongest first [T^-1]
     amplitudes  (n,) complex amplitudes: apex_x + i apex_y is approximately the sum of
                 amplitudes * exp(i * lines * t)
-    rest        root mean square of apex_x + i apex_y minus this sum, relative to that of
-                apex_x + i apex_y. `rest` is at rounding level if the motion is regular and the path
-                is long, and large if the motion is chaotic. `rest` does not measure errors of
-                precession, nutation and spin
-    exact       True if precession, nutation and spin are those of the closed form
+    rest        root mean square of the difference between apex_x + i apex_y and this sum, divided
+                by the root mean square of apex_x + i apex_y. `rest` is at rounding level if the
+                motion is regular and the path is long, and large if the motion is chaotic. `rest`
+                does not measure errors of precession, nutation and spin
+    exact       True if precession, nutation and spin come from the closed form
     """
 
     precession: float
@@ -76,7 +76,7 @@ class Frequencies(ReadOnlyArrays):
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies of a path with evenly spaced times, and its `n` strongest lines.
 
-    For a path with method='exact', the rates are those of kreisel.exact. For any other method, two
+    For a path with method='exact', the rates are computed by kreisel.exact. For other methods, two
     lines are resolved if they differ by more than 23 turns over the length of the path. The path
     should contain many nutations, and more than two states in each turn of the fastest angle. If
     the motion is regular, a rate is as accurate as the path. Near a pole, additional states are
@@ -164,7 +164,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 def _alias_bound(rate: Array) -> float:
     """Return a bound of the contribution of unresolved frequencies to the mean of `rate`.
 
-    The bound is the strongest line in the upper half of the frequencies that the values resolve.
+    The bound is the amplitude of the strongest line in the upper half of the resolved frequencies.
     """
     strengths = np.abs(np.fft.rfft(_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())

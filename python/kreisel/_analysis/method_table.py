@@ -55,7 +55,7 @@ def _short(ratio: float) -> str:
 
 
 def _costs(methods: Methods) -> dict[str, list[float]]:
-    """Measure the seconds per step of each method on three tops."""
+    """Measure the run time per step [s] of each method on each of three tops."""
     tops = [thesis, asymmetric.replace(attitude=thesis.attitude), dzhanibekov]
     timed = [(method, top) for method in methods.values() for top in tops]
     samples = [[_cost(method, top) for method, top in timed] for _ in range(_ROUNDS)]
@@ -64,7 +64,7 @@ def _costs(methods: Methods) -> dict[str, list[float]]:
 
 
 def _cost(method: Method, top: Scene) -> float:
-    """Measure the seconds per step; return 0 if the method does not apply or has no steps."""
+    """Measure the run time per step [s]; return 0 if the method does not apply or has no steps."""
     if method.exact or not method.applies_to(top.body):
         return 0.0
     begin = time.perf_counter()

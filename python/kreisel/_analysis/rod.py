@@ -35,8 +35,8 @@ class Rod:
     load       vector b = -mass * gravity * |com| * e3, along which a force acts on the ends
                [M L^2 T^-2]
 
-    The source is Bodack 2008, theorems 3.8 and 3.9. The text there exchanges alpha1 and alpha2, and
-    gives the load the opposite sign.
+    The source is Bodack 2008, theorems 3.8 and 3.9. In these theorems, alpha1 and alpha2 are
+    exchanged, and the load has the opposite sign.
     """
 
     s: Array

@@ -65,7 +65,7 @@ def _parse_value(key: str, value: str) -> object:
 
 
 def _parse_function(text: str) -> dict[str, float]:
-    """Parse a sum such as 2*m_x+apex_z*apex_z-0.5 to a mapping from products to factors."""
+    """Parse a sum such as 2*m_x+apex_z*apex_z-0.5 into a mapping of products to factors."""
     terms: dict[str, float] = {}
     for term in _TERM.findall(text.replace(" ", "")):
         factor, names = -1.0 if term[0] == "-" else 1.0, []

@@ -1,6 +1,6 @@
 """Constructors of ensembles from Euler's angles, their rates, and steady precession.
 
-The formulas and the results are the same, to the last bit, as those of a single scene.
+The results are equal, to the last bit, to the results of the constructors of a single scene.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ class EnsembleConstructors(EnsembleData[S]):
 
 
 def array_to_radians(values: Array, degrees: bool) -> Array:
-    """Return angles or rates in radians, equal to those of math.radians to the last bit."""
+    """Return angles or rates in radians, equal to the results of math.radians to the last bit."""
     return values * _DEGREE if degrees else values
 
 

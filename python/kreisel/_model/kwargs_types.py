@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class VaryKwargs(TypedDict, total=False):
-    """Keyword arguments of Scene.vary: those of Ensemble, of its constructors, and of Bodies."""
+    """Keyword arguments of Scene.vary: arguments of Ensemble, its constructors, and Bodies."""
 
     body: Body | Bodies
     mass: ArrayLike
@@ -39,7 +39,7 @@ class VaryKwargs(TypedDict, total=False):
 
 
 class SceneKwargs(TypedDict, total=False):
-    """Keyword arguments of Scene.replace: those of Scene."""
+    """Keyword arguments of Scene.replace, which are the arguments of Scene."""
 
     body: Body
     momentum: ArrayLike

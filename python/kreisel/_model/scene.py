@@ -155,8 +155,8 @@ class Scene:
         - Body: mass, inertia, com. Momentum and attitude stay the same
         - Scene.spinning: spin, tilt, precession, steady, fast. The body need not be symmetric,
           unless steady=True. Missing values, the other Euler angles and the rate of the nutation
-          are those of the scene
-        - Scene.from_euler: angles, rates. If one of them is missing, that of the scene is used
+          are taken from the scene
+        - Scene.from_euler: angles, rates. A missing one is taken from the scene
 
         `degrees` applies to the last two groups. If exactly one scalar parameter varies along a
         dimension of the ensemble, the dimension has the name of this parameter: see tops.axes and
@@ -183,9 +183,9 @@ class Scene:
 
         momentum  standard deviation of the momentum in space [M L^2 T^-1]: one number for all
                   components, or 3
-        attitude  standard deviation of a rotation vector, seen from the body [rad]: one number for
-                  all components, or 3. The body is rotated by this vector before the attitude of
-                  the scene is applied; the momentum in space stays the same
+        attitude  standard deviation of a rotation vector in the frame of the body [rad]: one number
+                  for all components, or 3. The body is rotated by this vector before the attitude
+                  of the scene is applied; the momentum in space stays the same
         gravity   standard deviation of gravity [L T^-2]
 
         Top i depends only on `seed` and i, but not on `n`. The errors of one parameter do not

@@ -1,6 +1,6 @@
 """Starts with a given energy and vertical momentum, as needed for Poincaré sections.
 
-Let P be the vertical and M the momentum, both seen from the body, and J the inertia. Let
+Let P be the vertical and M the momentum, both in principal axes, and J the inertia. Let
     M = m_v J P / <P, J P> + w    with <w, P> = 0.
 The vertical momentum is then m_v, and the energy is U(P) + <w, J^-1 w> / 2, where
     U(P) = mass * gravity * <com, P> + m_v^2 / (2 <P, J P>)
@@ -309,7 +309,7 @@ def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
 
 
 def _shortest_rotations(P: Array) -> Array:
-    """Return the shortest rotations (n, 4) for which the vertical, seen from the body, is P."""
+    """Return the shortest rotations (n, 4) after which the vertical is P in the body's frame."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
         up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation

@@ -139,8 +139,8 @@ def _start_from_spin(
 ) -> _Start:
     """Return the parameters `given`, and Euler's angles and rates for spin, tilt and precession.
 
-    Values that are not given are those of the scene. `steady` contains two flags: whether
-    the precession is steady, and whether it is the fast one of two.
+    Values that are not given are taken from the scene. `steady` contains two flags: whether the
+    precession is steady, and whether it is the faster of the two steady precessions.
     """
     now = _euler_state(scene)
     own = {"spin": now.spin, "tilt": now.angles[1], "precession": now.precession}
@@ -176,7 +176,7 @@ def _parameter_in_degrees(name: str, radian: float, degrees: bool) -> Parameter:
 def _start_from_euler(scene: Any, given: Mapping[str, Any], degrees: bool) -> _Start:
     """Return the parameters `given`, and Euler's angles and rates.
 
-    Values that are not given are those of the scene.
+    Values that are not given are taken from the scene.
     """
     now = _euler_state(scene)
     spinning = now.spin - now.precession * math.cos(now.angles[1])
@@ -203,8 +203,8 @@ def scatter(
 ) -> E:
     """Build an ensemble of `n` variants of `scene` with normally distributed deviations.
 
-    `momentum`, `attitude` and `gravity` are standard deviations. The members are those with the
-    indices begin .. begin + n - 1 of any larger ensemble with the same seed.
+    `momentum`, `attitude` and `gravity` are standard deviations. The members are equal to the
+    members begin .. begin + n - 1 of any larger ensemble with the same seed.
     """
     count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:

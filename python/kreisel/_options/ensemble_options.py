@@ -50,7 +50,8 @@ class Reduction(NamedTuple):
 class EnsembleOptions:
     """The options of an ensemble.
 
-    solve        options of all tops; if `is_auto`, its method applies to tops without a closed form
+    solve        options of all tops; if `is_auto` is True, the method in `solve` is used only for
+                 tops without a closed form
     is_auto      True if tops with a closed form use the closed form
     reductions   the reductions that replace the states of each top in the result
     core_events  the events to search for, as arguments of the core

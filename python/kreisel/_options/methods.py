@@ -30,7 +30,7 @@ class Method:
     adaptive   True if a tolerance controls the steps; other methods need a step
     algebraic  True if only + - * / and square roots are used, so that results are equal to the last
                bit for all compilers and machines
-    digits     True if more digits than those of a double can be requested
+    digits     True if the method can compute more digits than a double has
     """
 
     name: MethodName
@@ -62,7 +62,7 @@ class Method:
 
     @property
     def digits(self) -> bool:
-        """True if more digits than those of a double can be requested."""
+        """True if the method can compute more digits than a double has."""
         return bool(self.flags & FLAGS["digits"])
 
     @property

@@ -26,10 +26,10 @@ class StepChoice:
     error         the largest attitude error on [0, t], compared with a reference: the closed form
                   or the Taylor series with 20 digits [rad]
     conditioning  approximate change of the attitude caused by one rounding of the state [rad]
-    run           evaluations of the torque in the final run
-    trials        evaluations of the torque in all other runs; each term of the Taylor series of the
-                  reference counts as one evaluation
-    budget        the largest number of steps of all runs together
+    run           number of evaluations of the torque in the final run
+    trials        number of evaluations of the torque in all other runs; each term of the Taylor
+                  series of the reference counts as one evaluation
+    budget        the largest number of steps allowed for all runs together
     """
 
     method: str
@@ -64,8 +64,8 @@ class Plan:
     kernel    the instruction set of the Taylor series; empty for other methods
     columns   the quantities that are recorded for each state
     bytes     the size of these quantities
-    left_out  pairs (what, why) for all that is left out because nothing needs it
-    kept      pairs (what, why) for all that is computed although nothing needs it
+    left_out  pairs (what, why): computations that are left out because nothing needs their results
+    kept      pairs (what, why): computations that are done although nothing needs their results
     choice    the choice that method='geometric' made; None for other methods
     turn      approximate angle by which the top turns in a step, at its initial rate or, if faster,
               that of a pendulum [rad]; None if the method chooses its steps

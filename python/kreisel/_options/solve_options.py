@@ -44,7 +44,7 @@ class SolveOptions:
 
     @property
     def has_events(self) -> bool:
-        """True if events are searched for, which may need quantities that are not in `want`."""
+        """True if events are searched for. Events may need quantities that are not in `want`."""
         return self.events is not None
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Drawings of solids seen from slightly above: shaded faces, rods, bodies with given moments."""
+"""Drawings of solids, viewed from slightly above: shaded faces, rods, and bodies."""
 
 from __future__ import annotations
 
