@@ -61,7 +61,7 @@ def turn_back(q: tuple[R, R, R, R], v: tuple[R, R, R]) -> tuple[R, R, R]:
 
 
 def from_xyzw(name: str, value: object) -> Quaternion:
-    """Return a quaternion (w, x, y, z) from four numbers whose last one is the scalar."""
+    """Return a quaternion (w, x, y, z) from four numbers in the order x, y, z, w."""
     x, y, z, w = as_floats(name, value, 4, "4 numbers (x, y, z, w)")
     return w, x, y, z
 

@@ -64,8 +64,8 @@ class Apex:
     def azimuth(self) -> Array:
         """(n,) angles about the vertical, measured from e1, without jumps by whole turns [rad].
 
-        The angle is undefined where the trace passes through the vertical. After such a point it is
-        known only up to whole turns.
+        The angle is undefined where the trace passes through the vertical. Beyond such a point,
+        the angle is known only up to whole turns.
         """
         return np.unwrap(np.arctan2(self.trace[:, 1], self.trace[:, 0]))
 

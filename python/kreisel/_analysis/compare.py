@@ -205,7 +205,7 @@ def compare(
 
 
 def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """Return the table of all runs that were made; it is empty if `truth` is None."""
+    """Return the table of all runs that were made, or an empty table if `truth` is None."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]

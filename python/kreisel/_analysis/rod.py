@@ -102,8 +102,8 @@ class Rod:
     ) -> Axes:
         """Draw the rod as a solid with matplotlib, and return the axes.
 
-        The cross-section is a circle for an isotropic rod, otherwise a rectangle whose sides have
-        the ratio `section`.
+        The cross-section of an isotropic rod is a circle. Otherwise it is a rectangle with the
+        ratio of sides `section`.
 
         thickness           diameter or larger side [T]; by default, a thirtieth of the rod's extent
         elevation, azimuth  direction of view [degrees]
@@ -128,7 +128,7 @@ def rod(path: Path) -> Rod:
     """Return the elastic rod that belongs to a path by Kirchhoff's analogy.
 
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
-    is on a principal axis. It is free of load if the centre of mass is the fixed point.
+    is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
 
     Raises ValueError for a damped top, and for a centre of mass that is on no principal axis. In
     the latter case, the torque of the weight corresponds to no force at the ends of a rod.

@@ -50,7 +50,7 @@ def _positional_names(maker: Callable[..., Event]) -> list[str]:
 
 
 def _parse_value(key: str, value: str) -> object:
-    """Parse the value of an argument of an event, whose type depends on its name."""
+    """Parse the value of an argument of an event; the argument's name `key` determines the type."""
     if key == "terminal":
         if value:
             raise ValueError("terminal takes no value")

@@ -87,7 +87,7 @@ def feed(
 ) -> Outcome:
     """Add all pieces of a path to the outputs, and return how the run ended.
 
-    `run` provides the checkpoint. If it is None, there is no checkpoint.
+    `run` provides the checkpoint. If `run` is None, there is no checkpoint.
     """
     while True:
         checkpoint = run.checkpoint if run else None

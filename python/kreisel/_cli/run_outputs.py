@@ -132,8 +132,8 @@ class RunOutputs:
     def finish(self, end: Outcome) -> None:
         """Finish each output, even if another output fails, and save the run.
 
-        The run is saved at the last state that all outputs contain. It is not saved if an output
-        fails. Raises the exception that stopped the run, or the first failure of an output.
+        The run is saved at the last state that all outputs contain. If an output fails, the run is
+        not saved. Raises the exception that stopped the run, or the first failure of an output.
         """
         failures = [end.stopped] if end.stopped else []
         for write in (self._open.close, lambda: self._write_whole_path(end), self._write_events):

@@ -1,4 +1,4 @@
-"""Many bodies: the constructors of Body for arrays, whose members are checked together."""
+"""Many bodies: the constructors of Body for arrays. All members are checked together."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _check(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Return an array that is True for each member whose inertia some distribution of mass has.
+        """Return an array that is True for each member with a physically possible inertia.
 
         Stores the principal moments and axes if the inertia is given as matrices. Raises ValueError
         for the first member that is not a rigid body.

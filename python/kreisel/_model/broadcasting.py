@@ -210,7 +210,7 @@ def stack_components(*components: Array) -> Array:
 
 
 def split_components(values: Array) -> tuple[Array, ...]:
-    """Return the components of vectors, whose last dimension is split."""
+    """Return the components of vectors by splitting the last dimension."""
     return tuple(np.moveaxis(values, -1, 0))
 
 

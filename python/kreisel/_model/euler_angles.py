@@ -74,7 +74,7 @@ def velocity_from_euler(angles: tuple[R, R, R], rates: tuple[R, R, R]) -> tuple[
 def check_tilt(tilt: object, degrees: bool) -> float:
     """Return `tilt`, the angle with the vertical, in radians.
 
-    Raises ValueError if it is not within 0 .. pi.
+    Raises ValueError if the angle is not within 0 .. pi.
     """
     given = as_float("tilt", tilt)
     angle = math.radians(given) if degrees else given

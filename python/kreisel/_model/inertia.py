@@ -127,7 +127,7 @@ def inertia_at_fixed_point(
 def check_tolerance(inertia_rtol: object) -> float:
     """Return the relative tolerance of the triangle inequality for the principal moments.
 
-    Raises ValueError unless it is at least 0 and less than 1.
+    Raises ValueError unless the tolerance is at least 0 and less than 1.
     """
     given = as_float("inertia_rtol", inertia_rtol)
     if not 0.0 <= given < 1.0:

@@ -252,9 +252,9 @@ class Scene:
         """Build a symmetric top that spins about its axis, tilted from the vertical.
 
         spin        component of the angular velocity along the axis, from the fixed point towards
-                    the centre of mass, as path.spin [T^-1]. It is constant without damping
+                    the centre of mass, as path.spin [T^-1]. Without damping, the spin is constant
         tilt        angle between the axis and the vertical, 0 .. pi; the axis is tilted about e1
-        precession  initial rate of the axis about the vertical [T^-1]. By default it is 0: the axis
+        precession  initial rate of the axis about the vertical [T^-1]. The default is 0: the axis
                     is released from rest
         steady      True: the top precesses without nutation, slowly or, with fast=True, fast. At
                     tilt 0 or pi it stands or hangs vertically, without precession

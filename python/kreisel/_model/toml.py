@@ -32,7 +32,7 @@ def read(source: str | os.PathLike[str], parse: Callable[[str], _T]) -> _T:
 def read_limited(file: BinaryIO) -> str:
     """Return the text of a file, device or pipe.
 
-    Raises ValueError if it is longer than 1 MiB or is not UTF-8.
+    Raises ValueError if the text is longer than 1 MiB or is not UTF-8.
     """
     data = file.read(_MAX_BYTES + 1)
     if len(data) > _MAX_BYTES:

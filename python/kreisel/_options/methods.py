@@ -214,7 +214,7 @@ def get_method(name: object) -> Method:
 def resolve_method(name: object, scene: Scene) -> Method:
     """Return the method called `name`; for 'auto', the method that suits the scene best.
 
-    Raises ValueError if there is no such method, or if it does not apply to the scene.
+    Raises ValueError if no method has this name, or if the method does not apply to the scene.
     """
     if isinstance(name, str) and name == "auto":
         closed = not has_torus(scene) and methods[EXACT].suits(scene)

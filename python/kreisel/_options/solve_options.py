@@ -24,9 +24,9 @@ Progress = Callable[[float], object]
 class SolveOptions:
     """The validated arguments of a solve, independent of the scene.
 
-    `step`, `tol` and `digits` are None if the method has no such parameter or chooses it. `error`
-    is the error allowed with method='geometric'; `method` is then a placeholder. `events` are
-    kreisel.events.Event objects; for a loaded path, `events` is empty. `tangents` names the
+    `step`, `tol` or `digits` is None if the method has no such parameter, or chooses its value.
+    `error` is the error allowed with method='geometric'; `method` is then a placeholder. `events`
+    are kreisel.events.Event objects; for a loaded path, `events` is empty. `tangents` names the
     parameters by which the state is differentiated.
     """
 

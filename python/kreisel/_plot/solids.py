@@ -49,8 +49,9 @@ def draw_faces(
     azimuth: float = 0.0,
     edge: float = 0.0,
 ) -> PolyCollection:
-    """Draw the faces (n, 4, 3) of a solid, whose corners run counterclockwise seen from outside.
+    """Draw the faces (n, 4, 3) of a solid.
 
+    The corners of each face run counterclockwise if the face is viewed from outside.
     Only faces towards the eye are drawn, the farthest first. The more a face is turned towards the
     light, the brighter it is. `colour` is one colour for all faces, or an array (n, 3) with the
     colour of each face. `edge` is the width of the outlines of the faces [pt].
@@ -197,9 +198,9 @@ def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
 def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array, Array]:
     """Return the faces (n, 4, 3) of a body of revolution about the third axis, and their colours.
 
-    `radius` and `half` are the radius and half length of a cylinder whose centre is at `height`.
-    Without a tip, the body is this cylinder. With a tip, it is a spinning top of about this size
-    that stands on the origin. The colours make the rotation visible.
+    `radius` and `half` are the radius and half length of a cylinder with its centre at `height`. If
+    `tip` is False, the body is this cylinder. If `tip` is True, the body is a spinning top of about
+    the same size that stands on the origin. The colours make the rotation visible.
     """
     low = height - half
     if tip:
