@@ -20,7 +20,7 @@ Codes = npt.NDArray[np.int8]
 Counts = npt.NDArray[np.int64]
 Which = slice | npt.NDArray[np.integer | np.bool_]
 
-STATUSES = list(statuses)  # the names of the statuses; their codes are the indices
+STATUSES = list(statuses)  # names of the statuses; the code of a status is its index
 _NOT_YET = -1  # the status of a top that has not run
 INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
@@ -55,8 +55,9 @@ class EnsembleBuffers:
     low            (n, k, 8) the low words of the states
     columns        quantities stored instead of states, (n, k, ...) each
     reduced        (n, r) the reductions of each top's path, in the order of the options
-    last           {row of a failed top: its last good state (1, 8)}; with low words (2, 8)
-    chosen         {row: what method='geometric' chose}
+    last           {row of a failed top: array (1, 8) with the last good state}; if low words are
+                   computed, the array is (2, 8) and its second row contains the low words
+    chosen         {row: the method and step that method='geometric' chose}
     events         events of all tops, not sorted by top
     messages       {row: the message of a failure that no status describes}
     """
@@ -181,10 +182,10 @@ def run_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end, several simultaneously in lanes, and return their rows.
+    """Run the tops begin..end, several simultaneously in lanes, and return the rows of these tops.
 
-    The rows share memory with `buffers`. `work` can stop the run, and distributes the tops to
-    threads.
+    The rows share memory with `buffers`. `work` can stop the run, and contains the number of
+    threads to which the core distributes the tops.
     """
     part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))
     failed, last = Worker(*options.core, options.core_reductions, work).run(
@@ -204,7 +205,7 @@ def run_scalar(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one by one, with events and low words, and return their rows.
+    """Run the tops begin..end one by one, with events and low words, and return the tops' rows.
 
     The arguments are those of run_lanes.
     """

@@ -19,7 +19,7 @@ class EnsembleEvents(ReadOnlyArrays):
 
     top        (e,) the index of the top; (e, dimensions) unless the ensemble has one dimension
     states     (e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
-    which      (e,) the index of each event in the list passed to solve
+    which      (e,) for each occurrence, the index of its event in the list passed to solve
     direction  (e,) 1: the event function increased with time, or had a minimum; -1: it decreased,
                or had a maximum
     count      (*shape) the number of events of each top

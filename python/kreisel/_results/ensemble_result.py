@@ -102,7 +102,10 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def status_names(self) -> npt.NDArray[np.str_]:
-        """(*shape) names of statuses in kreisel.h without the prefix: 'OK', 'ERR_LIMIT', ..."""
+        """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
+
+        The names are those in kreisel.h, without the prefix.
+        """
         return self._reshape(np.array(STATUSES)[self._buffers.status])
 
     @property
@@ -175,7 +178,7 @@ class EnsembleResult(ReadOnlyArrays):
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
     def _stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` tops that did not reach their last time, i the first."""
+        """Return the exception for `count` unfinished tops, of which `i` is the first."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure(i)}"

@@ -41,7 +41,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
 def check_path_times(reached: Array, t: Numbers) -> Array:
     """Return `t` as an array (k,), in any order. Raises ValueError for times outside the path.
 
-    `reached` are the times of the path.
+    `reached` contains the times of the path.
     """
     times = as_finite_array("t", t, "a number or a list of times")
     if times.ndim > 1:

@@ -107,8 +107,8 @@ def record_chunks(
 ) -> tuple[str, Path]:
     """Record the quantities in `want` chunk by chunk, and return the status and the path.
 
-    The first state is recorded as a separate chunk. There is then always a path to return if Ctrl-C
-    occurs between two chunks.
+    The first state is recorded as a separate chunk, so that a path can be returned if Ctrl-C occurs
+    between two chunks.
     """
     columns = ColumnRecorder(want, times.size)
     status, part = record(times[:1])

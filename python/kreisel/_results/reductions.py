@@ -22,9 +22,9 @@ class Reductions(EnsembleResult):
 
     The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
     'where_max'. The arrays are read-only. Their shape is the shape of the ensemble followed by the
-    shape of the quantity. The values of a failed top are NaN. The variance is that of the recorded
-    states, without correction for a sample. where_min and where_max are the first times at which
-    the minimum and the maximum occur [T].
+    shape of the quantity. The values of a failed top are NaN. The variance is the mean squared
+    deviation from the mean over the recorded states. where_min and where_max are the first times at
+    which the minimum and the maximum occur [T].
 
     tops  the ensemble
 

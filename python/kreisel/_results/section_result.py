@@ -50,7 +50,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def max_wait(self) -> Array:
         """(*shape) the longest allowed time from the start or an event to the next event [T].
 
-        It is negative if the section goes back in time.
+        The times are negative if the section goes back in time.
         """
         return self._reshape(self._t[:, 0].copy())
 
@@ -150,9 +150,9 @@ def run_section(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Search for the section states of the tops begin..end, and return their buffers.
+    """Search for the section states of the tops begin..end, and return the rows of these tops.
 
-    Row i of `t` contains the longest wait of top i, repeated n times.
+    Row i of `t` contains the longest time that top i waits for an event, repeated n times.
     """
     part = buffers.select(slice(begin, end))
     assert part.states is not None and options.core_events is not None
@@ -171,8 +171,8 @@ def slowest_turns(tops: Ensemble) -> Array:
     """Estimate the times (n,) of one turn of each top about the axis of its largest moment [T].
 
     The rate is the larger of |m| / I and sqrt(mass |gravity| |com| / I), where I is the largest
-    moment. The first is the rate of a turn, the second that of a swing. The time is 1 for a top at
-    rest without torque.
+    moment. The first value is the rate of a rotation, the second the angular frequency of a
+    pendulum. The time is 1 for a top at rest without torque.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

@@ -24,8 +24,8 @@ _ROUNDING = 2.0**-53
 class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
-    The truncation error is the largest last term of the series. `by` has the names of the
-    parameters of the derivatives, in the order of the core's table.
+    The truncation error is the largest last term of the tangents' Taylor series. `by` contains the
+    names of the parameters with respect to which the derivatives are taken, in the core's order.
     """
 
     high: Array
@@ -47,7 +47,10 @@ class TangentData(NamedTuple):
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
     def conditioning(self, scene: Scene) -> Array:
-        """Return bounds (n,) on the change of attitude if each datum is rounded once [rad]."""
+        """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
+
+        Raises AttributeError if some tangents are missing.
+        """
         if self.by != tuple(TANGENTS):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
         data = [
