@@ -74,8 +74,9 @@ def reduce(
         array([1.023, 1.13 ])
 
     Raises TypeError or ValueError for invalid arguments, before anything runs. Raises
-    kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. A failed top has NaN as
-    its values and the reason in `status`; the result's check() raises an exception for it.
+    kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. The values of a failed
+    top are NaN, and `status` has the reason. The check() of the result raises kreisel.Error for the
+    first failed top.
     """
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)

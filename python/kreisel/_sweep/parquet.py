@@ -1,7 +1,7 @@
 """Parquet files of parts, with one row per top.
 
-If a top has several values in a column, or several events, they are stored as a list. The bytes of
-doubles are split into separate streams, which can be compressed better.
+If a top has several values in a column, or several events, they are stored as a list. The eight
+bytes of a double are stored in eight separate streams, because these can be compressed better.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ with optional_dependency(PARQUET):
 if TYPE_CHECKING:
     from pyarrow import Table
 
-_GROUP = 1 << 16  # rows of a row group, which a reader decodes together
+_GROUP = 1 << 16  # number of rows that a reader decodes together: a row group of Parquet
 _PER = b"top", b"time", b"event"  # a column has one value per top, per time or per event
 _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 

@@ -11,7 +11,7 @@
 File names are relative to the folder of the plan. Each event is a table [[events]] with the name of
 a function of kreisel.events as `event`, and the arguments of this function. With task = "section"
 the plan has no t, and its event is a table [event] with the same entries. With task = "lyapunov",
-"megno" or "oli", the plan has the arguments of that function.
+"megno" or "oli", the plan has the arguments of the kreisel function of this name.
 """
 
 from __future__ import annotations

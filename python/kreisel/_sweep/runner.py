@@ -16,8 +16,8 @@ from .._results.executor import is_local, run_jobs
 from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
-# Maximal number of unfinished parts submitted to an executor. It is larger than most numbers of
-# workers, but small, because these parts must be cancelled after an exception.
+# Maximal number of unfinished parts submitted to an executor. Most executors have fewer workers, so
+# no worker waits. The number is small, because these parts must be cancelled after an exception.
 _IN_FLIGHT = 256
 _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 
@@ -41,7 +41,7 @@ class PartsLost(RuntimeError):
 
 
 class PartRunner:
-    """A computation of some parts of a sweep, which counts its progress."""
+    """A computation of some parts of a sweep that reports its progress."""
 
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
@@ -77,7 +77,11 @@ class PartRunner:
             self.progress(tops / self.tops)
 
     def run_on(self, executor: Executor) -> None:
-        """Compute the parts with the workers of an executor; lost parts are computed once more."""
+        """Compute the parts with the workers of an executor.
+
+        Parts that the executor loses are submitted once more. Raises PartsLost if it loses parts
+        again.
+        """
         for _ in range(2):
             self._run_once(executor)
             if not self.left:

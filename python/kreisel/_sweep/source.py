@@ -1,4 +1,4 @@
-"""Sources of a sweep: lazy descriptions of tops, which are built when they are needed.
+"""Sources of a sweep: descriptions of tops that are built only when they are needed.
 
 A source needs no memory for its tops. Each top depends only on the source and on its own index.
 """
@@ -243,8 +243,8 @@ class Source:
     def _sample(self) -> Places:
         """Return the indices of the tops on which a plan is validated.
 
-        They are spread evenly over the source and include the first and the last top. For random
-        tops, which are statistically equivalent, they are simply the first ones.
+        The tops are spread evenly over the source and include the first and the last top. For a
+        random source, the sample is the first tops, because all tops are statistically equivalent.
         """
         if self._random is not None:
             return np.arange(min(self.size, _SAMPLE_SIZE), dtype=np.int64)
@@ -257,7 +257,7 @@ class Source:
     ) -> Exception:
         """Return the error of the first invalid top in `at`, with the index of this top.
 
-        `common` is the error that was raised when all these tops were built together. It is
+        `common` is the error that was raised when all tops in `at` were built together. `common` is
         returned if no individual top is invalid.
         """
         while at.size > 1:

@@ -75,6 +75,6 @@ def components(name: str, value: Shape) -> list[str]:
 
 
 def unit(name: str, degrees: bool) -> str:
-    """Return the dimension [M L T] of a parameter, in which angles appear as rad or deg."""
+    """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' for the angles in it."""
     known = _UNITS.get(name, "")
     return known.replace("rad", "deg") if degrees else known

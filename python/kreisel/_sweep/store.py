@@ -4,9 +4,10 @@ A file is written under a temporary name and then renamed, so that a file with i
 always complete. An existing part is valid if it belongs to this plan, was written by this version
 of kreisel, and has a correct checksum.
 
-File names of parts are reserved for the sweep. A file with such a name is replaced with a warning,
-unless it is a valid part with this number. Two things are never replaced: a folder, and a complete
-part of another plan, which may have taken long to compute. Files with other names are not changed.
+File names of parts are reserved for the sweep. A file with the name of a part is replaced with a
+warning, unless the file is a valid part with this number. Two things are never replaced: a folder,
+and a complete part of another plan, which may have taken long to compute. Files with other names
+are not changed.
 """
 
 from __future__ import annotations
@@ -70,8 +71,8 @@ class SweepStore:
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
         """Return the columns `names` of part i, or all columns if `names` is None.
 
-        An empty list gives a table without rows. Raises ValueError if the part is damaged, or if
-        the file is not part i of this plan.
+        An empty list `names` gives a table with all columns but without rows. Raises ValueError if
+        the part is damaged, or if the file is not part i of this plan.
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
@@ -196,7 +197,10 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
 
 
 def _create(where: Path, plan: SweepPlan) -> bool:
-    """Write the plan to a new or empty folder. Return False if another process was faster."""
+    """Write the plan to a new or empty folder.
+
+    Return False if another process has written a plan to the folder in the meantime.
+    """
     if where.is_dir():
         for name in sorted(os.listdir(where)):
             if not name.startswith((".", "starts-")) and name != PLAN:

@@ -1,4 +1,4 @@
-"""Results of a sweep on disk, of which columns, parts or tables are read on demand."""
+"""Results of a sweep on disk. Columns, parts and tables are read on demand."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class SweepResult:
 
     Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
     raises ValueError if parts are missing. If the sweep was opened with partial=True, the column
-    instead has a row for each top in `result["top"]`. All bits of the parts are then verified once,
-    and damaged parts count as missing.
+    instead has a row for each top in the existing parts; `result["top"]` has the indices of these
+    tops. All bits of the parts are then verified once, and damaged parts count as missing.
     """
 
     _store: SweepStore
@@ -59,7 +59,7 @@ class SweepResult:
 
     @cached_property
     def done(self) -> list[int]:
-        """The numbers of the existing parts; with partial=True of the intact parts."""
+        """The numbers of the existing parts, or with partial=True of the intact parts."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]

@@ -38,7 +38,7 @@ TaskResult = Paths | Reductions | Indicator | Section
 
 
 class SweepTask(Protocol):
-    """A function of kreisel that a sweep calls for its tops, with the arguments of the calls."""
+    """A function of kreisel that a sweep calls for its tops, and the arguments of this call."""
 
     @property
     def as_json(self) -> dict[str, Any]:
