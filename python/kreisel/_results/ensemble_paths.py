@@ -37,7 +37,7 @@ class Paths(EnsembleResult, QuantityAttributes):
             and masks give the kreisel.Paths of several tops, as in NumPy
     """
 
-    _one = Path  # the class of the result of one top
+    _one = Path  # the class that describes one top
 
     def __repr__(self) -> str:
         k = self._t.shape[-1]

@@ -62,7 +62,7 @@ class EnsembleResult(ReadOnlyArrays):
     def method(self) -> str:
         """The name of the requested method.
 
-        'auto' uses exact for tops that have a closed form, and taylor for all others.
+        'auto' uses exact for tops that have a closed form, and taylor for all other tops.
         """
         return self._options.solve.requested_method
 
@@ -160,8 +160,8 @@ class EnsembleResult(ReadOnlyArrays):
         """Return this result if all tops reached their last times.
 
         Raises kreisel.Error for the first top that did not. The message of the exception contains
-        the index of this top and the number of failures. Its `.path` is the path of this top, and
-        its `.paths` is this result.
+        the index of this top and the number of failures. The exception's `.path` is the path of
+        this top, and its `.paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:

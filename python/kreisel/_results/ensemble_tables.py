@@ -119,7 +119,7 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
         at = [d for d, n in enumerate(shape) if n > 1 or of.shape[d] == 1]
         dims = tuple(axes[d] for d in at)
         if word in axes and dims != (word,):
-            continue  # in xarray, a variable with a dimension's name must extend along it only
+            continue  # in xarray, a variable named like a dimension must have only this dimension
         kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
         own = tuple(f"{word}_component" for _ in inner)
         rows[word] = ((*dims, *own), kept, {"units": ""})

@@ -151,7 +151,8 @@ def rounding_growth(
         _, top = start(scene._block, *series.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
         assert top is not None
         each = -(-side.size // _MAX_POINTS)
-        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # includes the last time
+        # Every `each`-th time, counted back from the last time, which is thus included.
+        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]
         came, high, *_ = top.record_tangents(on_the_way, False, progress)
         if came[0] == "ERR_TANGENT":
             return ("OK", *came[1:]), math.inf
@@ -174,6 +175,6 @@ def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
     dot = (p * q).sum(axis=1)
     sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
     d = (sign * q - p) + (sign * q_low - p_low)
-    # The vector part of conjugate(p) * (q - p).
+    # The vector part of conjugate(p) * (q - p), in terms of d = q - p.
     vec = p[:, :1] * d[:, 1:] - d[:, :1] * p[:, 1:] - np.cross(p[:, 1:], d[:, 1:])
     return float(2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot)).max())

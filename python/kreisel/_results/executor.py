@@ -13,8 +13,8 @@ from .._options.solve_options import Progress
 
 MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members in a slice; a small ensemble has smaller slices
 LANES = 8  # number of tops that one thread integrates simultaneously, in the lanes of vectors
-# A slice is 1 / SLICE_SHARE of a thread's share of the remaining members. Slices thus become
-# smaller, and all threads finish at about the same time.
+# The size of a slice is (remaining members) / (threads * SLICE_SHARE). Slices thus become smaller,
+# and all threads finish at about the same time.
 SLICE_SHARE = 4
 SLICES_AHEAD = 4  # number of submitted slices per thread, running or waiting
 POLL_SECONDS, PROGRESS_SECONDS = 0.02, 0.1

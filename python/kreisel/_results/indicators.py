@@ -142,6 +142,6 @@ def _stop_error(
 
 
 def raise_if_failed(tops: Ensemble, told: Indicator, text: str) -> None:
-    """Raise kreisel.Error if the top of a one-top ensemble failed."""
+    """Raise kreisel.Error if the only top of the ensemble `tops` failed."""
     if told.failed.size:
         raise _stop_error(Error, tops, 0, text, told)

@@ -78,7 +78,7 @@ class Path(ReadOnlyArrays, Tables):
         _choice: StepChoice | None = None,
         _tangent_data: TangentData | None = None,
     ) -> None:
-        fields = self.__dict__  # faster than object.__setattr__, which a frozen dataclass needs
+        fields = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
         fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
         fields["_is_back"], fields["_low"], fields["_columns"] = _is_back, _low, _columns
         fields["_events"], fields["_choice"], fields["_tangent_data"] = (
@@ -357,7 +357,7 @@ class RunStop(BaseException):
 class Error(RunStop, RuntimeError):
     """Exception for a run that failed. `.path` has the states reached, `.status` the reason."""
 
-    __module__ = "kreisel"  # so that a traceback shows the name that users catch
+    __module__ = "kreisel"  # a traceback then shows the public name
 
 
 class Interrupted(RunStop, KeyboardInterrupt):

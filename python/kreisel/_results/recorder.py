@@ -35,7 +35,7 @@ def record_path(
 def record_path_fast(
     scene: Scene, options: SolveOptions, t: object, progress: Progress | None
 ) -> Path | None:
-    """Return the path at the times given by the user, or None if they need validation in Python."""
+    """Return the path at the times `t` of the user, or None if `t` needs validation in Python."""
     horizon = min(scene._within, options.safe_horizon)
     result = record(scene._block, *options.core, t, horizon, options.chunk_size, progress)
     if result is None:

@@ -61,7 +61,10 @@ class Reductions(EnsembleResult):
     @overload
     def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
-        """Return the arrays of a quantity by kind, or the reductions of the tops at an index."""
+        """Return the reductions of the quantity named `key`, or of the tops that `key` selects.
+
+        The reductions of a quantity are a mapping from the kind of reduction to an array.
+        """
         if isinstance(key, str):
             names = self._kinds()
             if key not in names:

@@ -21,7 +21,7 @@ from .._utils.validation import Array, as_float, as_int, short_repr
 from .state_quantities import NO_STATES, States, Stats
 from .tangent_data import TangentData
 
-_FORMAT = 1  # version of the archive's layout: the entries of the head and the names of the arrays
+_FORMAT = 1  # version of the archive's layout: the header's entries and the names of the arrays
 _EVENTS = "events_"
 _MET = "which", "direction"
 

@@ -26,7 +26,7 @@ QuantityRows = list[tuple[Quantity, Array]]
 
 
 class HasQuantities(Protocol):
-    """A path, or the paths of an ensemble, with quantities as attributes."""
+    """An object with quantities as attributes: a path, or the paths of an ensemble."""
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None: ...

@@ -12,7 +12,7 @@ from .._utils.validation import Array, read_only
 from .indexing import ResolvedIndex
 
 _ALL = "solve with tangents=" + repr(tuple(TANGENTS))
-TANGENT_ATTRIBUTES = {  # attributes that only a path with tangents has, with hints for errors
+TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the error without it}
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
@@ -54,7 +54,7 @@ class TangentData(NamedTuple):
         if self.by != tuple(TANGENTS):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
         data = [
-            *(2.0, 2.0, 2.0),  # a change of a unit quaternion is half the angle of rotation
+            *(2.0, 2.0, 2.0),  # a change of a unit quaternion rotates by twice its size
             *scene.momentum,
             *scene.body.moments,
             *scene.body.principal_com,

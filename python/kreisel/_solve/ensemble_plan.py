@@ -29,7 +29,7 @@ from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
 
 _SAMPLES = 16  # maximal number of tops that are run to estimate the run time
-_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of states and steps of each such run
+_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
 _ROW = 57  # bytes per top for status, number of states, step counts and time reached
 
 

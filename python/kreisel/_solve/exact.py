@@ -50,7 +50,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 @dataclass(frozen=True)
 class _Rates:
-    """The mean rates of a closed form."""
+    """The base of closed forms: a scene, the period of its nutation, and two mean rates."""
 
     scene: Scene
     period: float

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from .._core import Run as Motion
 
 MAGIC = b"kreisel run\n"  # the first bytes of a checkpoint
-_FUSED = {"avx512", "avx2", "neon"}  # kernels with fused multiply-add, whose results are identical
+_FUSED = {"avx512", "avx2", "neon"}  # kernels that give identical results, with fused multiply-add
 EventSpec = Event | Sequence[Event]
 
 
@@ -84,7 +84,7 @@ class Run:
     _top: Motion
 
     def __init__(self, scene: Scene, options: SolveOptions, back: bool) -> None:
-        own = self.__dict__  # because assignments to attributes raise an exception
+        own = self.__dict__  # ordinary assignments to attributes raise an exception
         own["_options"], own["_back"], own["_fresh"] = options, back, True
         own["scene"], own["method"], own["want"] = scene, options.method.name, options.want
         own["events"] = options.events
@@ -182,7 +182,7 @@ class Run:
                 result = self._top.record(times, low, progress)
             else:
                 result, met = self._top.record_events(times, progress)
-        finally:  # also if `progress` raised an exception
+        finally:  # the time is updated even if `progress` raises an exception
             fresh = self._fresh and not times.size
             self.__dict__.update(t=self._top.t, _fresh=fresh)
         path = make_path(self.scene, self._options, result)

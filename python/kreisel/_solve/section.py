@@ -115,7 +115,7 @@ def parse_event(event: object) -> Event:
 
 
 def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
-    """Return an array (n,) with the longest time that each top waits for an event."""
+    """Return an array (n,) with the longest allowed time to the next event, for each top [T]."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)

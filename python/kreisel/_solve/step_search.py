@@ -49,7 +49,7 @@ from .._utils.validation import Array, as_int, as_positive
 from ..quaternion import attitude_error
 
 Listener = Progress | Work | None  # a function that receives progress, or a Work to stop a run
-# For each method the constant c, and the cost of a step in units of a kick and a drift.
+# For each method: the constant c, and the cost of a step relative to that of a kick and a drift.
 _Constants = dict[MethodName, tuple[float, float]]
 _SYMMETRIC: _Constants = {
     "takahashi_imada4": (0.165, 1.25),
@@ -58,16 +58,16 @@ _SYMMETRIC: _Constants = {
 }
 _GENERAL: _Constants = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.0)}
 
-_SHORTER = 1.05  # safety factor of the number of steps: too short a step costs less than a new run
-_AIM = 0.4  # fraction of the target that a run with refined steps aims at
+_SHORTER = 1.05  # safety factor of the number of steps: shorter steps cost less than another run
+_AIM = 0.4  # the number of steps is chosen for an error of this fraction of the target
 _ENOUGH = 0.8  # accepted fraction of the target: between the checked times the error can be larger
 _TOO_LARGE = {"ERR_STEP_SIZE", "ERR_CONVERGENCE"}  # statuses that mean that the step is too large
 _UNLIKE = 0.1  # an error above this does not predict the error with shorter steps [rad]
 _MIN_CHECKS = 128  # the minimal number of times at which the error is computed
-_CHECKS_PER_RADIAN = 4  # the number of these times per radian turned
+_CHECKS_PER_RADIAN = 4  # the number of these times per radian that the top turns
 _MAX_CHECKS = 1 << 13  # the maximal number of these times, and of requested times added to them
 _FEW = 32  # with fewer steps, the error is also computed inside the steps, where it can be larger
-_REGULAR = 30.0  # bound on the growth of a change in a regular motion, per radian turned
+_REGULAR = 30.0  # bound on a change's growth in a regular motion, per radian that the top turns
 _BUDGET = 64  # the maximal number of steps of all runs, as a multiple of the first guess
 # The search fails after this number of runs that did not halve the error. After each such run the
 # step is halved, because this changes the rounding errors.
@@ -88,7 +88,7 @@ class StepSearch:
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
-        self.spent, self.cost = Stats(0, 0, 0, 0), 0  # the cost of all runs, and of the last one
+        self.spent, self.cost = Stats(0, 0, 0, 0), 0  # cost of all runs; of the last run
         self.rate, self.weight = _rates(scene)
         self.angle = self.rate * abs(self.end)
         self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
@@ -339,7 +339,7 @@ def run_search(
         times = t[begin + i] if t.ndim == 2 else t
         try:
             _run_one(part, i, options, member(tops, begin + i), times, work)
-        except Interrupted:  # the states of a trial run are not a result
+        except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise
             work.stop()

@@ -12,9 +12,8 @@ from __future__ import annotations
 import hashlib
 
 _MARK, _SIZE = b"kreisel-sha256:", 64
-PLACEHOLDER = (
-    _MARK + b"0" * _SIZE
-).decode()  # the text before the digest, and zeros in place of the digest
+# The text before the digest, followed by zeros in place of the digest.
+PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()
 
 
 def add_checksum(data: bytearray) -> bytearray:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pyarrow import Table
 
 _GROUP = 1 << 16  # number of rows that a reader decodes together: a row group of Parquet
-_PER = b"top", b"time", b"event"  # a column has one value per top, per time or per event
+_PER = b"top", b"time", b"event"  # values of `per`: a column has one value per top, time or event
 _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 

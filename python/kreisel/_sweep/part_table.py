@@ -29,7 +29,7 @@ from .task import ChaosTask, TaskResult
 Column = npt.NDArray[Any]
 ColumnWithUnit = tuple[str, Column, str]  # name, values, unit
 COUNT = "events"  # name of the column with the number of events of each top
-RATE = {"lyapunov": "T^-1"}  # units of indicators of chaos; the others are dimensionless
+RATE = {"lyapunov": "T^-1"}  # units of indicators of chaos; all other indicators are dimensionless
 _STATES = {"t": TIME, "q": RECORDABLE["q"], "m": RECORDABLE["m"]}
 EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.components]
 

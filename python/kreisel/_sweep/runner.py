@@ -16,8 +16,8 @@ from .._results.executor import is_local, run_jobs
 from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
-# Maximal number of unfinished parts submitted to an executor. Most executors have fewer workers, so
-# no worker waits. The number is small, because these parts must be cancelled after an exception.
+# Maximal number of unfinished parts submitted to an executor. It exceeds the number of workers of
+# most executors, so no worker waits. It is small, because an exception must cancel these parts.
 _IN_FLIGHT = 256
 _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 
@@ -51,7 +51,7 @@ class PartRunner:
         self._stopped = threading.Event()
 
     def run_local(self, threads: int) -> None:
-        """Compute the parts in this process. While a part is written, the next is computed."""
+        """Compute the parts in this process. The next part is computed while a part is written."""
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
             for i in tuple(self.left):

@@ -31,7 +31,7 @@ from .start_table import read_columns
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _BODY = "mass", "inertia", "com", "inertia_rtol", "unphysical"
-_FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # the beginning of an error about top 0
+_FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # beginning of an error message about the first top
 _SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
 _SCATTERED = "momentum", "attitude", "gravity"
 _WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"

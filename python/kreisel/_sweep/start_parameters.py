@@ -16,7 +16,7 @@ _ENDINGS = {  # {parameter: the endings of the names of its components}
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
 }
-_UNITS = {  # dimensions of these parameters, and of parameters of kreisel.Body constructors
+_UNITS = {  # {parameter of a start, or of a constructor of kreisel.Body: its dimension}
     **dict.fromkeys(["radius", "height", "half", "length", "inner", "outer", "pivot"], "L"),
     **dict.fromkeys(["i1", "i3", "inertia_about_com"], "M L^2"),
     "density": "M L^-3",

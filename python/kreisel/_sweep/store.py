@@ -36,7 +36,7 @@ REPAIR = (
 )
 _MOVE = "it is not overwritten; move it away, or delete it, and call again"
 _PROGRAM = "sweep"  # the value of the entry "kreisel" in a plan file
-_MAX_BYTES = 1 << 30  # limit of bytes read from a plan file, which could be an endless device
+_MAX_BYTES = 1 << 30  # limit of bytes read, because the file could be an endless device
 DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
 FOREIGN = "foreign"
 

@@ -31,7 +31,7 @@ class SweepInterrupted(KeyboardInterrupt):
     sweep  a kreisel.SweepResult with the finished parts
     """
 
-    __module__ = "kreisel"  # so that a traceback shows the name that users catch
+    __module__ = "kreisel"  # a traceback then shows the public name
 
     def __init__(self, message: str, sweep: SweepResult) -> None:
         super().__init__(message)

@@ -35,8 +35,8 @@ _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 class SweepPlan:
     """A source of tops, the task for all tops, and the number of tops in a part.
 
-    `options` and `times` are those of the task. `sample` contains the indices of the tops on which
-    the plan was validated, and these tops.
+    `options` and `times` are those of the task. The plan was validated on some tops; `sample`
+    contains their indices, and these tops as an ensemble.
     """
 
     source: Source

@@ -50,8 +50,8 @@ class SweepTask(Protocol):
     def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         """Return the options and the times for the tops `some`.
 
-        For a section, the times are the longest waits for each of its states. Raises TypeError or
-        ValueError for an invalid argument.
+        For a section, each time is the longest allowed time to the next event, repeated for each
+        state. Raises TypeError or ValueError for an invalid argument.
         """
 
     def compute_tops(
