@@ -39,7 +39,7 @@ class RawEvents(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
-        """Return the events at the indices `chosen`, with `numbers` as the rows of their tops."""
+        """Return the events at the indices `chosen`, with `numbers` as their column `top`."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
 
@@ -105,7 +105,10 @@ class EnsembleBuffers:
         return {name: array for name, array in arrays.items() if array is not None}
 
     def select(self, which: Which) -> EnsembleBuffers:
-        """Return the buffers of some rows; the rows of a slice share memory with these buffers."""
+        """Return buffers with the rows that `which` selects.
+
+        If `which` is a slice, the returned buffers share memory with these buffers.
+        """
         arrays = {name: array[which] for name, array in self._arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
@@ -118,7 +121,7 @@ class EnsembleBuffers:
         return part
 
     def _events_at(self, which: Which) -> list[RawEvents]:
-        """Return the events of some rows, with the rows renumbered from 0."""
+        """Return the events of the rows that `which` selects. These rows are renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -153,7 +156,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Set tops that have not run to the status ERR_INTERRUPTED, and their values to NaN."""
+        """Give tops that have not run the status ERR_INTERRUPTED, and set their values to NaN."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         for array in (self.states, self.reduced, self.low, *self.columns.values()):

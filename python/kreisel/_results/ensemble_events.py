@@ -63,7 +63,7 @@ def join_events(met: list[RawEvents]) -> RawEvents:
 
 
 def ensemble_events(met: RawEvents, shape: tuple[int, ...]) -> EnsembleEvents:
-    """Return events as an EnsembleEvents for an ensemble of shape `shape`."""
+    """Return the events `met` of an ensemble of shape `shape` as an EnsembleEvents."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
     top = met.top

@@ -82,7 +82,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._options.solve.digits
 
     def _reshape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
-        """Return an array with one row per top, reshaped to begin with the ensemble's shape."""
+        """Return `rows`, which has one row per top, reshaped to begin with the ensemble's shape."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
         return over
@@ -139,7 +139,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def evaluations(self) -> Counts:
-        """(*shape) the number of evaluations of the right-hand side or torque."""
+        """(*shape) the number of evaluations of the right-hand side or of the torque."""
         return self._reshape(self._buffers.counts[:, 2])
 
     @property
@@ -148,7 +148,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._reshape(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
-        """Return text that explains why the top at this index failed, or 'success'."""
+        """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
         i = flat_index(self.shape, index)
         if i is None:
             raise IndexError(
@@ -169,7 +169,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self
 
     def _failure(self, i: int) -> BaseException:
-        """Return the exception that solving the i-th top alone would have raised."""
+        """Return the exception that a solve of the i-th top alone would raise."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
         path = self._member(i)
@@ -189,7 +189,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _member_options(self, i: int) -> SolveOptions:
-        """Return the options with which the i-th top alone would be solved for all its states."""
+        """Return options that solve the i-th top alone, and record all its states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
@@ -223,7 +223,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last(self, i: int, path: Path) -> Path:
-        """Return the path of the i-th top with its last good state appended, if it is missing."""
+        """Return `path`, the path of the i-th top, ending with the last good state of this top."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times(i)) or (len(path) and path.t[-1] == state[0, 0]):

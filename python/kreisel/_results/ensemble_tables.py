@@ -79,7 +79,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
 
 
 def _reductions(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Yield the name of each reduction, a Quantity with its unit and text, and its values."""
+    """Yield for each reduction its name, a Quantity with its unit and its text, and its values."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -110,7 +110,7 @@ def _attributes(of: EnsembleResult) -> dict[str, object]:
 
 
 def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
-    """Return one variable for each parameter that varies, for `status` and for `reached`."""
+    """Return a variable for each parameter that varies, and variables `status` and `reached`."""
     axes = of.tops.axes
     rows: dict[str, Variable] = {}
     for word, values in of.tops.coords.items():

@@ -61,7 +61,7 @@ def check_path_times(reached: Array, t: Numbers) -> Array:
 
 
 def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """Return the positions in C order of the members of `shape` that `key` selects."""
+    """Return the indices in C order of the elements that `key` selects in an array of `shape`."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 

@@ -56,7 +56,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the indices of the tops that failed, counted in C order."""
+        """(f,) the indices of the failed tops, in C order."""
         return np.flatnonzero(self.status != "OK")
 
     def __repr__(self) -> str:

@@ -131,7 +131,10 @@ class Path(ReadOnlyArrays, Tables):
         return largest
 
     def _max_angle_to(self, second: SolveOptions) -> float:
-        """Return the largest angle [rad] to the attitudes of a second run, low words included."""
+        """Return the largest angle [rad] between the attitudes of this path and of a second run.
+
+        The low words of both paths are included.
+        """
         result = record_unordered(self.scene, second, self.t)
         other = path_or_raise(self.scene, second, result)
         return max_angle((self.q, self.q_low), (other.q, other.q_low))
@@ -255,12 +258,15 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
-        """The events as path.save writes them: their states as a path, indices and directions."""
+        """The events in the form that path.save writes.
+
+        The form is a path of the states at the events, the events' indices and their directions.
+        """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
 
     def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
-        """Return the picture of this path that kreisel.plot draws."""
+        """Draw this path as kreisel.plot does, and return the picture."""
         from .._plot.charts import plot_paths
 
         return plot_paths([(self, self.events.path if len(self.events) else None)], axes, degrees)
@@ -383,7 +389,7 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
 
 
 def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
-    """Return a path with all states in a result of the core."""
+    """Return a path with all states in `result`, a result of the core."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     return Path(scene, states, Stats(*counts), options.path_options, is_back, low)

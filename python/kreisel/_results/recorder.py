@@ -55,7 +55,10 @@ def report_end(path: Path, progress: Progress | None) -> Path:
 
 
 def add_events(path: Path, met: CoreEvents) -> Path:
-    """Return a copy of the path with events: their states, low words, indices and directions."""
+    """Return a copy of `path` with the events `met`.
+
+    `met` contains the states at the events, their low words, the events' indices and directions.
+    """
     states, low, which, direction = met
     at_events = replace(path, states=states, _low=low)
     return replace(path, _events=Events(at_events, which, direction))
@@ -79,7 +82,7 @@ class ColumnRecorder:
         self._events: list[Events] = []
 
     def add(self, part: Path) -> None:
-        """Append the quantities and events of the next states."""
+        """Append the quantities and events of `part`, a path of the next states."""
         for name in ("t", *self._want):
             column = getattr(part, name)
             if name not in self._arrays:

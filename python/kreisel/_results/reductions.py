@@ -92,11 +92,11 @@ class Reductions(EnsembleResult):
         return self._kinds().keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
-        """Return pairs of the name of a quantity and a dictionary of its arrays by kind."""
+        """Return pairs of a quantity's name and a dictionary {kind of reduction: array}."""
         return {name: self[name] for name in self}.items()
 
     def values(self) -> ValuesView[dict[str, Array]]:
-        """Return a dictionary of arrays by kind for each quantity."""
+        """Return a dictionary {kind of reduction: array} for each quantity."""
         return {name: self[name] for name in self}.values()
 
     def to_xarray(self) -> Dataset:

@@ -56,11 +56,11 @@ class Section(EnsembleResult, QuantityAttributes):
 
     @cached_property
     def _is_state(self) -> npt.NDArray[np.bool_]:
-        """(tops, n) True for the rows that contain states."""
+        """(tops, n) True if the top has a state with this index."""
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Return those of `rows` that belong to states, as a flat array."""
+        """Return the rows of `rows` (tops, n, ...) that contain states, as an array (e, ...)."""
         whole = bool(self._is_state.all())
         return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._is_state])
 

@@ -27,7 +27,7 @@ _MET = "which", "direction"
 
 
 class PathRecord(NamedTuple):
-    """The fields of a path, in the order of its constructor."""
+    """The fields of a kreisel.Path, in the order of its constructor's parameters."""
 
     scene: Scene
     states: Array
@@ -50,7 +50,7 @@ EventArrays = tuple[States, Integers, Integers]  # states at the events, indices
 
 
 def dump_path(path: States, met: EventArrays | None) -> bytes:
-    """Return the archive of a path and its events as bytes."""
+    """Return the archive of a path and of its events `met`, as bytes."""
     head = {
         "kreisel": version,
         "format": _FORMAT,

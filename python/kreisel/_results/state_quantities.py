@@ -112,7 +112,7 @@ class States(QuantityAttributes):
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a hint; add_quantities below adds the quantities."""
+            """Raise AttributeError with a hint. Quantities are added by add_quantities."""
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):

@@ -37,7 +37,7 @@ class TangentData(NamedTuple):
     def from_flat(
         cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
     ) -> TangentData:
-        """Return tangents made from the flat arrays of the core."""
+        """Return tangents from the flat arrays that the core returns."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
         return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)

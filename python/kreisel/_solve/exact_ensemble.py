@@ -121,7 +121,7 @@ class ExactEnsemble:
         return states
 
     def _check_horizon(self, times: Array) -> None:
-        """Raise ValueError if doubles cannot resolve the attitude of some top at its last time."""
+        """Raise ValueError if doubles cannot resolve the attitude of a top at its last time."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)
@@ -205,12 +205,12 @@ class ExactEnsemble:
 
     @property
     def t_least(self) -> Array:
-        """(*shape) the first time of the least nutation, as in kreisel.Exact [T]."""
+        """(*shape) the first time at which the nutation is least, as in kreisel.Exact [T]."""
         return self._reshape(self._turning.t_least)
 
     @property
     def t_greatest(self) -> Array:
-        """(*shape) the first time of the greatest nutation, as in kreisel.Exact [T]."""
+        """(*shape) the first time at which the nutation is greatest, as in kreisel.Exact [T]."""
         return self._reshape(self._turning.t_greatest)
 
     @property

@@ -121,7 +121,7 @@ class Run:
         return self._advance(times, parse_progress(progress))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
-        """Advance to validated times, and return their path."""
+        """Advance the run to validated times, and return the path with these times."""
         if self.want is None:
             status, path = self._record(times, progress)
         else:
@@ -225,7 +225,7 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Return a call of resume with the checkpoint, so that copies never share their state."""
+        """Return a call of resume with the checkpoint: a copy has its own state."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -353,7 +353,7 @@ def parse_run(
     events: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the options of a run. With events, 'auto' means taylor, which can search for them."""
+    """Return the options of a run. If there are events, 'auto' means taylor, which finds events."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return parse_options(scene, method, *controls)

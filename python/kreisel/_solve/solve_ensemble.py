@@ -171,7 +171,10 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
 
 
 def reject_ensemble_arguments(scene: object, **given: object) -> None:
-    """Raise ValueError for arguments given with a single scene that only an ensemble allows."""
+    """Raise ValueError because arguments were given that only an ensemble allows.
+
+    Raises TypeError if `scene` is not a kreisel.Scene.
+    """
     check_type("scene", scene, Scene)
     names = [name for name, value in given.items() if value is not None]
     raise ValueError(f"{' and '.join(names)}: only for a kreisel.Ensemble, not for a single scene")

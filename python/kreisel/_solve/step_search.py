@@ -331,7 +331,7 @@ def run_search(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one by one, each with the cheapest method that meets the error."""
+    """Solve the tops begin..end one by one, each with the cheapest method that meets the error."""
     part = buffers.select(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
@@ -357,7 +357,7 @@ def _run_one(
     times: Array,
     work: Work | None,
 ) -> None:
-    """Solve one top, and write its path, or the message of its failure, to row i."""
+    """Solve one top, and write its path or the message of its failure to row i of `part`."""
     path, status = None, 0
     try:
         path = _find_whole_path(scene, options.solve, times, work)
@@ -372,7 +372,7 @@ def _run_one(
 def _write_row(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
-    """Write a path to row i, with NaN at times that it did not reach."""
+    """Write `path` to row i of `part`, with NaN at times that the path did not reach."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
         at, reached = _find_times(path, times)

@@ -52,7 +52,7 @@ def encode(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
 
 def list_leaves(table: Table) -> list[tuple[str, Any]]:
-    """Return the path of each column's values in a Parquet file, and the type of the values."""
+    """Return the Parquet path and the type of the values of each column in `table`."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)
@@ -145,7 +145,7 @@ def decode(
 
 
 def _read_table(table: Table, states: int) -> PartTable:
-    """Convert an Arrow table to the rows of a part."""
+    """Return the table of a part from an Arrow table. `states` is the number of states per top."""
     part = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, metadata = column.combine_chunks(), field.metadata or {}

@@ -105,7 +105,7 @@ def _parse_scene(given: object, folder: Path) -> Scene:
 
 
 def _parse_values(name: str, given: object) -> Any:
-    """Return a value or a list unchanged, and a table { from, to, n } as evenly spaced values."""
+    """Return `given`, or `n` evenly spaced values if `given` is a table { from, to, n }."""
     if not isinstance(given, dict):
         return given
     _check_keys(name, given, ["from", "to", "n"])

@@ -25,7 +25,7 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartTable:
-    """Compute the table of the tops with the indices `tops`; failed tops have rows, too."""
+    """Compute the table of the tops with the indices `tops`, including failed tops."""
     return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
 
 
@@ -66,7 +66,7 @@ class PartRunner:
             self._report(self.done, last=True)
 
     def _part_progress(self, tops: int) -> Progress | None:
-        """Return the progress function for a part with `tops` tops; None if none was given."""
+        """Return the progress function for a part of `tops` tops, or None without `progress`."""
         return self.progress and (lambda share: self._report(self.done + share * tops))
 
     def _report(self, tops: float, last: bool = False) -> None:
@@ -115,7 +115,7 @@ class PartRunner:
             raise KeyboardInterrupt
 
     def _collect(self, i: int, future: Future[int]) -> None:
-        """Count part i as finished if its file exists; otherwise it stays in `left`."""
+        """Remove part i from `left`, and count its tops as done, if its file exists."""
         if future.cancelled():
             return
         tops = len(self.store.plan.tops_of(i))

@@ -313,7 +313,7 @@ class Source:
 def _split_arguments(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, Parameter], dict[str, bool]]:
-    """Split `arguments` into validated parameters, and the flags that are True."""
+    """Split `arguments` into validated parameters and those flags that are True."""
     check_type("scene", scene, Scene)
     parameters: dict[str, Parameter] = {}
     flags: dict[str, bool] = {}
@@ -332,7 +332,7 @@ def _is_row(lead: Shape) -> bool:
 
 
 def _check_range(name: str, one: Parameter) -> None:
-    """Raise ValueError unless a parameter has two values, the bounds of a range of finite width."""
+    """Raise ValueError unless a parameter has two values that bound a range of finite width."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():

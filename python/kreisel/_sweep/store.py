@@ -223,7 +223,7 @@ def _create(where: Path, plan: SweepPlan) -> bool:
 
 
 def _write_starts(where: Path, plan: SweepPlan) -> None:
-    """Write the arrays that are too long for the plan file, unless their files exist."""
+    """Write each array that is too long for the plan file to its own file, unless it exists."""
     for values in plan.arrays:
         file = where / content_name(values)
         if not file.exists():

@@ -134,7 +134,7 @@ def sweep(
 
 
 def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of kreisel.sweep that belong to its task and differ from defaults."""
+    """Return the arguments in `given` that belong to a task and differ from their defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
     for name in ARGUMENTS:

@@ -147,7 +147,10 @@ def content_name(values: Array) -> str:
 
 
 def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
-    """Return the name of each parameter, the shape of one value, and all values or their file."""
+    """Return for each parameter its name, the shape of one value, and all values.
+
+    For a long array, the name of its file is returned instead of the values.
+    """
     return [
         [
             one.name,

@@ -117,7 +117,7 @@ class SweepResult:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of the columns of tops, followed by those of the columns of events."""
+        """The names of the columns: first the columns of tops, then the columns of events."""
         return (*self._schema.columns, *self._schema.ragged)
 
     @property
@@ -126,7 +126,7 @@ class SweepResult:
         return {name: self._schema.units.get(name, "") for name in self.columns}
 
     def __getitem__(self, name: str) -> Column:
-        """Return a column of all tops, or a column of all events, sorted by top."""
+        """Return the values of a column for all tops, or for all events sorted by top."""
         schema = self._schema
         is_ragged = name in schema.ragged
         if name not in schema.columns and not is_ragged:
@@ -194,7 +194,10 @@ class SweepResult:
         return parts | ({MISSING: missing} if missing else {})
 
     def _verify_found(self) -> tuple[dict[str, list[int]], list[int]]:
-        """Verify the parts that have a file, and return their numbers by status and in one list."""
+        """Verify the parts that have a file.
+
+        Return a mapping from each status to the numbers of its parts, and all numbers as a list.
+        """
         parts: dict[str, list[int]] = {DONE: []}
         found = []
         for i in self._store.list_parts():

@@ -251,7 +251,7 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
 
 
 def _materialize(names: Any) -> Any:
-    """Return an iterator of names as a list, so that it can be read more than once."""
+    """Return `names`, converted to a list if it is an iterator, which can be read only once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
@@ -264,7 +264,7 @@ def _as_float(value: float | None) -> float | None:
 
 
 def _as_floats(values: Numbers) -> Any:
-    """Return one value as a float, or several values as a list of floats."""
+    """Return a single number as a float, and several numbers as a list of floats."""
     return np.asarray(values, dtype=np.float64).tolist()
 
 
