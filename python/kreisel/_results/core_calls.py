@@ -57,7 +57,7 @@ def creation_error(
 ) -> Exception:
     """Return the exception for a top that the core cannot create.
 
-    If `step` is too large, the message names a smaller step that the core accepts.
+    If `step` is too large, the message contains a smaller step that the core accepts.
     """
     if status == "ERR_METHOD" and has_torus(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")

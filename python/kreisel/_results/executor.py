@@ -39,10 +39,10 @@ def run_jobs(
 ) -> None:
     """Run jobs, and pass the key and the future of each finished job to `collect`.
 
-    `poll` is called regularly. After an exception, including Ctrl-C, `stop` is called; it should
-    end the running jobs. Waiting jobs are cancelled, the results of successful jobs are collected,
-    and the exception is raised again. In that case the function does not wait for workers in other
-    processes.
+    `poll` is called regularly. After an exception or Ctrl-C, `stop` is called, which should end the
+    running jobs, and waiting jobs are cancelled. Finished jobs are passed to `collect`, and the
+    exception is raised again. After an exception, run_jobs waits for running jobs in threads, but
+    not for running jobs in other processes.
     """
     running: dict[Future[_R], _K] = {}
 

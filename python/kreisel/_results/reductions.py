@@ -113,7 +113,8 @@ class Reductions(EnsembleResult):
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        It has a column such as nutation_max or apex_z_mean for each reduction of a component.
+        The table has a column such as nutation_max or apex_z_mean for each reduction of a
+        component.
         Parameters that vary are columns, and so are `status` and `reached`. `attrs` contains the
         units. Raises ImportError if pandas is not installed.
         """

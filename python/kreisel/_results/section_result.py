@@ -48,7 +48,7 @@ class Section(EnsembleResult, QuantityAttributes):
 
     @property
     def max_wait(self) -> Array:
-        """(*shape) the longest allowed time from the start or an event to the next event [T].
+        """(*shape) the longest allowed time from the start, or an event, to the next event [T].
 
         The times are negative if the section goes back in time.
         """
@@ -168,11 +168,12 @@ SECTION = SliceRunner(run_section, is_native=True)
 
 
 def slowest_turns(tops: Ensemble) -> Array:
-    """Estimate the times (n,) of one turn of each top about the axis of its largest moment [T].
+    """Estimate how long each top takes for one turn about the axis of its largest moment [T].
 
-    The rate is the larger of |m| / I and sqrt(mass |gravity| |com| / I), where I is the largest
-    moment. The first value is the rate of a rotation, the second the angular frequency of a
-    pendulum. The time is 1 for a top at rest without torque.
+    The times are an array (n,), computed as 2 pi / rate. The rate is the larger of |m| / I and
+    sqrt(mass |gravity| |com| / I), where I is the largest moment. The first value is the rate of a
+    rotation, the second the angular frequency of a pendulum. The time is 1 for a top at rest
+    without torque.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

@@ -197,9 +197,9 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
 def _time_sample(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
-    """Return an estimate of the run time [s], and the number of tops that were run for it.
+    """Return an estimate of the run time [s], and the number of tops that were run to estimate it.
 
-    Each of these runs has a limited number of steps and states, and its time is extrapolated.
+    The runs have a limited number of steps and states, and the time is extrapolated.
     """
     if not tops.size or not t.shape[-1]:
         return 0.0, 0

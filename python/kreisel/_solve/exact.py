@@ -146,9 +146,9 @@ class Exact(_Rates):
 
     @property
     def critical_spin(self) -> float:
-        """The spin beyond which the body sleeps upright [T^-1].
+        """The spin above which the upright body is a sleeping top [T^-1].
 
-        It is 2 sqrt(I1 mass |gravity| |com|) / I3.
+        The value is 2 sqrt(I1 mass |gravity| |com|) / I3.
         """
         return float(self._turning.critical_spin[0])
 

@@ -264,7 +264,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
     """Return the run stored in a checkpoint, and the name of the kernel that computed it.
 
-    `line` is the head of the checkpoint in JSON, `memory` the state of the core.
+    `line` is the header of the checkpoint in JSON, and `memory` the state saved by the core.
     """
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps

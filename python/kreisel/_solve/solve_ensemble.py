@@ -127,7 +127,7 @@ def stream_ensemble(
 ) -> Iterator[Paths]:
     """Return an iterator over the paths of consecutive groups of tops.
 
-    The tops of a group have at most `chunk` states in total, but a group has at least one top.
+    A group has at least one top. A group of several tops has at most `chunk` states in total.
     """
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)

@@ -145,7 +145,7 @@ class StepSearch:
         return CLOSED_FORM if near and has_closed_form(self.scene) else LONGER_SERIES
 
     def run(self, steps: int) -> tuple[Array, float] | None:
-        """Return the states of a run with `steps` steps at the requested times, and its error.
+        """Return the states of a run of `steps` steps at the requested times, and the run's error.
 
         The error is the largest attitude error at the checked times [rad]. Returns None if the
         steps are too large for the method.
@@ -179,9 +179,9 @@ class StepSearch:
         return states
 
     def refine(self, steps: int, error: float) -> int:
-        """Return the number of steps predicted to make the error small enough.
+        """Return a number of steps with which the error is predicted to be small enough.
 
-        `error` is the error found with `steps` steps.
+        `error` is the error of a run with `steps` steps.
         """
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0

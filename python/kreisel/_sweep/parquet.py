@@ -64,8 +64,8 @@ def list_leaves(table: Table) -> list[tuple[str, Any]]:
 def as_table(part: PartTable) -> Table:
     """Return the rows of a part as an Arrow table.
 
-    The metadata of each field contain its `units`, and `per`, which says whether the column has one
-    value per top, per time or per event.
+    The metadata of each field contain the `units` of the column. The entry `per` says whether the
+    column has one value per top, per time or per event.
     """
     columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
     per = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}

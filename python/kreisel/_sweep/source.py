@@ -351,7 +351,7 @@ def _check_range(name: str, one: Parameter) -> None:
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     """Reshape the values of a parameter to extend only along the axis with its name.
 
-    A parameter without such an axis has a single value, and length 1 along all axes.
+    A parameter without an axis of its own has a single value, and length 1 along all axes.
     """
     lead = [1] * len(axes)
     if one.name in axes:

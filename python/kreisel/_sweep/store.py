@@ -121,8 +121,8 @@ class SweepStore:
 def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """Open the folder of a sweep.
 
-    Raises ValueError if it is not the folder of a sweep, or if the hash of its plan differs from
-    `expected`.
+    Raises ValueError if `folder` is not the folder of a sweep, or if the hash of the plan in it
+    differs from `expected`.
     """
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
@@ -178,9 +178,9 @@ def _read_starts(file: Path) -> Array:
 def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """Create the folder of a plan, or open it if it exists.
 
-    Raises ValueError if the folder has another plan, and FileExistsError if it is neither empty nor
-    the folder of a sweep. Raises OSError if the folder cannot be written, and ImportError if
-    pyarrow is not installed.
+    Raises ValueError if the folder has another plan. Raises FileExistsError if the folder is
+    neither empty nor the folder of a sweep. Raises OSError if the folder cannot be written, and
+    ImportError if pyarrow is not installed.
     """
     where = Path(os.path.abspath(folder))
     store = SweepStore(where, plan)

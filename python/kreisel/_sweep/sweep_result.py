@@ -224,8 +224,8 @@ class SweepResult:
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
 
-        The metadata of each field contain its `units`. If a top has several values in a column,
-        they are stored as a list.
+        The metadata of each field contain the `units` of the column. If a top has several values in
+        a column, they are stored as a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa
