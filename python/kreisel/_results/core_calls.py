@@ -11,8 +11,8 @@ from .._options.solve_options import Progress, SolveOptions
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array
 
-# The name of the status; (n, 8) t, q, m of the states reached; their low words or None; the numbers
-# of steps, rejected steps, evaluations and iterations; the last requested time.
+# The name of the status; the states reached (n, 8), as t, q, m; the low words of these states or
+# None; the numbers of steps, rejected steps, evaluations and iterations; the last requested time.
 CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
@@ -21,7 +21,7 @@ def record_states(
 ) -> CoreResult:
     """Record the states at validated times.
 
-    `progress` is either called with the time reached, or is a Work that can stop the run.
+    `progress` is either a function called with the time reached, or a Work that can stop the run.
     """
     result = record(scene._block, *options.core, times, progress=progress)
     assert result is not None
@@ -31,8 +31,8 @@ def record_states(
 def record_unordered(scene: Scene, options: SolveOptions, times: Array) -> CoreResult:
     """Record the states at times in any order, before or after t = 0.
 
-    Negative and positive times need separate runs. If a run fails, return its own result, with the
-    states that it reached.
+    Negative and positive times need separate runs. If one of the two runs fails, only the result of
+    the failed run is returned, with the states reached before the failure.
     """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_low_words else None
@@ -57,7 +57,7 @@ def creation_error(
 ) -> Exception:
     """Return the exception for a top that the core cannot create.
 
-    If `step` is too large, the message names a smaller step that the core accepts.
+    If `step` is too large, the message contains a smaller step that the core accepts.
     """
     if status == "ERR_METHOD" and has_torus(scene):
         return ValueError(f"the method {method!r} does not apply: {explain_no_closed_form(scene)}")

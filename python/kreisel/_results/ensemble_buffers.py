@@ -20,7 +20,7 @@ Codes = npt.NDArray[np.int8]
 Counts = npt.NDArray[np.int64]
 Which = slice | npt.NDArray[np.integer | np.bool_]
 
-STATUSES = list(statuses)  # the names of the statuses; their codes are the indices
+STATUSES = list(statuses)  # names of the statuses; the code of a status is its index
 _NOT_YET = -1  # the status of a top that has not run
 INTERRUPTED = STATUSES.index("ERR_INTERRUPTED")
 
@@ -39,7 +39,7 @@ class RawEvents(NamedTuple):
     direction: npt.NDArray[np.intc]
 
     def select(self, chosen: npt.NDArray[np.intp], numbers: Counts) -> RawEvents:
-        """Return the events at the indices `chosen`, with `numbers` as the rows of their tops."""
+        """Return the events at the indices `chosen`, with `numbers` as their column `top`."""
         states, low = self.states[chosen], self.low[chosen]
         return RawEvents(numbers, states, low, self.which[chosen], self.direction[chosen])
 
@@ -55,8 +55,9 @@ class EnsembleBuffers:
     low            (n, k, 8) the low words of the states
     columns        quantities stored instead of states, (n, k, ...) each
     reduced        (n, r) the reductions of each top's path, in the order of the options
-    last           {row of a failed top: its last good state (1, 8)}; with low words (2, 8)
-    chosen         {row: what method='geometric' chose}
+    last           {row of a failed top: array (1, 8) with the last good state}; if low words are
+                   computed, the array is (2, 8) and its second row contains the low words
+    chosen         {row: the method and step that method='geometric' chose}
     events         events of all tops, not sorted by top
     messages       {row: the message of a failure that no status describes}
     """
@@ -104,7 +105,10 @@ class EnsembleBuffers:
         return {name: array for name, array in arrays.items() if array is not None}
 
     def select(self, which: Which) -> EnsembleBuffers:
-        """Return the buffers of some rows; the rows of a slice share memory with these buffers."""
+        """Return buffers with the rows that `which` selects.
+
+        If `which` is a slice, the returned buffers share memory with these buffers.
+        """
         arrays = {name: array[which] for name, array in self._arrays().items()}
         columns = {name: array[which] for name, array in self.columns.items()}
         part = EnsembleBuffers(**arrays, columns=columns)  # type: ignore[arg-type]
@@ -117,7 +121,7 @@ class EnsembleBuffers:
         return part
 
     def _events_at(self, which: Which) -> list[RawEvents]:
-        """Return the events of some rows, with the rows renumbered from 0."""
+        """Return the events of the rows that `which` selects. These rows are renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -152,7 +156,7 @@ class EnsembleBuffers:
             self.events.append(events._replace(top=events.top + begin))
 
     def mark_interrupted(self, t: Array) -> None:
-        """Set tops that have not run to the status ERR_INTERRUPTED, and their values to NaN."""
+        """Give tops that have not run the status ERR_INTERRUPTED, and set their values to NaN."""
         waiting = np.flatnonzero(self.status == _NOT_YET)
         self.status[waiting] = INTERRUPTED
         for array in (self.states, self.reduced, self.low, *self.columns.values()):
@@ -181,10 +185,10 @@ def run_lanes(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end, several simultaneously in lanes, and return their rows.
+    """Run the tops begin..end, several simultaneously in lanes, and return the rows of these tops.
 
-    The rows share memory with `buffers`. `work` can stop the run, and distributes the tops to
-    threads.
+    The rows share memory with `buffers`. `work` can stop the run, and contains the number of
+    threads to which the core distributes the tops.
     """
     part = buffers if end - begin == buffers.size else buffers.select(slice(begin, end))
     failed, last = Worker(*options.core, options.core_reductions, work).run(
@@ -204,7 +208,7 @@ def run_scalar(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one by one, with events and low words, and return their rows.
+    """Run the tops begin..end one by one, with events and low words, and return the tops' rows.
 
     The arguments are those of run_lanes.
     """

@@ -19,7 +19,7 @@ class EnsembleEvents(ReadOnlyArrays):
 
     top        (e,) the index of the top; (e, dimensions) unless the ensemble has one dimension
     states     (e, 8): t [T], q (w, x, y, z), m [M L^2 T^-1]
-    which      (e,) the index of each event in the list passed to solve
+    which      (e,) for each occurrence, the index of its event in the list passed to solve
     direction  (e,) 1: the event function increased with time, or had a minimum; -1: it decreased,
                or had a maximum
     count      (*shape) the number of events of each top
@@ -63,7 +63,7 @@ def join_events(met: list[RawEvents]) -> RawEvents:
 
 
 def ensemble_events(met: RawEvents, shape: tuple[int, ...]) -> EnsembleEvents:
-    """Return events as an EnsembleEvents for an ensemble of shape `shape`."""
+    """Return the events `met` of an ensemble of shape `shape` as an EnsembleEvents."""
     n = int(np.prod(shape, dtype=np.int64))
     count = np.bincount(met.top, minlength=n).astype(np.int64).reshape(shape)
     top = met.top

@@ -28,16 +28,16 @@ class Paths(EnsembleResult, QuantityAttributes):
     """The motions of an ensemble of tops, at k times each.
 
     Arrays are read-only. t, q and m are views of `states`; other quantities are computed on first
-    access. The shape of an array is (*shape, k) followed by the shape of the quantity. The good
-    states of a failed top are followed by NaN.
+    access. The shape of an array is (*shape, k) followed by the shape of the quantity. For a failed
+    top, the values after its last good state are NaN.
 
     tops    the ensemble
-    paths[i], paths[i, j]   a kreisel.Path of one top with the same values. Calling it with other
-            times solves the top alone, and taylor may then round differently. Slices, lists and
-            masks give the kreisel.Paths of several tops, as in NumPy
+    paths[i], paths[i, j]   a kreisel.Path of one top with the same values. Calling this path with
+            other times solves the top alone, and taylor may then round differently. Slices, lists
+            and masks give the kreisel.Paths of several tops, as in NumPy
     """
 
-    _one = Path  # the class of the result of one top
+    _one = Path  # the class that describes one top
 
     def __repr__(self) -> str:
         k = self._t.shape[-1]
@@ -45,7 +45,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None:
-        """The quantities that the paths store in addition to t; None: the states."""
+        """The quantities that the paths store in addition to t; None: the paths store states."""
         return self._options.solve.want
 
     @property
@@ -160,8 +160,8 @@ class Paths(EnsembleResult, QuantityAttributes):
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with a variable for each quantity in `names`.
 
-        Without names it has all quantities that the paths store. The dimensions are the named
-        dimensions of the ensemble, then time, then the dimensions of the quantity as in
+        Without names, the Dataset has all quantities that the paths store. The dimensions are the
+        named dimensions of the ensemble, then time, then the dimensions of the quantity as in
         Path.to_xarray. If each top has its own times, t is a coordinate along the dimensions of the
         ensemble and time.
 

@@ -62,7 +62,7 @@ class EnsembleResult(ReadOnlyArrays):
     def method(self) -> str:
         """The name of the requested method.
 
-        'auto' uses exact for tops that have a closed form, and taylor for all others.
+        'auto' uses exact for tops that have a closed form, and taylor for all other tops.
         """
         return self._options.solve.requested_method
 
@@ -82,7 +82,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._options.solve.digits
 
     def _reshape(self, rows: npt.NDArray[_T]) -> npt.NDArray[_T]:
-        """Return an array with one row per top, reshaped to begin with the ensemble's shape."""
+        """Return `rows`, which has one row per top, reshaped to begin with the ensemble's shape."""
         over = rows.reshape(self.shape + rows.shape[1:])
         over.flags.writeable = False
         return over
@@ -102,7 +102,10 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def status_names(self) -> npt.NDArray[np.str_]:
-        """(*shape) names of statuses in kreisel.h without the prefix: 'OK', 'ERR_LIMIT', ..."""
+        """(*shape) the name of each top's status: 'OK', 'ERR_LIMIT', ...
+
+        The names are those in kreisel.h, without the prefix.
+        """
         return self._reshape(np.array(STATUSES)[self._buffers.status])
 
     @property
@@ -136,7 +139,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def evaluations(self) -> Counts:
-        """(*shape) the number of evaluations of the right-hand side or torque."""
+        """(*shape) the number of evaluations of the right-hand side or of the torque."""
         return self._reshape(self._buffers.counts[:, 2])
 
     @property
@@ -145,7 +148,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._reshape(self._buffers.counts[:, 3])
 
     def message(self, index: int | tuple[int, ...]) -> str:
-        """Return text that explains why the top at this index failed, or 'success'."""
+        """Return the reason why the top at `index` failed, or 'success' if it did not fail."""
         i = flat_index(self.shape, index)
         if i is None:
             raise IndexError(
@@ -157,8 +160,8 @@ class EnsembleResult(ReadOnlyArrays):
         """Return this result if all tops reached their last times.
 
         Raises kreisel.Error for the first top that did not. The message of the exception contains
-        the index of this top and the number of failures. Its `.path` is the path of this top, and
-        its `.paths` is this result.
+        the index of this top and the number of failures. The exception's `.path` is the path of
+        this top, and its `.paths` is this result.
         """
         failed = np.flatnonzero(self._buffers.status)
         if failed.size:
@@ -166,7 +169,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self
 
     def _failure(self, i: int) -> BaseException:
-        """Return the exception that solving the i-th top alone would have raised."""
+        """Return the exception that a solve of the i-th top alone would raise."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
         path = self._member(i)
@@ -175,7 +178,7 @@ class EnsembleResult(ReadOnlyArrays):
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
     def _stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` tops that did not reach their last time, i the first."""
+        """Return the exception for `count` unfinished tops, of which `i` is the first."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure(i)}"
@@ -186,7 +189,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _member_options(self, i: int) -> SolveOptions:
-        """Return the options with which the i-th top alone would be solved for all its states."""
+        """Return options that solve the i-th top alone, and record all its states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
@@ -220,7 +223,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last(self, i: int, path: Path) -> Path:
-        """Return the path of the i-th top with its last good state appended, if it is missing."""
+        """Return `path`, the path of the i-th top, ending with the last good state of this top."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times(i)) or (len(path) and path.t[-1] == state[0, 0]):

@@ -79,7 +79,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
 
 
 def _reductions(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Yield the name of each reduction, a Quantity with its unit and text, and its values."""
+    """Yield for each reduction its name, a Quantity with its unit and its text, and its values."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -110,7 +110,7 @@ def _attributes(of: EnsembleResult) -> dict[str, object]:
 
 
 def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
-    """Return one variable for each parameter that varies, for `status` and for `reached`."""
+    """Return a variable for each parameter that varies, and variables `status` and `reached`."""
     axes = of.tops.axes
     rows: dict[str, Variable] = {}
     for word, values in of.tops.coords.items():
@@ -119,7 +119,7 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
         at = [d for d, n in enumerate(shape) if n > 1 or of.shape[d] == 1]
         dims = tuple(axes[d] for d in at)
         if word in axes and dims != (word,):
-            continue  # xarray forbids a variable named like a dimension along other dimensions
+            continue  # in xarray, a variable named like a dimension must have only this dimension
         kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
         own = tuple(f"{word}_component" for _ in inner)
         rows[word] = ((*dims, *own), kept, {"units": ""})
@@ -134,7 +134,10 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
 
 
 def _broadcast_to_tops(of: EnsembleResult, dims: tuple[str, ...], values: Any) -> Any:
-    """Return an array along the dimensions `dims` as one value per top; vectors become tuples."""
+    """Return one value per top, from an array along the dimensions `dims`.
+
+    Vectors are returned as tuples.
+    """
     axes = of.tops.axes
     own = [d for d in dims if d not in axes]
     shape = [n if axis in dims else 1 for axis, n in zip(axes, of.shape, strict=True)]

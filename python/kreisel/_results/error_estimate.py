@@ -1,10 +1,10 @@
 """Error estimates of paths, from a more precise reference run and the growth of rounding errors.
 
 The Taylor series with 20 digits is far more accurate than any run in doubles, even if the motion
-magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. But its
-results are doubles, and it treats a body that is integrable up to rounding as exactly integrable.
-It is therefore used only if the body is exactly integrable and the error found is far above the
-rounding errors of the closed form.
+magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. But the
+results of a closed form are doubles, and a body that is integrable up to rounding is treated as
+exactly integrable. A closed form is therefore used only if the body is exactly integrable, and if
+the error found is far above the rounding errors of the closed form.
 
 """
 
@@ -40,7 +40,7 @@ SHORTER_STEPS = [
 
 ROUNDING = 2.0**-53
 _MAX_POINTS = 1024  # maximal number of times of a path at which tangents are computed
-# The error of a closed form is far below this multiple of the effect of one rounding of the start.
+# The error of a closed form is far below this multiple of the error caused by rounding the start.
 ROUNDINGS = 128
 
 
@@ -84,7 +84,7 @@ def estimate_error(
         return min(max(errors[len(errors) // 2], ROUNDING**2 * growth()), math.pi)
     error = 0.0 if digits else angle_to(LONGER_SERIES)
     # A closed form rounds only once, but the motion can magnify the rounding errors of a series.
-    # A large difference may therefore come from the series with 20 digits: use 30 digits.
+    # A large difference may therefore be an error of the series with 20 digits: use 30 digits.
     is_unsure = method == EXACT and error > ROUNDINGS * ROUNDING
     return angle_to(LONGEST_SERIES) if digits or is_unsure else error
 
@@ -92,10 +92,11 @@ def estimate_error(
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
     """Return the changes of attitude and momentum that rounding the state causes, as columns.
 
-    The changes are divided by the relative rounding error. With doubles, the core stores attitude
-    and momentum in the top's own units. With more digits, it stores the momentum seen from the
-    body, so a change of attitude turns the momentum as well. Each number is then rounded in
-    proportion to its own size.
+    The changes are divided by the relative rounding error. With at most 16 digits, the unit of the
+    momentum's rounding error is the largest moment times a bound on the angular velocity. With more
+    digits, the core stores the momentum in components along the body's axes. A rounding of the
+    attitude then turns the momentum as well, and each component is rounded in proportion to its own
+    size.
     """
     if digits <= 16:
         return np.diag([1.0] * 3 + [max(scene.body.moments) * scene._rate_bound] * 3)
@@ -110,8 +111,8 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 def _rounding_turns(scene: Scene) -> Array:
     """Return the rotation vectors, seen from the body, caused by rounding the attitude, as columns.
 
-    The rounded attitude is that of the principal axes. Each of its components is a sum of
-    products, and each product is rounded in proportion to its own size.
+    The core stores the attitude of the principal axes. Each component of this quaternion is a sum
+    of products, and each product is rounded in proportion to its own size.
     """
     axes = scene.body.axes
     each: Any = np.diag(scene.attitude)
@@ -136,10 +137,10 @@ def rounding_growth(
 
     The growth is the change of the attitude [rad] divided by the relative rounding error. It is
     computed from tangents of the Taylor series, whichever method computed the path. For at most 16
-    digits it is the largest growth of any single rounding error. With more digits, the changes
-    caused by all rounding errors are added as independent errors. The growth is infinite if a
-    tangent overflows. The result contains the states at which the growth was computed; some of them
-    are missing if the run fails.
+    digits, the returned value is the largest growth of any single rounding error. With more digits,
+    the changes caused by all rounding errors are added as independent errors. The growth is
+    infinite if a tangent overflows. The result contains the states at which the growth was
+    computed. Some of these states are missing if the run fails.
     """
     directions, most = rounding_directions(scene, digits), 1.0
     came: CoreResult = "OK", np.empty((0, 8)), None, (0, 0, 0, 0), 0.0
@@ -150,7 +151,8 @@ def rounding_growth(
         _, top = start(scene._block, *series.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
         assert top is not None
         each = -(-side.size // _MAX_POINTS)
-        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]  # includes the last time
+        # Every `each`-th time, counted back from the last time, which is thus included.
+        on_the_way = side[np.argsort(np.abs(side))][::-each][::-1]
         came, high, *_ = top.record_tangents(on_the_way, False, progress)
         if came[0] == "ERR_TANGENT":
             return ("OK", *came[1:]), math.inf
@@ -173,6 +175,6 @@ def max_angle(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
     dot = (p * q).sum(axis=1)
     sign = np.where(dot < 0.0, -1.0, 1.0)[:, None]
     d = (sign * q - p) + (sign * q_low - p_low)
-    # The vector part of conjugate(p) * (q - p).
+    # The vector part of conjugate(p) * (q - p), in terms of d = q - p.
     vec = p[:, :1] * d[:, 1:] - d[:, :1] * p[:, 1:] - np.cross(p[:, 1:], d[:, 1:])
     return float(2.0 * np.arctan2(np.sqrt((vec**2).sum(axis=1)), np.abs(dot)).max())

@@ -11,12 +11,12 @@ from typing import Any, Generic, NamedTuple, TypeVar
 from .._core import Work
 from .._options.solve_options import Progress
 
-MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members of a slice; slices of a small ensemble are smaller
+MIN_SLICE, MAX_SLICE = 64, 1 << 15  # members in a slice; a small ensemble has smaller slices
 LANES = 8  # number of tops that one thread integrates simultaneously, in the lanes of vectors
-# A slice is 1 / SLICE_SHARE of a thread's share of the remaining members. Slices thus become
-# smaller, and all threads finish at about the same time.
+# The size of a slice is (remaining members) / (threads * SLICE_SHARE). Slices thus become smaller,
+# and all threads finish at about the same time.
 SLICE_SHARE = 4
-SLICES_AHEAD = 4  # submitted slices per thread, running or waiting
+SLICES_AHEAD = 4  # number of submitted slices per thread, running or waiting
 POLL_SECONDS, PROGRESS_SECONDS = 0.02, 0.1
 _K = TypeVar("_K")
 _R = TypeVar("_R")
@@ -39,10 +39,10 @@ def run_jobs(
 ) -> None:
     """Run jobs, and pass the key and the future of each finished job to `collect`.
 
-    `poll` is called regularly. After an exception, including Ctrl-C, `stop` is called; it should
-    end the running jobs. Waiting jobs are cancelled, the results of successful jobs are collected,
-    and the exception is raised again. In that case the function does not wait for workers in other
-    processes.
+    `poll` is called regularly. After an exception or Ctrl-C, `stop` is called, which should end the
+    running jobs, and waiting jobs are cancelled. Finished jobs are passed to `collect`, and the
+    exception is raised again. After an exception, run_jobs waits for running jobs in threads, but
+    not for running jobs in other processes.
     """
     running: dict[Future[_R], _K] = {}
 

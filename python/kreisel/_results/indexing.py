@@ -41,7 +41,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
 def check_path_times(reached: Array, t: Numbers) -> Array:
     """Return `t` as an array (k,), in any order. Raises ValueError for times outside the path.
 
-    `reached` are the times of the path.
+    `reached` contains the times of the path.
     """
     times = as_finite_array("t", t, "a number or a list of times")
     if times.ndim > 1:
@@ -61,7 +61,7 @@ def check_path_times(reached: Array, t: Numbers) -> Array:
 
 
 def flat_indices(shape: tuple[int, ...], key: Any) -> npt.NDArray[np.intp]:
-    """Return the positions in C order of the members of `shape` that `key` selects."""
+    """Return the indices in C order of the elements that `key` selects in an array of `shape`."""
     every: npt.NDArray[np.intp] = np.arange(math.prod(shape)).reshape(shape)
     return np.asarray(every[key])
 

@@ -17,9 +17,10 @@ from .ensemble_buffers import INTERRUPTED, STATUSES, Codes
 from .executor import Job, SliceTask, WorkerPool
 from .path import Error, Interrupted, make_path
 
-# Columns of the core's rows: ln of the tangent's size; the time average of MEGNO; the largest ln so
-# far; the relative errors of the derivatives of energy and of <m, e3> along the tangent, which are
-# constant in exact arithmetic; and the largest last term of the tangent's series.
+# Columns of the core's rows: the logarithm of the tangent's size; the time average of MEGNO; the
+# largest logarithm so far; the relative changes of the derivatives of the energy and of <m, e3>
+# along the tangent; the largest last term of the tangent's series. Without rounding and truncation
+# errors, both derivatives would be constant.
 LOG, MEGNO, MOST, ENERGY, MOMENTUM, REST = range(6)
 
 
@@ -30,10 +31,11 @@ class Indicator(ReadOnlyArrays):
     Arrays are read-only. For a single scene, `shape` is ().
 
     t            (k,) the times of the curve [T]
-    curve        (*shape, k) the indicator of the motion from the start to each of these times
-    certificate  (*shape,) an estimate of the largest relative error of the tangent. It is the
-                 largest of three values: the changes of the derivatives of energy and of <m, e3>
-                 along the tangent, which should be constant, and the last term of its series
+    curve        (*shape, k) the indicator of the motion from the start to each time in `t`
+    certificate  (*shape,) an estimate of the largest relative error of the tangent, namely the
+                 largest of three values. Two values are the changes of the derivatives of the
+                 energy and of <m, e3> along the tangent, which should be constant. The third value
+                 is the last term of the tangent's Taylor series
     status       (*shape,) "OK", or the name of the failure; the curve of a failed top is NaN
     """
 
@@ -54,7 +56,7 @@ class Indicator(ReadOnlyArrays):
 
     @property
     def failed(self) -> npt.NDArray[np.intp]:
-        """(f,) the indices of the tops that failed, counted in C order."""
+        """(f,) the indices of the failed tops, in C order."""
         return np.flatnonzero(self.status != "OK")
 
     def __repr__(self) -> str:
@@ -78,8 +80,8 @@ def compute_indicator(
 ) -> Indicator:
     """Compute the indicator of all tops at validated times.
 
-    `controls` contains tol, max_steps and the direction. Raises kreisel.Interrupted after Ctrl-C,
-    with the results of the finished tops.
+    `controls` contains tol, max_steps and the direction of the initial tangent. Raises
+    kreisel.Interrupted after Ctrl-C, with the results of the finished tops.
     """
     n = tops.size
     curve, worst = np.full((n, t.size), np.nan), np.full(n, np.nan)
@@ -140,6 +142,6 @@ def _stop_error(
 
 
 def raise_if_failed(tops: Ensemble, told: Indicator, text: str) -> None:
-    """Raise kreisel.Error if the top of a one-top ensemble failed."""
+    """Raise kreisel.Error if the only top of the ensemble `tops` failed."""
     if told.failed.size:
         raise _stop_error(Error, tops, 0, text, told)

@@ -62,7 +62,7 @@ class Path(ReadOnlyArrays, Tables):
     _low: Array | None = None  # low words of the states
     _columns: dict[str, Array] | None = None  # t and the quantities in want, instead of states
     _events: Events | None = None
-    _choice: StepChoice | None = None  # what method='geometric' chose
+    _choice: StepChoice | None = None  # the choice of method='geometric'
     _tangent_data: TangentData | None = None
 
     def __init__(
@@ -78,7 +78,7 @@ class Path(ReadOnlyArrays, Tables):
         _choice: StepChoice | None = None,
         _tangent_data: TangentData | None = None,
     ) -> None:
-        fields = self.__dict__  # faster than object.__setattr__, which a frozen dataclass needs
+        fields = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
         fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
         fields["_is_back"], fields["_low"], fields["_columns"] = _is_back, _low, _columns
         fields["_events"], fields["_choice"], fields["_tangent_data"] = (
@@ -108,14 +108,14 @@ class Path(ReadOnlyArrays, Tables):
     def error(self) -> float:
         """The largest attitude error of the states [rad], estimated by a second run.
 
-        The second run is a closed form if it applies exactly and is precise enough, otherwise the
-        Taylor series with 20 digits. For a path with 20 digits the series has 30 digits. This is
-        also the case for a closed form that differs too much from the series with 20 digits. The
-        error of a path with 30 digits is estimated from three runs with shorter steps and from the
-        growth of rounding errors. If method='geometric' was used and the path does not store the
-        attitude, the value is the largest error found during the search for the step. It is pi if
-        nothing is known about the attitude.
+        The second run is a closed form if one applies exactly and is precise enough. Otherwise it
+        is a Taylor series with 20 digits, or with 30 digits in two cases: the path was solved with
+        `digits`, or it is a closed form that differs too much from the series with 20 digits.
 
+        The error of a path with 30 digits is estimated from three runs with shorter steps and from
+        the growth of rounding errors. If method='geometric' was used and the path does not store
+        the attitude, the value is the largest error of the accepted run of the step search. The
+        value is pi if nothing is known about the attitude.
         """
         if not len(self):
             return 0.0
@@ -131,7 +131,10 @@ class Path(ReadOnlyArrays, Tables):
         return largest
 
     def _max_angle_to(self, second: SolveOptions) -> float:
-        """Return the largest angle [rad] to the attitudes of a second run, low words included."""
+        """Return the largest angle [rad] between the attitudes of this path and of a second run.
+
+        The low words of both paths are included.
+        """
         result = record_unordered(self.scene, second, self.t)
         other = path_or_raise(self.scene, second, result)
         return max_angle((self.q, self.q_low), (other.q, other.q_low))
@@ -152,7 +155,7 @@ class Path(ReadOnlyArrays, Tables):
     def __call__(self, t: Numbers) -> Path:
         """Return a path with the states of the same run at other times.
 
-        The states have the same bits as those that solve returns for these times and arguments.
+        The states have the same bits as if kreisel.solve were called with these times.
 
         t  a number, for a path with one state, or a list in any order; all times must lie between 0
            and the end of the path [T]
@@ -166,9 +169,9 @@ class Path(ReadOnlyArrays, Tables):
         evaluated directly. The returned path has the quantities in `want`, but no events and no
         tangents.
 
-        Raises ValueError for times outside the path. Raises ValueError for a path of the map
-        returned by kreisel.exact, which has states only at its steps. Raises kreisel.Error and
-        kreisel.Interrupted in the same cases as kreisel.solve.
+        Raises ValueError for times outside the path. Raises ValueError for a path of a
+        kreisel.ExactMap, which has no states between the steps of the method. Raises kreisel.Error
+        and kreisel.Interrupted in the same cases as kreisel.solve.
         """
         if self._options.requested_method == EXACT != self.method:
             raise ValueError(
@@ -247,7 +250,7 @@ class Path(ReadOnlyArrays, Tables):
 
         - t, q, m (and q_low, m_low), or t and the quantities in `want`;
         - scene, in TOML;
-        - head, in JSON: method, step, tol, digits, want, stats and what method="geometric" chose;
+        - head, in JSON: method, step, tol, digits, want, stats, the choice of method="geometric";
         - events_t, events_q, events_m, events_which and events_direction, if there are events;
         - tangents and tangents_low, if there are tangents.
         """
@@ -255,12 +258,15 @@ class Path(ReadOnlyArrays, Tables):
 
     @property
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
-        """The events as path.save writes them: their states as a path, indices and directions."""
+        """The events in the form that path.save writes.
+
+        The form is a path of the states at the events, the events' indices and their directions.
+        """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
 
     def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
-        """Return the picture of this path that kreisel.plot draws."""
+        """Draw this path as kreisel.plot does, and return the picture."""
         from .._plot.charts import plot_paths
 
         return plot_paths([(self, self.events.path if len(self.events) else None)], axes, degrees)
@@ -275,10 +281,11 @@ class Path(ReadOnlyArrays, Tables):
     ) -> Film:
         """Return a film of the moving body with the trace of its apex, drawn with matplotlib.
 
-        A notebook displays the film, and it can be written to a file. A body that is symmetric
-        about its apex is drawn as a body of revolution, any other body as a cuboid. Its proportions
-        are given by the moments of inertia, and it is centred on the line through the fixed point
-        and the centre of mass. The initial tilt is seen from the side.
+        A notebook displays the film, and the film can be written to a file. A body that is
+        symmetric about its apex is drawn as a body of revolution, any other body as a cuboid. The
+        proportions of the drawn body follow from the moments of inertia. Its centre lies on the
+        line through the fixed point and the centre of mass. The camera sees the initial tilt from
+        the side.
 
         file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written atomically
         speed  the time of the path that passes in one second of the film [T]; default: the whole
@@ -307,7 +314,7 @@ class Events(ReadOnlyArrays):
 
     path       a kreisel.Path of the states at the events; its times t (k,) are in the order of the
                original path [T]
-    which      (k,) the index of each event in the list passed to solve
+    which      (k,) for each occurrence, the index of its event in the list passed to solve
     direction  (k,) 1: the event function increased with time, or had a minimum; -1: it decreased,
                or had a maximum
     """
@@ -356,7 +363,7 @@ class RunStop(BaseException):
 class Error(RunStop, RuntimeError):
     """Exception for a run that failed. `.path` has the states reached, `.status` the reason."""
 
-    __module__ = "kreisel"  # so that a traceback shows the name that users catch
+    __module__ = "kreisel"  # a traceback then shows the public name
 
 
 class Interrupted(RunStop, KeyboardInterrupt):
@@ -368,8 +375,8 @@ class Interrupted(RunStop, KeyboardInterrupt):
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
     """Return the exception for the status of a run.
 
-    It is a RunStop with the path if the run failed or was interrupted, otherwise an exception for
-    invalid input. `where` is text about how far the run got.
+    The exception is a RunStop with the path if the run failed or was interrupted, otherwise an
+    exception for invalid input. `where` is text that says how far the run got.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
@@ -382,14 +389,14 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
 
 
 def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
-    """Return a result of the core as a path, with all its states."""
+    """Return a path with all states in `result`, a result of the core."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
     return Path(scene, states, Stats(*counts), options.path_options, is_back, low)
 
 
 def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
-    """Return a result of the core as a path that stores only the quantities in `options.want`.
+    """Return a path from a result of the core, with only the quantities in `options.want`.
 
     Raises the exception of stop_exception if the status of the result is not 'OK'.
     """
@@ -400,10 +407,11 @@ def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Pa
 
 
 def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
-    """Return the path with only t and the quantities in `want`; with all states if it is None.
+    """Return a copy of the path with only t and the quantities in `want`.
 
-    If Ctrl-C interrupts the computation of the quantities, it is repeated, and kreisel.Interrupted
-    with the complete path is raised. `end` is the last requested time.
+    If `want` is None, return the path itself. If Ctrl-C interrupts the computation of the
+    quantities, the computation is repeated. kreisel.Interrupted is then raised with the complete
+    path. `end` is the last requested time.
     """
     if want is None:
         return path

@@ -35,7 +35,7 @@ def record_path(
 def record_path_fast(
     scene: Scene, options: SolveOptions, t: object, progress: Progress | None
 ) -> Path | None:
-    """Return the path at the times given by the user, or None if they need validation in Python."""
+    """Return the path at the times `t` of the user, or None if `t` needs validation in Python."""
     horizon = min(scene._within, options.safe_horizon)
     result = record(scene._block, *options.core, t, horizon, options.chunk_size, progress)
     if result is None:
@@ -55,7 +55,10 @@ def report_end(path: Path, progress: Progress | None) -> Path:
 
 
 def add_events(path: Path, met: CoreEvents) -> Path:
-    """Return a copy of the path with events: their states, low words, indices and directions."""
+    """Return a copy of `path` with the events `met`.
+
+    `met` contains the states at the events, their low words, the events' indices and directions.
+    """
     states, low, which, direction = met
     at_events = replace(path, states=states, _low=low)
     return replace(path, _events=Events(at_events, which, direction))
@@ -79,7 +82,7 @@ class ColumnRecorder:
         self._events: list[Events] = []
 
     def add(self, part: Path) -> None:
-        """Append the quantities and events of the next states."""
+        """Append the quantities and events of `part`, a path of the next states."""
         for name in ("t", *self._want):
             column = getattr(part, name)
             if name not in self._arrays:
@@ -107,8 +110,8 @@ def record_chunks(
 ) -> tuple[str, Path]:
     """Record the quantities in `want` chunk by chunk, and return the status and the path.
 
-    The first state is recorded as a separate chunk. There is then always a path to return if Ctrl-C
-    occurs between two chunks.
+    The first state is recorded as a separate chunk, so that a path can be returned if Ctrl-C occurs
+    between two chunks.
     """
     columns = ColumnRecorder(want, times.size)
     status, part = record(times[:1])

@@ -22,9 +22,9 @@ class Reductions(EnsembleResult):
 
     The keys of the inner mappings are 'min', 'max', 'mean', 'variance', 'last', 'where_min' and
     'where_max'. The arrays are read-only. Their shape is the shape of the ensemble followed by the
-    shape of the quantity. The values of a failed top are NaN. The variance is that of the recorded
-    states, without correction for a sample. where_min and where_max are the first times at which
-    the minimum and the maximum occur [T].
+    shape of the quantity. The values of a failed top are NaN. The variance is the mean squared
+    deviation from the mean over the recorded states. where_min and where_max are the first times at
+    which the minimum and the maximum occur [T].
 
     tops  the ensemble
 
@@ -61,7 +61,10 @@ class Reductions(EnsembleResult):
     @overload
     def __getitem__(self, key: Any) -> Any: ...
     def __getitem__(self, key: Any) -> Any:
-        """Return the arrays of a quantity by kind, or the reductions of the tops at an index."""
+        """Return the reductions of the quantity named `key`, or of the tops that `key` selects.
+
+        The reductions of a quantity are a mapping from the kind of reduction to an array.
+        """
         if isinstance(key, str):
             names = self._kinds()
             if key not in names:
@@ -89,11 +92,11 @@ class Reductions(EnsembleResult):
         return self._kinds().keys()
 
     def items(self) -> ItemsView[str, dict[str, Array]]:
-        """Return pairs of the name of a quantity and a dictionary of its arrays by kind."""
+        """Return pairs of a quantity's name and a dictionary {kind of reduction: array}."""
         return {name: self[name] for name in self}.items()
 
     def values(self) -> ValuesView[dict[str, Array]]:
-        """Return a dictionary of arrays by kind for each quantity."""
+        """Return a dictionary {kind of reduction: array} for each quantity."""
         return {name: self[name] for name in self}.values()
 
     def to_xarray(self) -> Dataset:
@@ -110,7 +113,8 @@ class Reductions(EnsembleResult):
     def to_pandas(self) -> DataFrame:
         """Return a pandas.DataFrame with one row per top, in C order.
 
-        It has a column such as nutation_max or apex_z_mean for each reduction of a component.
+        The table has a column such as nutation_max or apex_z_mean for each reduction of a
+        component.
         Parameters that vary are columns, and so are `status` and `reached`. `attrs` contains the
         units. Raises ImportError if pandas is not installed.
         """

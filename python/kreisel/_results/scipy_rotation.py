@@ -15,9 +15,9 @@ with optional_dependency("scipy"):
 
 
 class Attitudes(Rotation):
-    """Rotations that can also be applied to read-only arrays, which SciPy 1.17 rejects.
+    """Rotations that can be applied to read-only arrays, such as those of a path.
 
-    The arrays of a path are read-only. Inverses, products and selections of these rotations accept
+    SciPy 1.17 rejects read-only arrays. Inverses, products and selections of these rotations accept
     read-only arrays, too.
     """
 

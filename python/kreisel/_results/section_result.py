@@ -48,19 +48,19 @@ class Section(EnsembleResult, QuantityAttributes):
 
     @property
     def max_wait(self) -> Array:
-        """(*shape) the longest allowed time from the start or an event to the next event [T].
+        """(*shape) the longest allowed time from the start, or an event, to the next event [T].
 
-        It is negative if the section goes back in time.
+        The times are negative if the section goes back in time.
         """
         return self._reshape(self._t[:, 0].copy())
 
     @cached_property
     def _is_state(self) -> npt.NDArray[np.bool_]:
-        """(tops, n) True for the rows that contain states."""
+        """(tops, n) True if the top has a state with this index."""
         return np.arange(self.n) < self._buffers.done[:, None]
 
     def _select_states(self, rows: Array) -> Array:
-        """Return those of `rows` that belong to states, as a flat array."""
+        """Return the rows of `rows` (tops, n, ...) that contain states, as an array (e, ...)."""
         whole = bool(self._is_state.all())
         return read_only(rows.reshape(-1, *rows.shape[2:]) if whole else rows[self._is_state])
 
@@ -150,9 +150,9 @@ def run_section(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Search for the section states of the tops begin..end, and return their buffers.
+    """Search for the section states of the tops begin..end, and return the rows of these tops.
 
-    Row i of `t` contains the longest wait of top i, repeated n times.
+    Row i of `t` contains the longest time that top i waits for an event, repeated n times.
     """
     part = buffers.select(slice(begin, end))
     assert part.states is not None and options.core_events is not None
@@ -168,11 +168,12 @@ SECTION = SliceRunner(run_section, is_native=True)
 
 
 def slowest_turns(tops: Ensemble) -> Array:
-    """Estimate the times (n,) of one turn of each top about the axis of its largest moment [T].
+    """Estimate how long each top takes for one turn about the axis of its largest moment [T].
 
-    The rate is the larger of |m| / I and sqrt(mass |gravity| |com| / I), where I is the largest
-    moment. The first is the rate of a turn, the second that of a swing. The time is 1 for a top at
-    rest without torque.
+    The times are an array (n,), computed as 2 pi / rate. The rate is the larger of |m| / I and
+    sqrt(mass |gravity| |com| / I), where I is the largest moment. The first value is the rate of a
+    rotation, the second the angular frequency of a pendulum. The time is 1 for a top at rest
+    without torque.
     """
     body = tops.body
     largest = np.max(body.moments, axis=-1)

@@ -1,4 +1,4 @@
-"""Serialization of paths to archives, which contain a head in JSON, a scene in TOML and arrays."""
+"""Serialization of paths to archives of a header in JSON, a scene in TOML, and arrays."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from .._utils.validation import Array, as_float, as_int, short_repr
 from .state_quantities import NO_STATES, States, Stats
 from .tangent_data import TangentData
 
-_FORMAT = 1  # version of the archive's layout: the entries of the head and the names of the arrays
+_FORMAT = 1  # version of the archive's layout: the header's entries and the names of the arrays
 _EVENTS = "events_"
 _MET = "which", "direction"
 
 
 class PathRecord(NamedTuple):
-    """The fields of a path, in the order of its constructor."""
+    """The fields of a kreisel.Path, in the order of its constructor's parameters."""
 
     scene: Scene
     states: Array
@@ -50,7 +50,7 @@ EventArrays = tuple[States, Integers, Integers]  # states at the events, indices
 
 
 def dump_path(path: States, met: EventArrays | None) -> bytes:
-    """Return the archive of a path and its events as bytes."""
+    """Return the archive of a path and of its events `met`, as bytes."""
     head = {
         "kreisel": version,
         "format": _FORMAT,
@@ -92,8 +92,8 @@ def load_path(
 ) -> tuple[PathRecord, tuple[PathRecord, Integers, Integers] | None]:
     """Return the path in a file of `size` bytes, and its events or None.
 
-    The events are a path of their states, their indices and their directions. Raises ValueError if
-    the file is not an archive written by dump_path.
+    The events are returned as a path of the states at the events, the events' indices and their
+    directions. Raises ValueError if the file is not an archive written by dump_path.
     """
     archive = Archive(file, size)
     try:
@@ -124,7 +124,10 @@ def _require_table(value: object) -> dict[str, object]:
 
 
 def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
-    """Return a path without arrays, after validating the fields of its head."""
+    """Return a path without arrays, from the JSON object `head` in the archive's header.
+
+    Raises KeyError, TypeError or ValueError if an entry of `head` is missing or invalid.
+    """
     method, asked, stats = head["method"], head["asked"], head["stats"]
     if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
         raise TypeError("method, asked and stats are texts and a list of numbers")
@@ -140,7 +143,10 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
 
 
 def _parse_choice(words: dict[str, object]) -> StepChoice:
-    """Return what method='geometric' chose, from an object of the head."""
+    """Return the choice of method='geometric', parsed from the JSON object `words` in the header.
+
+    Raises KeyError or TypeError if an entry of `words` is missing or has the wrong type.
+    """
     for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:
             raise TypeError(
@@ -151,7 +157,7 @@ def _parse_choice(words: dict[str, object]) -> StepChoice:
 
 
 def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
-    """Return the tangents of n states from an archive."""
+    """Return the tangents of `n` states, read from an archive."""
     words = _require_table(head)
     by, rest = words["by"], as_float("rest", words["rest"])
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Recorded = TypeVar("Recorded")
 NO_STATES = np.empty((0, 8))
 STATE_COLUMNS = {"t": slice(0, 1), "q": slice(1, 5), "m": slice(5, 8)}
-DEPENDENCIES = {  # attributes of a path, and what each needs: quantities, or the states
+DEPENDENCIES = {  # {attribute of a path: the quantities that it needs, or "states"}
     "q_xyzw": ["q"],
     "rotation": ["q"],
     "error": ["q"],
@@ -58,7 +58,7 @@ class States(QuantityAttributes):
     _is_back: bool
     _low: Array | None  # low words of the states
     _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
-    _choice: StepChoice | None  # what method='geometric' chose
+    _choice: StepChoice | None  # the choice of method='geometric'
     _tangent_data: TangentData | None
 
     @property
@@ -70,7 +70,7 @@ class States(QuantityAttributes):
     def step(self) -> float | None:
         """The step used [T], negative if the path goes back in time.
 
-        It is None for a method that has no step or chose its steps itself.
+        The value is None for a method that has no step, or that chose its steps itself.
         """
         return self._options.step_with_sign(self._is_back)
 
@@ -88,7 +88,7 @@ class States(QuantityAttributes):
     def want(self) -> tuple[QuantityName, ...] | None:
         """The quantities that the path stores besides t.
 
-        None means that it stores the states, from which all quantities can be computed.
+        None means that the path stores the states, from which all quantities can be computed.
         """
         return self._options.want
 
@@ -112,7 +112,7 @@ class States(QuantityAttributes):
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a hint; add_quantities below adds the quantities."""
+            """Raise AttributeError with a hint. Quantities are added by add_quantities."""
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
@@ -155,7 +155,7 @@ class States(QuantityAttributes):
     def q_low(self) -> Array:
         """(n, 4) low words of q: the sum q + q_low has the requested digits.
 
-        They are zero if at most 16 digits were requested.
+        The low words are zero if at most 16 digits were requested.
         """
         return self._low_words("q")
 
@@ -189,7 +189,7 @@ class States(QuantityAttributes):
     def tangents_low(self) -> Array:
         """(n, 6, c) low words of the tangents.
 
-        They are below the rounding error of doubles if at most 16 digits were requested.
+        The low words are below the rounding error of doubles if at most 16 digits were requested.
         """
         return self._tangents().low
 
@@ -197,17 +197,17 @@ class States(QuantityAttributes):
     def tangents_rest(self) -> float:
         """The truncation error of the tangents, relative to their size.
 
-        It is the largest last term of their Taylor series. The steps are chosen for the accuracy of
-        the path, not of the tangents.
+        The error is the largest last term of the tangents' Taylor series. The steps are chosen for
+        the accuracy of the path, not of the tangents.
         """
         return self._tangents().truncation
 
     @property
     def conditioning(self) -> Array:
-        """(n,) the largest change of attitude if each datum of the scene is rounded once [rad].
+        """(n,) a bound on the change of attitude if each number of the scene is rounded [rad].
 
-        The relative rounding error is 2^-53. Raises AttributeError unless the path has all
-        tangents.
+        Each number is rounded once, with the relative error 2^-53. Raises AttributeError unless the
+        path was solved with all tangents.
         """
         return self._tangents().conditioning(self.scene)
 
@@ -229,16 +229,16 @@ class States(QuantityAttributes):
     def modified_energy(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris conserves with step `step` [M L^2 T^-2].
 
-        It is E + step <torque, m> / (2 I1), and NaN unless the body is a Lagrange top. Like
-        `path.step`, `step` is negative for a path that goes back in time.
+        The conserved energy is E + step <torque, m> / (2 I1). The values are NaN unless the body is
+        a Lagrange top. Like `path.step`, `step` is negative for a path that goes back in time.
         """
         return modified_energy(self.scene._block, self.states, as_float("step", step))
 
     def modified_energy4(self, step: float) -> Array:
         """Return the energies (n,) that bobenko_suris4 conserves with step `step` [M L^2 T^-2].
 
-        It differs from E by a constant and terms of order step^4. It is NaN if the body is not a
-        Lagrange top, or if the step is too large for the method.
+        The conserved energy differs from E by a constant and by terms of order step^4. The values
+        are NaN if the body is not a Lagrange top, or if the step is too large for the method.
         """
         return modified_energy4(self.scene._block, self.states, as_float("step", step))
 

@@ -26,7 +26,7 @@ QuantityRows = list[tuple[Quantity, Array]]
 
 
 class HasQuantities(Protocol):
-    """A path, or the paths of an ensemble, with quantities as attributes."""
+    """An object with quantities as attributes: a path, or the paths of an ensemble."""
 
     @property
     def want(self) -> tuple[QuantityName, ...] | None: ...
@@ -111,7 +111,10 @@ def _units(rows: QuantityRows) -> dict[str, str]:
 
 
 def as_csv(table: Mapping[str, Array], heads: Iterable[str] | None = None) -> str:
-    """Return columns as CSV in full precision, with `heads` or the columns' names as first line."""
+    """Return columns as CSV in full precision.
+
+    The first line contains `heads` if given, otherwise the names of the columns.
+    """
     text = io.StringIO(newline="")
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(table if heads is None else heads)
@@ -139,8 +142,8 @@ class Tables(States):
     def to_pandas(self, *names: str, degrees: bool = False, unwrap: bool = False) -> DataFrame:
         """Return a pandas.DataFrame with one row per state and t as its index.
 
-        The columns are the components of the quantities in `names`. Without names they are the
-        components of all quantities that the path stores.
+        The columns are the components of the quantities in `names`. Without names, the columns are
+        the components of all quantities that the path stores.
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.0, 1.0])
@@ -164,17 +167,17 @@ class Tables(States):
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
         """Return an xarray.Dataset with a variable for each quantity in `names`.
 
-        Without names it has all quantities that the path stores. The first dimension is time. The
-        dimensions of components are quaternion (w, x, y, z), axis (x, y, z) and principal_axis (N,
-        B, T).
+        Without names, the Dataset has all quantities that the path stores. The first dimension is
+        time. The dimensions of the components are quaternion (w, x, y, z), axis (x, y, z) and
+        principal_axis (N, B, T).
 
             >>> import kreisel as kr
             >>> kr.solve(kr.scenes.cusps, [0.0, 1.0]).to_xarray("frame")["frame"].dims
             ('time', 'principal_axis', 'axis')
 
-        Each variable has a `long_name` and `units`, which is its dimension [M L T], 'rad' or 'deg'.
-        The attributes of the Dataset are the method and the scene in TOML. Arguments and exceptions
-        are those of to_pandas, with ImportError if xarray is not installed.
+        Each variable has a `long_name` and `units`: the dimension [M L T], or 'rad' or 'deg'. The
+        attributes of the Dataset are the method and the scene in TOML. The arguments and exceptions
+        are those of to_pandas, but ImportError means that xarray is not installed.
         """
         with optional_dependency(TABLES):
             import xarray as xr
@@ -199,7 +202,7 @@ class Tables(States):
     ) -> None:
         """Write t and the components of the quantities in `names` as CSV, in full precision.
 
-        Without names all quantities that the path stores are written. The first line contains the
+        Without names, all quantities that the path stores are written. The first line contains the
         names of the columns.
 
             >>> import pathlib, tempfile
@@ -214,8 +217,8 @@ class Tables(States):
         units  True: append units to the names of the columns, as in 'm_x [M L^2 T^-1]' or
                'nutation [deg]'; dimensionless columns have no unit
 
-        pandas.read_csv(file, index_col="t") returns the table of to_pandas. The values agree to the
-        bit with pandas 3.1 or later, and with float_precision="round_trip" in older versions. The
+        pandas.read_csv(file, index_col="t") returns the table of to_pandas. The values have the
+        same bits with pandas 3.1 or later; older versions need float_precision="round_trip". The
         file is replaced atomically. Raises OSError if the file cannot be written, and the
         exceptions of to_pandas except ImportError, because pandas is not needed.
         """

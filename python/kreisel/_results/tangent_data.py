@@ -12,7 +12,7 @@ from .._utils.validation import Array, read_only
 from .indexing import ResolvedIndex
 
 _ALL = "solve with tangents=" + repr(tuple(TANGENTS))
-TANGENT_ATTRIBUTES = {  # attributes that only a path with tangents has, with hints for errors
+TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the error without it}
     "tangents": "solve with tangents='start' to have it",
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
@@ -24,8 +24,8 @@ _ROUNDING = 2.0**-53
 class TangentData(NamedTuple):
     """(n, 6, columns) tangents, their low words and their truncation error.
 
-    The truncation error is the largest last term of the series. `by` has the names of the
-    parameters of the derivatives, in the order of the core's table.
+    The truncation error is the largest last term of the tangents' Taylor series. `by` contains the
+    names of the parameters with respect to which the derivatives are taken, in the core's order.
     """
 
     high: Array
@@ -37,7 +37,7 @@ class TangentData(NamedTuple):
     def from_flat(
         cls, high: Array, low: Array, truncation: float, by: tuple[str, ...]
     ) -> TangentData:
-        """Return tangents made from the flat arrays of the core."""
+        """Return tangents from the flat arrays that the core returns."""
         columns = sum(TANGENTS[name][1] for name in by)
         shape = (len(high), 6, columns)
         return cls(read_only(high.reshape(shape)), read_only(low.reshape(shape)), truncation, by)
@@ -47,11 +47,14 @@ class TangentData(NamedTuple):
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
 
     def conditioning(self, scene: Scene) -> Array:
-        """Return bounds (n,) on the change of attitude if each datum is rounded once [rad]."""
+        """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
+
+        Raises AttributeError if some tangents are missing.
+        """
         if self.by != tuple(TANGENTS):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
         data = [
-            *(2.0, 2.0, 2.0),  # a change of a unit quaternion is half the angle of rotation
+            *(2.0, 2.0, 2.0),  # a change of a unit quaternion rotates by twice its size
             *scene.momentum,
             *scene.body.moments,
             *scene.body.principal_com,

@@ -29,8 +29,8 @@ from .._results.indicators import (
 from .._utils.errors import status_to_exception
 from .._utils.validation import Array, Numbers, as_finite_array, as_float, as_int
 
-POINTS = 32  # the default number of times of a curve, spaced evenly in the logarithm
-_DECADES = 3.0  # the range of these times, as log10 of the last time over the first
+POINTS = 32  # default number of times of a curve; the times are evenly spaced on a log scale
+_DECADES = 3.0  # log10 of the ratio of the last of these times to the first
 
 
 def lyapunov(
@@ -45,15 +45,16 @@ def lyapunov(
 ) -> Indicator:
     """Compute the largest Lyapunov exponent, ln(|tangent(t)| / |tangent(0)|) / t [T^-1].
 
-    For a regular motion it tends to zero as ln(t) / t.
+    For a regular motion, the exponent tends to zero as ln(t) / t.
 
     scene      an undamped kreisel.Scene or kreisel.Ensemble
-    t          a number: the curve has 32 times up to t, spaced evenly in the logarithm over three
-               decades; or a monotonic list of times on one side of 0 [T]
-    direction  the tangent at the start: three components of a rotation vector seen from the body,
-               then three of a change of momentum in space [M L^2 T^-1]; default: a direction that
-               is the same for all tops in their own units. Its components along the flow and along
-               rotations about the vertical, which do not grow, are removed
+    t          a number: the curve has 32 times up to t, evenly spaced on a logarithmic scale over
+               three decades; or a monotonic list of times on one side of 0 [T]
+    direction  the tangent at the start: three components of a rotation vector seen from the body
+               [rad], then three components of a change of momentum in space [M L^2 T^-1]; default:
+               a direction that is the same for all tops in scaled units. The components of the
+               tangent along the flow and along rotations about the vertical do not grow, and are
+               removed
     tol        the local error of a step of the path; default: rounding error. 1e-9 distinguishes
                regular from chaotic motion equally well in about half the time; the certificate is
                then also about 1e-9
@@ -61,8 +62,9 @@ def lyapunov(
     threads    the number of threads; default: the number of processors
     progress   a function called with the finished fraction of the tops, 0 .. 1
 
-    The tangent is integrated together with the path, and is renormalised by powers of two. Its size
-    is measured in the top's own units of angle and momentum.
+    The tangent is integrated together with the path, and is renormalised by powers of two. The size
+    of the tangent is its norm in scaled units, in which the largest moment and the angular velocity
+    of the top are about 1.
 
         >>> import kreisel as kr
         >>> chaos = kr.lyapunov(kr.scenes.asymmetric, 1000)
@@ -95,8 +97,9 @@ def megno(
 ) -> Indicator:
     """Compute the mean exponential growth of nearby orbits (MEGNO), averaged over time.
 
-    For a regular motion it tends to 2 if neighbouring motions separate linearly in time, and to 0
-    if they do not separate. For a chaotic motion it is about half the Lyapunov exponent times t.
+    For a regular motion, MEGNO tends to 2 if neighbouring motions separate linearly in time, and to
+    0 if they do not separate. For a chaotic motion, MEGNO is about half the Lyapunov exponent
+    times t.
     The arguments are those of kreisel.lyapunov.
 
         >>> import kreisel as kr

@@ -29,7 +29,7 @@ from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
 
 _SAMPLES = 16  # maximal number of tops that are run to estimate the run time
-_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of states and steps of each of these runs
+_MAX_STATES, _MAX_STEPS = 1 << 11, 1 << 11  # limits of each of these runs
 _ROW = 57  # bytes per top for status, number of states, step counts and time reached
 
 
@@ -43,9 +43,10 @@ class EnsemblePlan:
     alone        the number of tops integrated one by one in each thread
     threads      the number of threads
     states       the number of states of each top; None without times
-    bytes        the size of the result; without times the size of one state
+    bytes        the size of the result, or without times the size of one state [bytes]
     seconds      an estimate of the run time [s]; None without times
-    measured     the number of tops, spread over the ensemble, that were run for the estimate
+    measured     the number of tops that were run to estimate `seconds`; they are spread evenly over
+                 the ensemble
     first        the plan of the first top; None for an ensemble without tops
     """
 
@@ -127,7 +128,7 @@ def plan(
         tops       (3,): 1 by closed form, 2 in lanes; by 2 threads
 
     Raises the exceptions that kreisel.solve raises before anything runs. Raises ValueError for
-    method='geometric', which needs trial runs; after a solve its plan is path.plan.
+    method='geometric', which needs trial runs; after kreisel.solve, path.plan has its plan.
     """
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
         reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
@@ -196,9 +197,9 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
 def _time_sample(
     tops: Ensemble, t: Array, options: EnsembleOptions, threads: int
 ) -> tuple[float, int]:
-    """Return an estimate of the run time [s], and the number of tops that were run for it.
+    """Return an estimate of the run time [s], and the number of tops that were run to estimate it.
 
-    Their numbers of steps and states are limited, and the time is extrapolated.
+    The runs have a limited number of steps and states, and the time is extrapolated.
     """
     if not tops.size or not t.shape[-1]:
         return 0.0, 0

@@ -44,13 +44,13 @@ from .exact_ensemble import (
 )
 
 _MAP: Final = "bobenko_suris"
-_COUNTABLE = 2.0**53
+_COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
 _NO_STEPS = Stats(0, 0, 0, 0)
 
 
 @dataclass(frozen=True)
 class _Rates:
-    """The mean rates of a closed form."""
+    """The base of closed forms: a scene, the period of its nutation, and two mean rates."""
 
     scene: Scene
     period: float
@@ -63,23 +63,26 @@ class _Rates:
 class Exact(_Rates):
     """The motion of a scene in closed form.
 
-    Call it with a time or an array of times for a kreisel.Path.
+    Calling it with a time or an array of times returns a kreisel.Path.
 
-    period      of the nutation: from one lowest height of the axis to the next; inf if it keeps
-                its height [T]. The axis of a free body without symmetry nods twice while the
-                angular momentum, seen from the body, goes round once: body_velocity has twice this
-                period, as T in Landau and Lifshitz, Mechanics, section 37
-    precession  mean rate of the axis about the vertical [T^-1]; without torque about the angular
-                momentum
-    spin        mean rate of the body about its axis [T^-1]: of Euler's angles, hence beside the
-                precession
+    period      the period of the nutation: the time from one lowest point of the axis to the next;
+                inf if the height of the axis is constant [T]
+    precession  the mean rate of the axis about the vertical, or without torque about the angular
+                momentum [T^-1]
+    spin        the mean rate of the body about the axis, as the mean rate of the Euler angle
+                spin_angle; the precession is not included [T^-1]
 
-    The axis is that of symmetry; for a free body without one, the axis that circulates, on the side
-    of the momentum. A top that passes a pole precesses there by half a turn in either direction,
-    which does not count.
+    The axis is the symmetry axis of the body. A free body without symmetry has no such axis. Its
+    axis is the principal axis about which the angular momentum circulates in the body; the angle
+    between this axis and the momentum is acute. The axis nods twice while the momentum circulates
+    once. The period of body_velocity is therefore twice `period`, as T in Landau and Lifshitz,
+    Mechanics, section 37.
 
-    States at t = 1e6 are as exact and as cheap as at 1; times may be in any order and of either
-    sign. Ctrl-C raises a plain KeyboardInterrupt, without partial results.
+    If the axis passes exactly through the vertical, the precession angle jumps by half a turn.
+    `precession` does not include these jumps.
+
+    States at t = 1e6 are as exact and as cheap as states at t = 1. Times may be in any order and
+    of either sign. Ctrl-C raises a plain KeyboardInterrupt, without partial results.
 
         >>> import kreisel as kr
         >>> top = kr.exact(kr.scenes.cusps)
@@ -88,8 +91,9 @@ class Exact(_Rates):
         >>> top(top.t_greatest).nutation.round(4)
         array([1.1414])
 
-    Turning points exist for the apex of a Lagrange top and of a free body that is symmetric about
-    its apex; for other bodies these attributes raise ValueError.
+    The attributes least_nutation, greatest_nutation, t_least, t_greatest, motion_type and
+    critical_spin exist for a Lagrange top, and for a free body that is symmetric about its apex.
+    For any other body they raise ValueError.
     """
 
     @cached_property
@@ -108,35 +112,43 @@ class Exact(_Rates):
 
     @property
     def t_least(self) -> float:
-        """The first time from the start on at which the nutation is least [T].
+        """The first time t >= 0 at which the nutation is least [T].
 
-        It is the start if the nutation never changes, and inf if the least one is never reached.
+        It is 0 if the nutation is constant, and inf if the least nutation is never reached.
         """
         return float(self._turning.t_least[0])
 
     @property
     def t_greatest(self) -> float:
-        """The first time from the start on at which the nutation is greatest, as t_least [T]."""
+        """The first time t >= 0 at which the nutation is greatest [T].
+
+        It is 0 if the nutation is constant, and inf if the greatest nutation is never reached.
+        """
         return float(self._turning.t_greatest[0])
 
     @property
     def motion_type(self) -> str:
         """The name of the apex's motion about the vertical.
 
-        With nutation it is that of the precession at the turning point of the higher potential:
-        'loops' if opposite to the precession at the other one, 'cusps' if zero, 'waves' if in the
-        same sense. Without nutation it is 'sleeping' (upright against gravity), 'hanging' or
-        'steady'. Through the vertical it is 'pendulum' (in a plane), 'rosette' or 'separatrix' (to
-        the upright in infinite time). Without torque it is 'circle' or 'resting'. Values equal to
-        1e-12 count as equal.
+        - If the nutation changes, the name depends on the precession rates at the two turning
+          points. It is 'loops' if the rate at the turning point of higher potential is opposite to
+          the rate at the other one. It is 'cusps' if this rate is zero, and 'waves' if both rates
+          have the same sign.
+        - If the nutation is constant, the name is 'sleeping' (upright against gravity), 'hanging'
+          or 'steady'.
+        - If the apex passes through the vertical, the name is 'pendulum' (motion in a plane),
+          'rosette', or 'separatrix' (the apex approaches the upright position in infinite time).
+        - Without torque the name is 'circle' or 'resting'.
+
+        Values that differ by at most 1e-12 are treated as equal.
         """
         return str(self._turning.motion_type[0])
 
     @property
     def critical_spin(self) -> float:
-        """The spin beyond which the body sleeps upright [T^-1].
+        """The spin above which the upright body is a sleeping top [T^-1].
 
-        It is 2 sqrt(I1 mass |gravity| |com|) / I3.
+        The value is 2 sqrt(I1 mass |gravity| |com|) / I3.
         """
         return float(self._turning.critical_spin[0])
 
@@ -145,9 +157,9 @@ class Exact(_Rates):
 
             (m3 - c cos)^2 / (2 I1 sin^2) + c^2 / (2 I3) + mass gravity |com| cos
 
-        with m3 = <m, e3>, c = <m, apex>. It is the energy without I1 / 2 times the squared rate of
-        the nutation, and so the energy at turning points off the vertical. It is inf at a pole that
-        cannot be reached.
+        with m3 = <m, e3> and c = <m, apex>. The potential is the energy minus I1 / 2 times the
+        squared nutation rate. At a turning point off the vertical it therefore equals the energy.
+        It is inf at nutation 0 or pi if the apex cannot reach this nutation.
         """
         angles = as_finite_array("nutation", nutation, "a number or an array of angles")
         values = turning_potential(self._turning.rows[0], angles.reshape(-1))
@@ -161,7 +173,10 @@ class Exact(_Rates):
         return Path(self.scene, states, _NO_STEPS, CLOSED_FORM)
 
     def _states(self, t: object, most: float) -> Array | None:
-        """Return rows of states; None if `t` has to be looked at, or is not below `most`."""
+        """Return the states at `t` as rows, or None if `t` needs validation in Python.
+
+        This is the case if |t| is not below `most`, or if the core does not accept the type of `t`.
+        """
         return exact_states(self._plan, t, most)
 
     def _times(self, t: Numbers) -> Array:
@@ -174,19 +189,19 @@ class Exact(_Rates):
 class ExactTorus(Exact):
     """The base of kreisel.ExactKowalewski and kreisel.ExactGoryachevChaplygin.
 
-    Its angles are those of a torus, not Euler's. Call it with a time or an array of times for a
-    kreisel.Path.
+    The motion is described by angles on a torus, not by Euler angles. Calling the object with a
+    time or an array of times returns a kreisel.Path.
 
-    frequencies  (first, second, precession): the frequencies of the attitude matrix in space are
-                 integer combinations of all three; those of quantities seen from the body are
-                 combinations of the first two [T^-1]
-    certificate  the largest relative residual of the equations of the plan and of the states at its
-                 start; the attitude error is at most about ten times as large, at any time
-    mismatch     relative deviation of the scene from one with exactly this closed form, by the
-                 body's moments and centre of mass: the closed form deviates from the scene's motion
-                 by about `mismatch` times the angle by which the top turns
+    frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
+                 are integer combinations of all three. The frequencies of quantities seen from the
+                 body are integer combinations of the first two
+    certificate  the largest relative residual of the equations that the closed form and its initial
+                 state must satisfy; the attitude error at any time is at most about ten times this
+    mismatch     the relative difference between the body's moments and centre of mass and those of
+                 a body that has exactly this closed form. The attitude error caused by this
+                 difference is about `mismatch` times the angle by which the top turns
 
-    period, precession and spin are NaN: the axis alone has none.
+    period, precession and spin are NaN; use `frequencies` instead.
     """
 
     frequencies: tuple[float, float, float]
@@ -205,7 +220,7 @@ class ExactTorus(Exact):
 class ExactKowalewski(ExactTorus):
     """The motion of a Kowalewski top in closed form, by theta functions of two variables.
 
-    Call it with a time or an array of times for a kreisel.Path. Its attributes are those of
+    Calling it with a time or an array of times returns a kreisel.Path. The attributes are those of
     kreisel.ExactTorus.
 
         >>> import kreisel as kr
@@ -222,9 +237,9 @@ class ExactKowalewski(ExactTorus):
 class ExactGoryachevChaplygin(ExactTorus):
     """The motion of a Goryachev-Chaplygin top in closed form.
 
-    The momentum must not have a vertical component. Call it with a time or an array of times for a
-    kreisel.Path. Its attributes are those of kreisel.ExactTorus. The mean precession is zero, and
-    `mismatch` includes a vertical component of the momentum that is a rounding.
+    The momentum must not have a vertical component, except for a rounding error, which is included
+    in `mismatch`. Calling the object with a time or an array of times returns a kreisel.Path. The
+    attributes are those of kreisel.ExactTorus. The mean precession is zero.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (4, 4, 1), (1, 0, 0), unphysical=True)
@@ -236,12 +251,12 @@ class ExactGoryachevChaplygin(ExactTorus):
 
 @dataclass(frozen=True)
 class ExactMap(_Rates):
-    """The states of bobenko_suris with this step in closed form.
+    """The states that the method bobenko_suris computes with the step `step`, in closed form.
 
-    Call it with a whole number or an array of whole numbers.
+    Calling it with a number of steps, or an array of numbers of steps, returns a kreisel.Path.
 
-    Its period, precession and spin, as in Exact, are those of the map: their differences from those
-    of the motion are errors of the method.
+    The attributes period, precession and spin are defined as in kreisel.Exact, but for the states
+    of the method. Their differences from the values of kreisel.Exact are errors of the method.
     """
 
     step: float
@@ -273,13 +288,14 @@ def exact(
 ) -> Exact | ExactEnsemble | ExactMap:
     """Return the closed form of a scene.
 
-    One exists for a Lagrange top, a spherical body, any body without torque, and, as a
-    kreisel.ExactKowalewski or a kreisel.ExactGoryachevChaplygin, for most Kowalewski tops and most
-    Goryachev-Chaplygin tops without vertical momentum.
+    A Lagrange top, a spherical body and any body without torque have a closed form, a
+    kreisel.Exact. Most Kowalewski tops have a kreisel.ExactKowalewski. Most Goryachev-Chaplygin
+    tops without vertical momentum have a kreisel.ExactGoryachevChaplygin.
 
     scene  a kreisel.Scene; or a kreisel.Ensemble or a list of scenes, for a kreisel.ExactEnsemble
-    map    "bobenko_suris": the closed form of the integrable map instead, for Lagrange tops
-    step   of the map, of either sign [T]
+    map    "bobenko_suris": return the closed form of the states that this method computes for a
+           Lagrange top, a kreisel.ExactMap, instead of the closed form of the motion
+    step   only with `map`: the step of the method, positive or negative [T]
 
     Raises ValueError, with the reason, for a scene without closed form.
     """

@@ -45,13 +45,15 @@ from .._utils.validation import Array, Numbers, as_finite_array, check_type, rea
 class ExactEnsemble:
     """The motions of an ensemble in closed form.
 
-    Calling it with one time returns an array (*shape, 8) of states t, q (w, x, y, z), m as in
-    kreisel.Path. Calling it with k times, or with an array (*shape, k) of separate times for each
-    top, returns an array (*shape, k, 8). `shape` is the shape of the ensemble, or (n,) for a list.
+    Calling the object with one time returns an array (*shape, 8) of states t, q (w, x, y, z), m as
+    in kreisel.Path. Calling it with k times, or with an array (*shape, k) of separate times for
+    each top, returns an array (*shape, k, 8). `shape` is the shape of the ensemble, or (n,) for a
+    list of n scenes.
 
-    period, precession, spin and the turning points are arrays of shape `shape`, computed on first
-    access. All values are those of kreisel.exact for the scene alone, and the states are equal bit
-    for bit. The turning points raise ValueError if one of the scenes has none.
+    period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
+    computed on first access. All values are those that kreisel.exact returns for each scene alone,
+    and the states have the same bits. The attributes of the turning points raise ValueError if a
+    scene has no turning points.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
 
@@ -102,8 +104,8 @@ class ExactEnsemble:
         """Return states (n, k, 8) at times (k,) or (n, k).
 
         Runs of the ensemble compute the same states faster, but need times that lead away from 0.
-        They are not used for t = 0, where they return the initial state without evaluating the
-        closed form.
+        For t = 0, a run returns the initial state without evaluating the closed form. Runs are
+        therefore not used if a time is 0.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
@@ -119,7 +121,7 @@ class ExactEnsemble:
         return states
 
     def _check_horizon(self, times: Array) -> None:
-        """Raise ValueError if doubles cannot resolve the attitude of some top at its last time."""
+        """Raise ValueError if doubles cannot resolve the attitude of a top at its last time."""
         ends = np.abs(times).max(axis=-1, initial=0.0) if times.ndim else np.abs(times)
         most = np.empty(self.tops.size)
         horizons(self.tops._core_scenes, most)
@@ -203,12 +205,12 @@ class ExactEnsemble:
 
     @property
     def t_least(self) -> Array:
-        """(*shape) the first time of the least nutation, as in kreisel.Exact [T]."""
+        """(*shape) the first time at which the nutation is least, as in kreisel.Exact [T]."""
         return self._reshape(self._turning.t_least)
 
     @property
     def t_greatest(self) -> Array:
-        """(*shape) the first time of the greatest nutation, as in kreisel.Exact [T]."""
+        """(*shape) the first time at which the nutation is greatest, as in kreisel.Exact [T]."""
         return self._reshape(self._turning.t_greatest)
 
     @property
@@ -252,7 +254,7 @@ def from_list(scenes: Sequence[Scene]) -> ExactEnsemble:
 
 
 def no_closed_form_error(status: str, scene: Scene, where: str = "") -> ValueError:
-    """Return the exception for a scene that the closed forms reject with this status."""
+    """Return the exception for a scene that the core's closed forms reject with `status`."""
     if status != "ERR_METHOD":
         return ValueError(f"{where}{statuses[status][1]}: {scene!r}")
     return ValueError(f"{where}{explain_no_closed_form(scene)}: it is for {methods[EXACT].tops}")

@@ -17,10 +17,11 @@ _MAX_SCENE_BYTES = 1 << 20
 
 
 def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
-    """Load a path, a scene or a run from a file, whose content determines the kind.
+    """Load a path, a scene or a run from a file.
 
-    A path written by path.save is restored bit for bit. A scene is a TOML file. A run is a
-    checkpoint written by run.save, as kreisel.resume reads it.
+    The content of the file determines which of these it is. A path written by path.save is restored
+    bit for bit. A scene is a TOML file. A run is a checkpoint written by run.save, which
+    kreisel.resume reads, too.
 
         >>> import os, tempfile
         >>> import kreisel as kr
@@ -30,7 +31,8 @@ def load(file: str | os.PathLike[str]) -> Path | Scene | Run:
         ...     kr.load(os.path.join(folder, "top.npz"))
         <kreisel.Path: 2 states, t = 1 .. 2; exact, 2 steps>
 
-    Raises OSError if the file cannot be read, and ValueError if it is damaged or of another kind.
+    Raises OSError if the file cannot be read. Raises ValueError if the file is damaged, or is not a
+    path, a scene or a run.
     Nothing in the file is executed. Memory use is limited by the size of the file.
     """
     name = os.fspath(file)

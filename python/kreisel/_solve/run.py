@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from .._core import Run as Motion
 
 MAGIC = b"kreisel run\n"  # the first bytes of a checkpoint
-_FUSED = {"avx512", "avx2", "neon"}  # kernels with fused multiply-add, whose results are identical
+_FUSED = {"avx512", "avx2", "neon"}  # kernels that give identical results, with fused multiply-add
 EventSpec = Event | Sequence[Event]
 
 
@@ -65,7 +65,7 @@ class Run:
     Times are measured from the start of the run, and must lead away from it.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve; step is positive
-    t      the time of the last state returned, or after a failure of the last good state [T]
+    t      the time of the last state returned; after a failure the time of the last good state [T]
     stats  the cost of the run so far
     """
 
@@ -84,7 +84,7 @@ class Run:
     _top: Motion
 
     def __init__(self, scene: Scene, options: SolveOptions, back: bool) -> None:
-        own = self.__dict__  # because assignments to attributes raise an exception
+        own = self.__dict__  # ordinary assignments to attributes raise an exception
         own["_options"], own["_back"], own["_fresh"] = options, back, True
         own["scene"], own["method"], own["want"] = scene, options.method.name, options.want
         own["events"] = options.events
@@ -105,10 +105,10 @@ class Run:
     def to(self, t: Numbers, *, every: int | None = None, progress: Progress | None = None) -> Path:
         """Advance the run to t, and return the path.
 
-        If t is a number, the path has the current state and the state at t. With `every` it
-        instead has the states after every `every` steps that the run has not returned yet. If t is
-        a list, the path has exactly these times. Raises the exceptions of kreisel.solve; the run
-        then stays at its last good state.
+        If `t` is a number, the path has the current state and the state at `t`. If `every` is given
+        as well, the path has the states at all multiples of `every` steps that the run has not
+        returned yet. If `t` is a list, the path has exactly these times. Raises the exceptions of
+        kreisel.solve; the run then stays at its last good state.
         """
         times = self._times(t, every)
         if times.size:
@@ -121,7 +121,7 @@ class Run:
         return self._advance(times, parse_progress(progress))
 
     def _advance(self, times: Array, progress: Progress | None) -> Path:
-        """Advance to validated times, and return their path."""
+        """Advance the run to validated times, and return the path with these times."""
         if self.want is None:
             status, path = self._record(times, progress)
         else:
@@ -141,7 +141,7 @@ class Run:
         chunk: int = CHUNK_SIZE,
         progress: Progress | None = None,
     ) -> Iterator[Path]:
-        """Return an iterator over paths as from kreisel.stream, continuing from the current time.
+        """Return an iterator over the paths that follow the current time, as from kreisel.stream.
 
         The run can be saved between two paths.
         """
@@ -182,7 +182,7 @@ class Run:
                 result = self._top.record(times, low, progress)
             else:
                 result, met = self._top.record_events(times, progress)
-        finally:  # also if `progress` raised an exception
+        finally:  # the time is updated even if `progress` raises an exception
             fresh = self._fresh and not times.size
             self.__dict__.update(t=self._top.t, _fresh=fresh)
         path = make_path(self.scene, self._options, result)
@@ -193,7 +193,7 @@ class Run:
 
     @property
     def ended(self) -> bool:
-        """True if a terminal event has occurred; the run then remains at it."""
+        """True if a terminal event has occurred; the run then stays at the time of the event."""
         return self._top.ended
 
     @property
@@ -225,7 +225,7 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Copy and pickle the run by its checkpoint, so that two runs never share their state."""
+        """Return a call of resume with the checkpoint: a copy has its own state."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:
@@ -236,12 +236,13 @@ class Run:
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
     """Return the run stored in a checkpoint or in the file of a saved run, with its events.
 
-    `max_steps` replaces the limit of steps. help(kreisel.start) explains how to store each state
-    exactly once even if the process is killed.
+    `max_steps` replaces the limit of steps in the checkpoint. help(kreisel.start) explains how to
+    store each state exactly once even if the process is killed.
 
     Raises ValueError for a checkpoint that is damaged, or that was made by another version of
     kreisel or on another kind of machine. Raises OSError if the file cannot be read. Warns if the
-    kernel of taylor on this processor rounds differently; results then agree up to rounding only.
+    Taylor kernel of this processor rounds differently from the kernel that began the run; results
+    then agree only up to rounding.
     """
     data = checkpoint if isinstance(checkpoint, bytes) else File(checkpoint).read_bytes()
     name = "the checkpoint" if isinstance(checkpoint, bytes) else os.fspath(checkpoint)
@@ -263,7 +264,7 @@ def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None 
 def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run, str]:
     """Return the run stored in a checkpoint, and the name of the kernel that computed it.
 
-    `line` is the head of the checkpoint in JSON, `memory` the state of the core.
+    `line` is the header of the checkpoint in JSON, and `memory` the state saved by the core.
     """
     head = json.loads(line)
     limit = head["max_steps"] if max_steps is None else max_steps
@@ -316,12 +317,12 @@ def start(
 
     The arguments are those of kreisel.solve; `back` is True for a run back in time. All methods
     are allowed except 'geometric', which needs trial runs. Each path has the events that occurred
-    in it; together they are the events of a single solve. A terminal event ends the run: run.ended
-    is then True, and run.t is the time of the event.
+    during this path; all paths together have the events of a single solve. A terminal event ends
+    the run: run.ended is then True, and run.t is the time of the event.
 
-    If the process is killed between keep and save, the resumed run repeats the last states that
-    were kept. To store each state once, remove the states after run.t from the file before
-    resuming. In this example the file consists of rows of eight doubles:
+    If the process is killed between keep(path) and run.save(file), the resumed run repeats the
+    states of the last path. To store each state once, remove the states after run.t from the file
+    of states before resuming. In this example, that file consists of rows of eight doubles:
 
         file, begun = pathlib.Path("run.kreisel"), os.path.exists("run.kreisel")
         run = kr.resume(file) if begun else kr.start(scene, "strang", step=0.01)
@@ -352,7 +353,7 @@ def parse_run(
     events: object,
     every: object = None,
 ) -> SolveOptions:
-    """Return the options of a run. With events, 'auto' means taylor, which can search for them."""
+    """Return the options of a run. If there are events, 'auto' means taylor, which finds events."""
     controls = step, tol, digits, max_steps, want, every
     if events is None:
         return parse_options(scene, method, *controls)

@@ -43,8 +43,8 @@ def section(
     """Find the states of each top at the first n occurrences of an event after the start.
 
     event      an event of kreisel.events; default: nutation(direction=1), the lowest points of the
-               apex, which occur in every motion that is not steady. No occurrence is missed; one at
-               the start itself does not count
+               apex, which occur in every motion that is not steady. No occurrence is missed. An
+               occurrence at the start itself does not count
     n          the number of states of each top
     max_wait   the longest allowed time from the start, or from the previous event, to the next
                event [T]: a number, or an array of the ensemble's shape; negative: back in time. If
@@ -69,8 +69,8 @@ def section(
     Failures of individual tops are recorded in section.status, and section.check() raises an
     exception for the first of them.
 
-    Sources: Poincare 1892; for sections that every motion intersects H. R. Dullin, A. Wittek,
-    Complete Poincare sections and tangent sets, J. Phys. A 28 (1995).
+    Sources: Poincare 1892. Sections that every motion intersects are described by H. R. Dullin, A.
+    Wittek, Complete Poincare sections and tangent sets, J. Phys. A 28 (1995).
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
     waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)
@@ -89,7 +89,9 @@ def parse_section(
     digits: object,
     max_steps: object,
 ) -> tuple[Array, EnsembleOptions]:
-    """Return the longest wait of each top as an array (tops, n), and the options with the event.
+    """Return the longest wait of each top, and the options with the event.
+
+    The waits are an array (tops, n), in which each row contains n equal times.
 
     Raises TypeError or ValueError for an invalid argument.
     """
@@ -100,7 +102,10 @@ def parse_section(
 
 
 def parse_event(event: object) -> Event:
-    """Return the event of a section, validated. Raises ValueError if it limits its occurrences."""
+    """Return the event of a section, validated.
+
+    Raises ValueError if the event has a maximal number of occurrences or is terminal.
+    """
     if event is None:
         return nutation(direction=1)
     [one] = parse_events(FALLBACK, [event])
@@ -110,7 +115,7 @@ def parse_event(event: object) -> Event:
 
 
 def _parse_wait(tops: Ensemble, max_wait: object) -> Array:
-    """Return an array (n,) with the longest time that each top waits for an event."""
+    """Return an array (n,) with the longest allowed time to the next event, for each top [T]."""
     if max_wait is None:
         known = np.empty(tops.size)
         horizons(tops._core_scenes, known)

@@ -67,30 +67,31 @@ def solve(
                0. A number: record the start and the state at t, or with `every` the states after
                every `every` steps. Negative times: back in time [T]
     method     a name in kreisel.methods; 'auto' uses exact if it applies, otherwise taylor, and
-               always taylor for digits and events; 'geometric' chooses a structure-preserving
-               method and a step with which the error is at most `error`
+               always taylor if digits or events are given; 'geometric' chooses a
+               structure-preserving method and a step with which the error is at most `error`
     step       positive [T]. Required by fixed-step methods, which reach times between their steps
                by a separate, shorter step. For adaptive methods it is the first step
-    tol        adaptive methods: the local error of a step; implicit methods: the residual; exact
-               ignores it; other methods do not allow it
-    digits     taylor only, instead of tol: up to 16, 20 or 30; low words are path.q_low and
-               path.m_low
+    tol        adaptive methods: the local error of a step; implicit methods: the residual of the
+               equations of a step; exact ignores tol, and other methods do not allow it
+    digits     taylor only, instead of tol: the number of digits, rounded up to 16, 20 or 30;
+               path.q_low and path.m_low have the digits beyond doubles
     every      the number of steps of a fixed-step method from one recorded state to the next; only
                if t is a number
     max_steps  the maximal number of steps, with 'geometric' of each trial run; 0: no limit
-    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad]. It
-               is checked against a reference with 20 digits or a closed form. Raises ValueError if
-               the error is not met within 64 times the number of steps first estimated
-    want       names such as ("nutation", "energy"): the path stores only t and these quantities,
-               and the core does not compute the heading if none of them needs it
+    error      with 'geometric': the largest attitude error allowed on [0, t], at most 0.1 [rad].
+               The error is checked against a reference with 20 digits or a closed form. Raises
+               ValueError if this error cannot be met with at most 64 times the number of steps
+               first estimated
+    want       names such as ("nutation", "energy"): the path stores only t and these quantities.
+               The core does not compute the heading if no quantity in `want` depends on it
     progress   a function called about ten times per second with the time reached, and at the end
                with the last time [T]; an exception in it stops the run
-    events     taylor only: an event of kreisel.events or a list of events, found in path.events; a
-               terminal event ends the path
+    events     taylor only: an event of kreisel.events or a list of events; path.events has the
+               occurrences. A terminal event ends the path
     tangents   taylor only, for one scene: one or several of "start", "moments", "com", "gravity",
-               "mass": the parameters of the derivatives of the states in path.tangents. The states
-               have the same bits as without tangents, unless strong damping requires shorter steps
-               for the tangents
+               "mass". path.tangents has the derivatives of the states with respect to these. The
+               states have the same bits as without tangents, unless strong damping requires shorter
+               steps for the tangents
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -123,9 +124,9 @@ def solve(
 
     Raises TypeError or ValueError for invalid arguments and MemoryError for more states than fit in
     memory, before anything runs. Raises kreisel.Error if the run fails, and kreisel.Interrupted (a
-    KeyboardInterrupt) after Ctrl-C; both have a `.path` up to the last good state. The failure of a
-    top of an ensemble is recorded in paths.status, and paths.check() raises it; Interrupted has the
-    results so far as `.paths`.
+    KeyboardInterrupt) after Ctrl-C; both have a `.path` up to the last good state. For an ensemble,
+    failures are recorded in paths.status, and paths.check() raises kreisel.Error for the first
+    failed top; kreisel.Interrupted has the results so far as `.paths`.
     """
     if isinstance(scene, Ensemble):
         if tangents is not None:
@@ -184,7 +185,7 @@ def _parse_special(
 def _solve_checked(
     scene: Scene, options: SolveOptions, t: Numbers, progress: Progress | None
 ) -> Path:
-    """Solve a scene if its options or times need more than a single call of the core."""
+    """Solve a scene whose options or times need validation, or more than one call of the core."""
     if options.tangents:
         return record_tangents(scene, options, t, progress)
     times = time_array(t, options.step, options.every, options.size)

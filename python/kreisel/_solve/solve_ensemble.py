@@ -74,8 +74,9 @@ def reduce(
         array([1.023, 1.13 ])
 
     Raises TypeError or ValueError for invalid arguments, before anything runs. Raises
-    kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. A failed top has NaN as
-    its values and the reason in `status`; the result's check() raises an exception for it.
+    kreisel.Interrupted after Ctrl-C, with the results so far as `.paths`. The values of a failed
+    top are NaN, and `status` has the reason. The check() of the result raises kreisel.Error for the
+    first failed top.
     """
     if type(tops) is not Ensemble:
         check_type("tops", tops, Ensemble)
@@ -126,7 +127,7 @@ def stream_ensemble(
 ) -> Iterator[Paths]:
     """Return an iterator over the paths of consecutive groups of tops.
 
-    The tops of a group have at most `chunk` states in total, but a group has at least one top.
+    A group has at least one top. A group of several tops has at most `chunk` states in total.
     """
     options = parse_arguments(tops, method, arguments)
     pool = WorkerPool(parse_threads(threads, executor), executor)
@@ -170,7 +171,10 @@ def parse_arguments(tops: Ensemble, method: str, arguments: SolveArguments) -> E
 
 
 def reject_ensemble_arguments(scene: object, **given: object) -> None:
-    """Raise ValueError for arguments given with a single scene that only an ensemble allows."""
+    """Raise ValueError because arguments were given that only an ensemble allows.
+
+    Raises TypeError if `scene` is not a kreisel.Scene.
+    """
     check_type("scene", scene, Scene)
     names = [name for name, value in given.items() if value is not None]
     raise ValueError(f"{' and '.join(names)}: only for a kreisel.Ensemble, not for a single scene")

@@ -2,9 +2,9 @@
 
 The error of a method of order p with step h is about g w t (c h r)^p at time t. The rate r and the
 weight w are computed from the integrals of motion, and the constants c were measured. The factor g
-compares the growth of small changes with that in a regular motion. It is large near an unstable
-equilibrium, for example. This estimate gives a first guess of the cheapest method and its step. The
-step is then reduced until the difference from a reference is small enough.
+is the growth of small changes, relative to their growth in a regular motion. Near an unstable
+equilibrium, for example, g is large. This estimate gives a first guess of the cheapest method and
+its step. The step is then reduced until the difference from a reference is small enough.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ from .._utils.literals import MethodName
 from .._utils.validation import Array, as_int, as_positive
 from ..quaternion import attitude_error
 
-Listener = Progress | Work | None  # receives progress, or can stop the work
-# For each method the constant c, and the cost of a step in units of a kick and a drift.
+Listener = Progress | Work | None  # a function that receives progress, or a Work to stop a run
+# For each method: the constant c, and the cost of a step relative to that of a kick and a drift.
 _Constants = dict[MethodName, tuple[float, float]]
 _SYMMETRIC: _Constants = {
     "takahashi_imada4": (0.165, 1.25),
@@ -58,19 +58,19 @@ _SYMMETRIC: _Constants = {
 }
 _GENERAL: _Constants = {"takahashi_imada4": (0.10, 3.2), "kahan_li8": (0.10, 17.0)}
 
-_SHORTER = 1.05  # safety factor of the number of steps: too short a step costs less than a new run
-_AIM = 0.4  # fraction of the target that a run with refined steps aims at
+_SHORTER = 1.05  # safety factor of the number of steps: shorter steps cost less than another run
+_AIM = 0.4  # the number of steps is chosen for an error of this fraction of the target
 _ENOUGH = 0.8  # accepted fraction of the target: between the checked times the error can be larger
 _TOO_LARGE = {"ERR_STEP_SIZE", "ERR_CONVERGENCE"}  # statuses that mean that the step is too large
-_UNLIKE = 0.1  # from a larger error, the error with shorter steps cannot be predicted [rad]
+_UNLIKE = 0.1  # an error above this does not predict the error with shorter steps [rad]
 _MIN_CHECKS = 128  # the minimal number of times at which the error is computed
-_CHECKS_PER_RADIAN = 4  # the number of these times per radian turned
-_MAX_CHECKS = 1 << 13  # the maximal number of these times, and of requested times among them
-_FEW = 32  # with fewer steps, times inside steps are also checked, where the error can be larger
-_REGULAR = 30.0  # bound on the growth of a change in a regular motion, per radian turned
+_CHECKS_PER_RADIAN = 4  # the number of these times per radian that the top turns
+_MAX_CHECKS = 1 << 13  # the maximal number of these times, and of requested times added to them
+_FEW = 32  # with fewer steps, the error is also computed inside the steps, where it can be larger
+_REGULAR = 30.0  # bound on a change's growth in a regular motion, per radian that the top turns
 _BUDGET = 64  # the maximal number of steps of all runs, as a multiple of the first guess
-# The search fails after this number of runs that did not halve the error. After each of them the
-# step is halved, which changes the rounding errors.
+# The search fails after this number of runs that did not halve the error. After each such run the
+# step is halved, because this changes the rounding errors.
 _STALLS = 3
 
 
@@ -88,7 +88,7 @@ class StepSearch:
         self.scene, self.times, self.target = scene, times, target
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
-        self.spent, self.cost = Stats(0, 0, 0, 0), 0  # the cost of all runs, and of the last one
+        self.spent, self.cost = Stats(0, 0, 0, 0), 0  # cost of all runs; of the last run
         self.rate, self.weight = _rates(scene)
         self.angle = self.rate * abs(self.end)
         self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
@@ -121,8 +121,8 @@ class StepSearch:
     def check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run with `steps` steps is computed.
 
-        They are ends of steps, which need no extra computation, and requested times. If there are
-        few steps, times inside the steps are added.
+        The times are requested times, and ends of steps, which need no extra computation. If there
+        are few steps, times inside the steps are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -145,7 +145,7 @@ class StepSearch:
         return CLOSED_FORM if near and has_closed_form(self.scene) else LONGER_SERIES
 
     def run(self, steps: int) -> tuple[Array, float] | None:
-        """Return the states of a run with `steps` steps at the requested times, and its error.
+        """Return the states of a run of `steps` steps at the requested times, and the run's error.
 
         The error is the largest attitude error at the checked times [rad]. Returns None if the
         steps are too large for the method.
@@ -179,9 +179,9 @@ class StepSearch:
         return states
 
     def refine(self, steps: int, error: float) -> int:
-        """Return the number of steps predicted to make the error small enough.
+        """Return a number of steps with which the error is predicted to be small enough.
 
-        `error` is the error found with `steps` steps.
+        `error` is the error of a run with `steps` steps.
         """
         more = (error / (_AIM * self.target)) ** (1.0 / self.order)
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
@@ -258,7 +258,7 @@ def search_path(
     max_steps: int,
     progress: Listener = None,
 ) -> Path:
-    """Return the path at `times`, with an attitude error below `target` on all of [0, t].
+    """Return the path at `times`, with an attitude error below `target` up to the last time.
 
     `progress` is called during every run of the search. Raises ValueError if the error cannot be
     met.
@@ -319,7 +319,7 @@ def _rates(scene: Scene) -> tuple[float, float]:
     return rate, rate
 
 
-_UNMET = STATUSES.index("ERR_CONVERGENCE")  # the status of a top if no step meets the error
+_UNMET = STATUSES.index("ERR_CONVERGENCE")  # status of a top for which no step meets the error
 
 
 def run_search(
@@ -331,7 +331,7 @@ def run_search(
     t: Array,
     work: Work | None,
 ) -> EnsembleBuffers:
-    """Run the tops begin..end one by one, each with the cheapest method that meets the error."""
+    """Solve the tops begin..end one by one, each with the cheapest method that meets the error."""
     part = buffers.select(slice(begin, end))
     for i in range(end - begin):
         if work is not None and work.stopped:
@@ -339,7 +339,7 @@ def run_search(
         times = t[begin + i] if t.ndim == 2 else t
         try:
             _run_one(part, i, options, member(tops, begin + i), times, work)
-        except Interrupted:  # the states of a trial run are not a result
+        except Interrupted:  # only a trial run was interrupted, whose states are not a result
             if work is None:
                 raise
             work.stop()
@@ -357,7 +357,7 @@ def _run_one(
     times: Array,
     work: Work | None,
 ) -> None:
-    """Solve one top, and write its path, or the message of its failure, to row i."""
+    """Solve one top, and write its path or the message of its failure to row i of `part`."""
     path, status = None, 0
     try:
         path = _find_whole_path(scene, options.solve, times, work)
@@ -372,7 +372,7 @@ def _run_one(
 def _write_row(
     part: EnsembleBuffers, i: int, path: Path | None, times: Array, failed: bool
 ) -> None:
-    """Write a path to row i, with NaN at times that it did not reach."""
+    """Write `path` to row i of `part`, with NaN at times that the path did not reach."""
     at, reached = np.empty(0, dtype=np.intp), 0
     if path is not None:
         at, reached = _find_times(path, times)
@@ -395,9 +395,10 @@ def _write_row(
 
 
 def _find_times(path: Path, times: Array) -> tuple[npt.NDArray[np.intp], int]:
-    """Return the indices of the path's states at the first of `times`, and how many it reached.
+    """Return the indices of the path's states at `times`, and the number of times reached.
 
-    The path of a failed trial run also has states at other times.
+    The indices end at the first time that the path did not reach. The path of a failed trial run
+    also has states at other times.
     """
     if not len(path):
         return np.empty(0, dtype=np.intp), 0

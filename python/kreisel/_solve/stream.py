@@ -72,15 +72,16 @@ def stream(
         >>> [len(path) for path in kr.stream(kr.scenes.asymmetric, 1000, chunk=4000, **words)]
         [4000, 4000, 2001]
 
-    For an ensemble, kreisel.stream yields the kreisel.Paths of consecutive tops in C order. They
-    have at most `chunk` states in total (default 2**20), but at least one top. t must not be an
-    iterator, and threads, executor and progress are as in solve.
+    For an ensemble, kreisel.stream yields the kreisel.Paths of consecutive tops in C order. Each
+    kreisel.Paths has at most `chunk` states in total (default 2**20), but at least one top. t must
+    not be an iterator. threads, executor and progress are as in kreisel.solve.
 
-    The stats of each path are those of the whole run so far; its events are those that occurred
-    after the previous path. A terminal event ends the stream. Raises the exceptions of
-    kreisel.solve: immediately for invalid arguments, and during the iteration for invalid times of
-    an iterator and for failures. The `.path` of kreisel.Error and kreisel.Interrupted is the
-    incomplete last path.
+    The stats of each path count the whole run so far. The events of each path are those after the
+    end of the previous path. A terminal event ends the stream.
+
+    Raises the exceptions of kreisel.solve. Exceptions for invalid arguments are raised immediately;
+    exceptions for failures and for invalid times of an iterator are raised during the iteration.
+    The `.path` of kreisel.Error and kreisel.Interrupted is the incomplete last path.
     """
     most = None if chunk is None else as_int("chunk", chunk, 1)
     if isinstance(scene, Ensemble):

@@ -1,4 +1,4 @@
-"""Paths with tangents: derivatives of the states by the initial state and by parameters."""
+"""Paths with tangents: derivatives with respect to the initial state and to parameters."""
 
 from __future__ import annotations
 

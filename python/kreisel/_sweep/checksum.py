@@ -1,6 +1,8 @@
 """Checksums of whole files, stored inside the files.
 
-The checksum is the SHA-256 digest of the file with zeros in place of the digest. It follows a mark.
+The checksum is the SHA-256 digest of the file, computed with zeros in place of the digest. In the
+file, the digest follows the text "kreisel-sha256:".
+
 Parquet itself has checksums only for pages of data, and would not detect a change of the schema or
 the statistics.
 """
@@ -10,7 +12,8 @@ from __future__ import annotations
 import hashlib
 
 _MARK, _SIZE = b"kreisel-sha256:", 64
-PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()  # the mark, with zeros in place of the digest
+# The text before the digest, followed by zeros in place of the digest.
+PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()
 
 
 def add_checksum(data: bytearray) -> bytearray:

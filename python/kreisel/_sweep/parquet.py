@@ -1,7 +1,7 @@
 """Parquet files of parts, with one row per top.
 
-If a top has several values in a column, or several events, they are stored as a list. The bytes of
-doubles are split into separate streams, which can be compressed better.
+If a top has several values in a column, or several events, they are stored as a list. The eight
+bytes of a double are stored in eight separate streams, because these can be compressed better.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ with optional_dependency(PARQUET):
 if TYPE_CHECKING:
     from pyarrow import Table
 
-_GROUP = 1 << 16  # rows of a row group, which a reader decodes together
-_PER = b"top", b"time", b"event"  # a column has one value per top, per time or per event
+_GROUP = 1 << 16  # number of rows that a reader decodes together: a row group of Parquet
+_PER = b"top", b"time", b"event"  # values of `per`: a column has one value per top, time or event
 _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
@@ -52,7 +52,7 @@ def encode(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
 
 def list_leaves(table: Table) -> list[tuple[str, Any]]:
-    """Return the path of each column's values in a Parquet file, and the type of the values."""
+    """Return the Parquet path and the type of the values of each column in `table`."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)
@@ -64,8 +64,8 @@ def list_leaves(table: Table) -> list[tuple[str, Any]]:
 def as_table(part: PartTable) -> Table:
     """Return the rows of a part as an Arrow table.
 
-    The metadata of each field contain its `units`, and `per`, which says whether the column has one
-    value per top, per time or per event.
+    The metadata of each field contain the `units` of the column. The entry `per` says whether the
+    column has one value per top, per time or per event.
     """
     columns = {name: _to_arrow_array(values) for name, values in part.columns.items()}
     per = {name: "top" if part.columns[name].ndim == 1 else "time" for name in columns}
@@ -145,7 +145,7 @@ def decode(
 
 
 def _read_table(table: Table, states: int) -> PartTable:
-    """Convert an Arrow table to the rows of a part."""
+    """Return the table of a part from an Arrow table. `states` is the number of states per top."""
     part = PartTable()
     for field, column in zip(table.schema, table.columns, strict=True):
         whole, metadata = column.combine_chunks(), field.metadata or {}

@@ -1,7 +1,7 @@
 """Tables of parts: one row per top, with the units of all columns.
 
-Events are stored in separate columns, because the number of events differs between tops. These
-columns hold the events of paths, or the states of a section.
+The number of events differs between tops, so events have separate columns with one row per event.
+These columns contain the events of paths, or the states of a section.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from .task import ChaosTask, TaskResult
 Column = npt.NDArray[Any]
 ColumnWithUnit = tuple[str, Column, str]  # name, values, unit
 COUNT = "events"  # name of the column with the number of events of each top
-RATE = {"lyapunov": "T^-1"}  # units of indicators of chaos; the others are dimensionless
+RATE = {"lyapunov": "T^-1"}  # units of indicators of chaos; all other indicators are dimensionless
 _STATES = {"t": TIME, "q": RECORDABLE["q"], "m": RECORDABLE["m"]}
 EVENT_STATE = [name for quantity in _STATES.values() for name in quantity.components]
 

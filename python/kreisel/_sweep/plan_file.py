@@ -11,7 +11,7 @@
 File names are relative to the folder of the plan. Each event is a table [[events]] with the name of
 a function of kreisel.events as `event`, and the arguments of this function. With task = "section"
 the plan has no t, and its event is a table [event] with the same entries. With task = "lyapunov",
-"megno" or "oli", the plan has the arguments of that function.
+"megno" or "oli", the plan has the arguments of the kreisel function of this name.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def _parse_scene(given: object, folder: Path) -> Scene:
 
 
 def _parse_values(name: str, given: object) -> Any:
-    """Return a value or a list unchanged, and a table { from, to, n } as evenly spaced values."""
+    """Return `given`, or `n` evenly spaced values if `given` is a table { from, to, n }."""
     if not isinstance(given, dict):
         return given
     _check_keys(name, given, ["from", "to", "n"])

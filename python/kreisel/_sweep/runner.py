@@ -16,8 +16,8 @@ from .._results.executor import is_local, run_jobs
 from .part_table import PartTable, tabulate_part
 from .store import SweepStore
 
-# Maximal number of unfinished parts submitted to an executor. It is larger than most numbers of
-# workers, but small, because these parts must be cancelled after an exception.
+# Maximal number of unfinished parts submitted to an executor. It exceeds the number of workers of
+# most executors, so no worker waits. It is small, because an exception must cancel these parts.
 _IN_FLIGHT = 256
 _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 
@@ -25,7 +25,7 @@ _PROGRESS_SECONDS = 0.1  # minimal time between two calls of progress
 def compute_part(
     store: SweepStore, tops: range, threads: int, progress: Progress | None
 ) -> PartTable:
-    """Compute the table of the tops with the indices `tops`; failed tops have rows, too."""
+    """Compute the table of the tops with the indices `tops`, including failed tops."""
     return tabulate_part(store.plan, tops, store.plan.compute_tops(tops, threads, progress))
 
 
@@ -41,7 +41,7 @@ class PartsLost(RuntimeError):
 
 
 class PartRunner:
-    """A computation of some parts of a sweep, which counts its progress."""
+    """A computation of some parts of a sweep that reports its progress."""
 
     def __init__(self, store: SweepStore, parts: Sequence[int], progress: Progress | None) -> None:
         self.store, self.progress = store, progress
@@ -51,7 +51,7 @@ class PartRunner:
         self._stopped = threading.Event()
 
     def run_local(self, threads: int) -> None:
-        """Compute the parts in this process. While a part is written, the next is computed."""
+        """Compute the parts in this process. The next part is computed while a part is written."""
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
             for i in tuple(self.left):
@@ -66,7 +66,7 @@ class PartRunner:
             self._report(self.done, last=True)
 
     def _part_progress(self, tops: int) -> Progress | None:
-        """Return the progress function for a part with `tops` tops; None if none was given."""
+        """Return the progress function for a part of `tops` tops, or None without `progress`."""
         return self.progress and (lambda share: self._report(self.done + share * tops))
 
     def _report(self, tops: float, last: bool = False) -> None:
@@ -77,7 +77,11 @@ class PartRunner:
             self.progress(tops / self.tops)
 
     def run_on(self, executor: Executor) -> None:
-        """Compute the parts with the workers of an executor; lost parts are computed once more."""
+        """Compute the parts with the workers of an executor.
+
+        Parts that the executor loses are submitted once more. Raises PartsLost if it loses parts
+        again.
+        """
         for _ in range(2):
             self._run_once(executor)
             if not self.left:
@@ -111,7 +115,7 @@ class PartRunner:
             raise KeyboardInterrupt
 
     def _collect(self, i: int, future: Future[int]) -> None:
-        """Count part i as finished if its file exists; otherwise it stays in `left`."""
+        """Remove part i from `left`, and count its tops as done, if its file exists."""
         if future.cancelled():
             return
         tops = len(self.store.plan.tops_of(i))

@@ -1,4 +1,4 @@
-"""Sources of a sweep: lazy descriptions of tops, which are built when they are needed.
+"""Sources of a sweep: descriptions of tops that are built only when they are needed.
 
 A source needs no memory for its tops. Each top depends only on the source and on its own index.
 """
@@ -31,7 +31,7 @@ from .start_table import read_columns
 
 _DRAWS = 4  # random numbers drawn per top and parameter; no random parameter has more components
 _BODY = "mass", "inertia", "com", "inertia_rtol", "unphysical"
-_FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # the beginning of an error about top 0
+_FIRST_TOP = re.compile(r"(\w+)\[0\](: | = )")  # beginning of an error message about the first top
 _SAMPLE_SIZE = 1 << 10  # approximate number of tops on which a plan is validated
 _SCATTERED = "momentum", "attitude", "gravity"
 _WITHOUT_RANGE = "attitude", "attitude_xyzw", "inertia"
@@ -243,8 +243,8 @@ class Source:
     def _sample(self) -> Places:
         """Return the indices of the tops on which a plan is validated.
 
-        They are spread evenly over the source and include the first and the last top. For random
-        tops, which are statistically equivalent, they are simply the first ones.
+        The tops are spread evenly over the source and include the first and the last top. For a
+        random source, the sample is the first tops, because all tops are statistically equivalent.
         """
         if self._random is not None:
             return np.arange(min(self.size, _SAMPLE_SIZE), dtype=np.int64)
@@ -257,7 +257,7 @@ class Source:
     ) -> Exception:
         """Return the error of the first invalid top in `at`, with the index of this top.
 
-        `common` is the error that was raised when all these tops were built together. It is
+        `common` is the error that was raised when all tops in `at` were built together. `common` is
         returned if no individual top is invalid.
         """
         while at.size > 1:
@@ -313,7 +313,7 @@ class Source:
 def _split_arguments(
     scene: Scene, arguments: Mapping[str, object]
 ) -> tuple[dict[str, Parameter], dict[str, bool]]:
-    """Split `arguments` into validated parameters, and the flags that are True."""
+    """Split `arguments` into validated parameters and those flags that are True."""
     check_type("scene", scene, Scene)
     parameters: dict[str, Parameter] = {}
     flags: dict[str, bool] = {}
@@ -332,7 +332,7 @@ def _is_row(lead: Shape) -> bool:
 
 
 def _check_range(name: str, one: Parameter) -> None:
-    """Raise ValueError unless a parameter has two values, the bounds of a range of finite width."""
+    """Raise ValueError unless a parameter has two values that bound a range of finite width."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
@@ -351,7 +351,7 @@ def _check_range(name: str, one: Parameter) -> None:
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
     """Reshape the values of a parameter to extend only along the axis with its name.
 
-    A parameter without such an axis has a single value, and length 1 along all axes.
+    A parameter without an axis of its own has a single value, and length 1 along all axes.
     """
     lead = [1] * len(axes)
     if one.name in axes:

@@ -16,7 +16,7 @@ _ENDINGS = {  # {parameter: the endings of the names of its components}
     "attitude": "wxyz",
     "attitude_xyzw": "xyzw",
 }
-_UNITS = {  # dimensions of these parameters, and of parameters of kreisel.Body constructors
+_UNITS = {  # {parameter of a start, or of a constructor of kreisel.Body: its dimension}
     **dict.fromkeys(["radius", "height", "half", "length", "inner", "outer", "pivot"], "L"),
     **dict.fromkeys(["i1", "i3", "inertia_about_com"], "M L^2"),
     "density": "M L^-3",
@@ -75,6 +75,6 @@ def components(name: str, value: Shape) -> list[str]:
 
 
 def unit(name: str, degrees: bool) -> str:
-    """Return the dimension [M L T] of a parameter, in which angles appear as rad or deg."""
+    """Return the dimension [M L T] of a parameter, with 'rad' or 'deg' for the angles in it."""
     known = _UNITS.get(name, "")
     return known.replace("rad", "deg") if degrees else known

@@ -4,9 +4,10 @@ A file is written under a temporary name and then renamed, so that a file with i
 always complete. An existing part is valid if it belongs to this plan, was written by this version
 of kreisel, and has a correct checksum.
 
-File names of parts are reserved for the sweep. A file with such a name is replaced with a warning,
-unless it is a valid part with this number. Two things are never replaced: a folder, and a complete
-part of another plan, which may have taken long to compute. Files with other names are not changed.
+File names of parts are reserved for the sweep. A file with the name of a part is replaced with a
+warning, unless the file is a valid part with this number. Two things are never replaced: a folder,
+and a complete part of another plan, which may have taken long to compute. Files with other names
+are not changed.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ REPAIR = (
 )
 _MOVE = "it is not overwritten; move it away, or delete it, and call again"
 _PROGRAM = "sweep"  # the value of the entry "kreisel" in a plan file
-_MAX_BYTES = 1 << 30  # limit of bytes read from a plan file, which could be an endless device
+_MAX_BYTES = 1 << 30  # limit of bytes read, because the file could be an endless device
 DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
 FOREIGN = "foreign"
 
@@ -70,8 +71,8 @@ class SweepStore:
     def read_part(self, i: int, names: Iterable[str] | None = None) -> PartTable:
         """Return the columns `names` of part i, or all columns if `names` is None.
 
-        An empty list gives a table without rows. Raises ValueError if the part is damaged, or if
-        the file is not part i of this plan.
+        An empty list `names` gives a table with all columns but without rows. Raises ValueError if
+        the part is damaged, or if the file is not part i of this plan.
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
@@ -120,8 +121,8 @@ class SweepStore:
 def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> SweepStore:
     """Open the folder of a sweep.
 
-    Raises ValueError if it is not the folder of a sweep, or if the hash of its plan differs from
-    `expected`.
+    Raises ValueError if `folder` is not the folder of a sweep, or if the hash of the plan in it
+    differs from `expected`.
     """
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
@@ -177,9 +178,9 @@ def _read_starts(file: Path) -> Array:
 def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStore:
     """Create the folder of a plan, or open it if it exists.
 
-    Raises ValueError if the folder has another plan, and FileExistsError if it is neither empty nor
-    the folder of a sweep. Raises OSError if the folder cannot be written, and ImportError if
-    pyarrow is not installed.
+    Raises ValueError if the folder has another plan. Raises FileExistsError if the folder is
+    neither empty nor the folder of a sweep. Raises OSError if the folder cannot be written, and
+    ImportError if pyarrow is not installed.
     """
     where = Path(os.path.abspath(folder))
     store = SweepStore(where, plan)
@@ -196,7 +197,10 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
 
 
 def _create(where: Path, plan: SweepPlan) -> bool:
-    """Write the plan to a new or empty folder. Return False if another process was faster."""
+    """Write the plan to a new or empty folder.
+
+    Return False if another process has written a plan to the folder in the meantime.
+    """
     if where.is_dir():
         for name in sorted(os.listdir(where)):
             if not name.startswith((".", "starts-")) and name != PLAN:
@@ -219,7 +223,7 @@ def _create(where: Path, plan: SweepPlan) -> bool:
 
 
 def _write_starts(where: Path, plan: SweepPlan) -> None:
-    """Write the arrays that are too long for the plan file, unless their files exist."""
+    """Write each array that is too long for the plan file to its own file, unless it exists."""
     for values in plan.arrays:
         file = where / content_name(values)
         if not file.exists():

@@ -31,7 +31,7 @@ class SweepInterrupted(KeyboardInterrupt):
     sweep  a kreisel.SweepResult with the finished parts
     """
 
-    __module__ = "kreisel"  # so that a traceback shows the name that users catch
+    __module__ = "kreisel"  # a traceback then shows the public name
 
     def __init__(self, message: str, sweep: SweepResult) -> None:
         super().__init__(message)
@@ -75,24 +75,26 @@ def sweep(
     part depend only on the plan and on the number of the part. The status of a failed top is not 0.
 
     Existing parts are verified bit by bit; missing and damaged parts are computed. File names of
-    parts are reserved for the sweep: a file with such a name is replaced with a warning unless it
-    is that part of the plan. A folder, or a complete part of another plan, is never replaced.
+    parts are reserved for the sweep. A file with the name of a part is replaced with a warning,
+    unless the file is an intact part with this number. A folder, or a complete part of another
+    plan, is never replaced.
     Requires pyarrow: pip install 'kreisel[sweep]'.
 
     tops       a kreisel.Source or kreisel.Ensemble; or the name of a TOML file. The file contains
                all arguments up to part_size, and the scene (a name, a file or a table). It has one
                of the tables [grid], [random], [scatter], [columns], with the arguments of the
-               constructor of Source of this name. Values can be { from = 0, to = 20, n = 1000 },
-               which means 1000 evenly spaced values. Each event is a table [[events]]
-               with the name of a function of kreisel.events as `event`, and the arguments of this
-               function; the event of a section is a table [event]
+               constructor of Source of this name. { from = 0, to = 20, n = 1000 } means 1000 evenly
+               spaced values. Each event is a table [[events]] with the name of a function of
+               kreisel.events as `event`, and the arguments of this function. The event of a section
+               is a table [event]
     t          a number or a list of times, for all tops; t and the arguments up to reduce are those
                of kreisel.solve and kreisel.reduce
     folder     the folder of the parts: new, empty, or with parts of the same plan
-    task       the function that is called for the tops: "solve"; "lyapunov", "megno" or "oli" with
-               the arguments t, direction, tol, max_steps, and the columns <task>, certificate, t
-               and <task>_curve; "section" with the arguments event, n, max_wait (a number), tol,
-               digits, max_steps, and the columns events (the number of states) and event_t,
+    task       the name of the function that is called for the tops. "solve" is kreisel.solve or,
+               with `reduce`, kreisel.reduce. "lyapunov", "megno" and "oli" have the arguments t,
+               direction, tol and max_steps. Their columns are <task>, certificate, t and
+               <task>_curve. "section" has the arguments event, n, max_wait (a number), tol, digits
+               and max_steps. Its columns are events (the number of states) and event_t,
                event_q_w, ..., event_m_z
     part_size  the number of tops in a part; default: 131072, or fewer so that a part has at most
                about 64 MB
@@ -116,8 +118,8 @@ def sweep(
         ((8,), (8, 32), 'T^-1')
 
     Before anything runs, raises TypeError or ValueError for invalid arguments. Raises ValueError if
-    the folder has another plan, and FileExistsError if it is neither empty nor the folder of a
-    sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
+    the folder has another plan, and FileExistsError if the folder is neither empty nor the folder
+    of a sweep. Raises OSError if the folder cannot be written, and ImportError if pyarrow is not
     installed. During the run, raises OSError if a file cannot be written, RuntimeError if an
     executor loses parts, and kreisel.SweepInterrupted after Ctrl-C. Finished parts are kept.
     """
@@ -132,7 +134,7 @@ def sweep(
 
 
 def _task_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of kreisel.sweep that belong to its task and differ from defaults."""
+    """Return the arguments in `given` that belong to a task and differ from their defaults."""
     defaults = {"method": "auto", "max_steps": 0}
     arguments = {}
     for name in ARGUMENTS:

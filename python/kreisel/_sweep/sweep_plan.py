@@ -27,7 +27,7 @@ from .task import SweepTask, TaskResult, task_from_json
 
 FORMAT = 1  # version of the layout of plans and parts
 _MAX_PART, _PART_BYTES = 1 << 17, 1 << 26  # default limits of tops and bytes in a part
-_MAX_INLINE = 1 << 16  # values of a parameter; a longer array is stored in a separate file
+_MAX_INLINE = 1 << 16  # numbers in an array; a longer array is stored in a separate file
 _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 
 
@@ -35,8 +35,8 @@ _ROW_BYTES = 64  # estimated bytes per top for its index, parameters and status
 class SweepPlan:
     """A source of tops, the task for all tops, and the number of tops in a part.
 
-    `options` and `times` are those of the task. `sample` contains the indices of the tops on which
-    the plan was validated, and these tops.
+    `options` and `times` are those of the task. The plan was validated on some tops; `sample`
+    contains their indices, and these tops as an ensemble.
     """
 
     source: Source
@@ -62,7 +62,7 @@ class SweepPlan:
         return range(begin, min(begin + self.part_size, self.source.size))
 
     def count_tops(self, parts: Sequence[int]) -> int:
-        """Return the total number of tops in `parts`; the last part of a plan can be smaller."""
+        """Return the total number of tops in `parts`. The last part of a plan can be smaller."""
         short = self.parts * self.part_size - self.source.size if self.parts - 1 in parts else 0
         return len(parts) * self.part_size - short
 
@@ -109,7 +109,7 @@ class SweepPlan:
         return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
-        """Return the tops with the indices `tops`, reusing the sample if it consists of them."""
+        """Return the tops with the indices `tops`; the sample is reused if it has the same tops."""
         if self.sample is not None:
             at, ensemble = self.sample
             if len(at) == len(tops) and (at[0], at[-1]) == (tops[0], tops[-1]):
@@ -147,7 +147,10 @@ def content_name(values: Array) -> str:
 
 
 def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
-    """Return the name of each parameter, the shape of one value, and all values or their file."""
+    """Return for each parameter its name, the shape of one value, and all values.
+
+    For a long array, the name of its file is returned instead of the values.
+    """
     return [
         [
             one.name,

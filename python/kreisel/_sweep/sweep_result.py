@@ -1,4 +1,4 @@
-"""Results of a sweep on disk, of which columns, parts or tables are read on demand."""
+"""Results of a sweep on disk. Columns, parts and tables are read on demand."""
 
 from __future__ import annotations
 
@@ -46,8 +46,8 @@ class SweepResult:
 
     Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
     raises ValueError if parts are missing. If the sweep was opened with partial=True, the column
-    instead has a row for each top in `result["top"]`. All bits of the parts are then verified once,
-    and damaged parts count as missing.
+    instead has a row for each top in the existing parts; `result["top"]` has the indices of these
+    tops. All bits of the parts are then verified once, and damaged parts count as missing.
     """
 
     _store: SweepStore
@@ -59,7 +59,7 @@ class SweepResult:
 
     @cached_property
     def done(self) -> list[int]:
-        """The numbers of the existing parts; with partial=True of the intact parts."""
+        """The numbers of the existing parts, or with partial=True of the intact parts."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
@@ -117,7 +117,7 @@ class SweepResult:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The names of the columns of tops, followed by those of the columns of events."""
+        """The names of the columns: first the columns of tops, then the columns of events."""
         return (*self._schema.columns, *self._schema.ragged)
 
     @property
@@ -126,7 +126,7 @@ class SweepResult:
         return {name: self._schema.units.get(name, "") for name in self.columns}
 
     def __getitem__(self, name: str) -> Column:
-        """Return a column of all tops, or a column of all events, sorted by top."""
+        """Return the values of a column for all tops, or for all events sorted by top."""
         schema = self._schema
         is_ragged = name in schema.ragged
         if name not in schema.columns and not is_ragged:
@@ -194,7 +194,10 @@ class SweepResult:
         return parts | ({MISSING: missing} if missing else {})
 
     def _verify_found(self) -> tuple[dict[str, list[int]], list[int]]:
-        """Verify the parts that have a file, and return their numbers by status and in one list."""
+        """Verify the parts that have a file.
+
+        Return a mapping from each status to the numbers of its parts, and all numbers as a list.
+        """
         parts: dict[str, list[int]] = {DONE: []}
         found = []
         for i in self._store.list_parts():
@@ -221,8 +224,8 @@ class SweepResult:
     def to_arrow(self) -> Table:
         """Return a pyarrow.Table with one row per top.
 
-        The metadata of each field contain its `units`. If a top has several values in a column,
-        they are stored as a list.
+        The metadata of each field contain the `units` of the column. If a top has several values in
+        a column, they are stored as a list.
         """
         with optional_dependency(PARQUET):
             import pyarrow as pa

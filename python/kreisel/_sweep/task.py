@@ -38,7 +38,7 @@ TaskResult = Paths | Reductions | Indicator | Section
 
 
 class SweepTask(Protocol):
-    """A function of kreisel that a sweep calls for its tops, with the arguments of the calls."""
+    """A function of kreisel that a sweep calls for its tops, and the arguments of this call."""
 
     @property
     def as_json(self) -> dict[str, Any]:
@@ -50,8 +50,8 @@ class SweepTask(Protocol):
     def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         """Return the options and the times for the tops `some`.
 
-        For a section, the times are the longest waits for each of its states. Raises TypeError or
-        ValueError for an invalid argument.
+        For a section, each time is the longest allowed time to the next event, repeated for each
+        state. Raises TypeError or ValueError for an invalid argument.
         """
 
     def compute_tops(
@@ -251,7 +251,7 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
 
 
 def _materialize(names: Any) -> Any:
-    """Return an iterator of names as a list, so that it can be read more than once."""
+    """Return `names`, converted to a list if it is an iterator, which can be read only once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
@@ -264,7 +264,7 @@ def _as_float(value: float | None) -> float | None:
 
 
 def _as_floats(values: Numbers) -> Any:
-    """Return one value as a float, or several values as a list of floats."""
+    """Return a single number as a float, and several numbers as a list of floats."""
     return np.asarray(values, dtype=np.float64).tolist()
 
 
