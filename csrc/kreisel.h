@@ -435,7 +435,7 @@ KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
 /* State of the search for an event, private to the library. */
 typedef struct kr_event_search {
     int64_t searched;  /* index of the last step that was searched; -1: none */
-    double mark, next; /* positions in the step, 0 .. 1: begin of the search; event found */
+    double mark, next; /* positions in the step, 0 .. 1: start of the search; event found */
     int side, sign;    /* sign of g at `mark`, 0: uncertain; direction of the event, 0: none */
 } kr_event_search;
 /* An event is a change of sign of g. Values of g below 2^-50 times the size of its terms (2^-40
