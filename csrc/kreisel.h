@@ -7,7 +7,8 @@
  *          fixed point (N, B, T). An attitude q rotates vectors from the frame of description
  *          into space: v_space = q v q*. The angular momentum m is a vector in space. The apex is
  *          the direction from the fixed point to the centre of mass, or T if both coincide.
- * Units    Any consistent set of units; the dimension of a number is given in [M L T].
+ * Units    Any consistent set of units. The dimension of a number is given in brackets, by powers of
+ *          mass M, length L and time T.
  * Memory   Only kr_top_create and kr_worker_create allocate (the optional GSL methods let GSL
  *          allocate).
  * Errors   A function that can fail returns a kr_status and writes its result through its last
