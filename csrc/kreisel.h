@@ -6,9 +6,10 @@
  *          description, in which the user describes it, and the principal axes of inertia at the
  *          fixed point (N, B, T). An attitude q rotates vectors from the frame of description
  *          into space: v_space = q v q*. The angular momentum m is a vector in space. The apex is
- *          the direction from the fixed point to the centre of mass, or T if both coincide.
- * Units    Any consistent set of units. The dimension of a number is given in brackets, by powers of
- *          mass M, length L and time T.
+ *          the direction from the fixed point to the centre of mass, or T if these points
+ *          coincide.
+ * Units    Any consistent set of units. The dimension of a number is given in brackets, as powers
+ *          of mass M, length L and time T.
  * Memory   Only kr_top_create and kr_worker_create allocate (the optional GSL methods let GSL
  *          allocate).
  * Errors   A function that can fail returns a kr_status and writes its result through its last
@@ -313,8 +314,8 @@ KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method steps along the grid start.t + k * step. A state between two
- * grid points is computed by a side step from the first of them. An adaptive method takes the same
- * steps whatever times are requested. A state therefore does not depend on the other requested
+ * grid points is computed by a side step from the first of them. The steps of an adaptive method do
+ * not depend on the requested times. A state therefore does not depend on the other requested
  * times, or on their division into calls. */
 typedef struct kr_config {
     /* The step [T]. For an adaptive method this is the first step, or 0 to let the method choose
@@ -465,9 +466,9 @@ KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
  * each lane of a vector, and owns the memory that it needs. Each thread needs its own worker. If
  * the method is NULL, tops that kr_exact_plan accepts use their closed form, and all other tops use
  * taylor. The results of a top depend only on this top and its times, not on other tops, their
- * order, the number of calls, or failures. They have the bits of kr_exact_state or of a kr_top,
- * with one exception: undamped tops that taylor integrates with up to 16 digits run in lanes. Lanes
- * have the same bits on all instruction sets with fused multiply-add. */
+ * order, the number of calls, or failures. The results have the bits of kr_exact_state or of a
+ * kr_top, with one exception: undamped tops that taylor integrates with up to 16 digits run in
+ * lanes. Lanes give the same bits on all instruction sets with fused multiply-add. */
 typedef struct kr_worker kr_worker;
 /* Reductions of a component over the times of a top: X(kind, name). The variance is that of a
  * population; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
@@ -564,8 +565,8 @@ typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 typedef struct kr_exact {
-    double
-        period; /* of the nutation, between lowest points; INFINITY for a constant nutation [T] */
+    /* Time between two lowest points of the nutation [T]; INFINITY for a constant nutation. */
+    double period;
     /* Mean rates of Euler's angles [T^-1]: of the axis about the vertical, and of the body about
      * the axis. For a free body, the momentum takes the place of the vertical, and the axis is the
      * principal axis that circulates about the momentum, in the direction nearer to the momentum.
@@ -612,11 +613,12 @@ typedef enum kr_kowalewski_refusal {
 /* clang-format on */
 /* Returns the message of a refusal, or NULL if `refusal` is not a kr_kowalewski_refusal. */
 KR_API const char *kr_kowalewski_refusal_text(int refusal);
-/* The closed form of a Kowalewski top. Each frequency of its attitude's matrix is a sum of whole
- * multiples of `first`, `second` and twice `heading` [T^-1]. The error of the attitude is at most
- * about ten times `certificate`, the largest relative error found when the closed form is checked.
- * The closed form assumes moments of exactly 2 : 2 : 1; `mismatch` is the relative deviation of the
- * body from this ratio. It causes an error of about `mismatch` times the angle turned. */
+/* The closed form of a Kowalewski top. Each frequency in the matrix of the attitude is a sum of
+ * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
+ * most about ten times `certificate`, the largest relative error found when the closed form is
+ * checked. The closed form assumes moments of exactly 2 : 2 : 1; `mismatch` is the relative
+ * deviation of the body from this ratio. It causes an error of about `mismatch` times the angle
+ * turned. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
     int refusal; /* a kr_kowalewski_refusal */
@@ -657,10 +659,10 @@ typedef enum kr_chaplygin_refusal {
 /* clang-format on */
 /* Returns the message of a refusal, or NULL if `refusal` is not a kr_chaplygin_refusal. */
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
-/* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency of its attitude's
- * matrix is a sum of whole multiples of `first` and `second` [T^-1]; the mean precession is zero.
- * `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch` includes
- * <m, e3> / |m|, which may differ from 0 by a rounding error. */
+/* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the matrix of
+ * the attitude is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession is
+ * zero. `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch`
+ * includes <m, e3> / |m|, which may differ from 0 by a rounding error. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     int refusal; /* a kr_chaplygin_refusal */
@@ -680,8 +682,8 @@ KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, siz
 typedef struct kr_turning {
     double least, greatest;     /* nutation [rad] */
     double t_least, t_greatest; /* first times of these values, or INFINITY [T] */
-    double
-        critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3; a faster upright top sleeps [T^-1] */
+    /* 2 * sqrt(I1 * mass * gravity * |com|) / I3 [T^-1]; an upright top with more spin sleeps. */
+    double critical_spin;
     const char *motion_type;
     double sum, difference, inertia, axial_energy, lever; /* private */
 } kr_turning;

@@ -173,7 +173,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     total->evaluations += spent->evaluations;
     total->rejected += spent->rejected;
     total->iterations += spent->iterations;
-    top->inspect_at--; /* a request between two grid points counts like a step */
+    top->inspect_at--; /* a request between two grid points counts as a step for inspections */
     if (status == KR_OK) {
         top->method->read(&top->side, &state);
         if (!is_good_state(top, &state)) status = KR_ERR_NOT_FINITE;

@@ -19,8 +19,8 @@ enum {
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 /* Returns 1 if the method chooses its steps. */
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns `horizon`, limited to 2^50 steps if the step is fixed. Two later grid points may round to
- * the same double. */
+/* Returns `horizon`, limited to 2^50 steps if the step is fixed. Beyond 2^50 steps, two grid points
+ * may round to the same double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));

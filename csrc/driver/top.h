@@ -40,7 +40,7 @@ struct kr_top {
 };
 
 /* The format of a checkpoint: the bytes of the fields above on machines with 64-bit pointers, with
- * zeros for pointers. They are followed by the work of the main motion, and of the saved motion if
+ * zeros for pointers. Then follow the work of the main motion, and the work of the saved motion if
  * the method uses one. A change of the order of the fields changes the format, and the offsets
  * listed here. */
 /* clang-format off */
@@ -108,7 +108,7 @@ static inline double kr_step_directed(double step, int back)
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
 /* After a failure before time t, sets the state of the top to the state of the main motion. Leaves
- * the top unchanged if the main motion has not passed the last requested time. Does the same if its
+ * the top unchanged in two cases: the main motion has not passed the last requested time, or its
  * state is not finite in the user's units. */
 kr_status kr_top_sync(kr_top *top, double t);
 /* After a failure, restores the saved motion and repeats the good steps. Returns the status of the

@@ -9,7 +9,7 @@ enum {
     STATES_PER_POLL = 1 << 16 /* largest number of states between two calls of poll */
 };
 
-/* Returns a lower bound of kr_scene_horizon. It is cheaper to compute than the horizon. */
+/* Returns a lower bound of kr_scene_horizon that takes less time to compute. */
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;

@@ -23,8 +23,8 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
     return event_value(l, dp, dw);
 }
 /* Sets the coefficients of g, or of dg/ds, over a step of length h, and returns the degree. As in
- * events/event_polynomial.c, the last coefficient is corrected. The value at the end of the step is
- * then the value at the start of the next step. */
+ * events/event_polynomial.c, the last coefficient is corrected. The value of the polynomial at the
+ * end of the step is then the value at the start of the next step. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
     const int first = l->extremum, degree = l->order - first;

@@ -66,7 +66,7 @@ static void park_lane(kr_lanes *l, int lane)
     if (l->tangents) park_tangent(l->tangents, lane);
 }
 /* Chooses the fastest order for the tolerance, and lowers the tolerance so that the error of this
- * order meets it. The choice and the factor were measured by validation/studies/lane_orders.py. */
+ * order meets it. Order and tolerance were measured by validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -161,8 +161,8 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
 /* Largest allowed reciprocal of a moment, in units of the largest moment. The components of a
  * tangent differ by this factor, and their squares must not overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent is a sum of the known
- * solutions, or if its square overflows. */
+/* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent is a linear
+ * combination of the two known solutions, or if its square overflows. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;

@@ -1,7 +1,7 @@
 /* Event functions as polynomials over a step. An event function is a sum of products of two
- * components, computed by Cauchy products from the coefficients of the step. A component in the
- * body is linear in the attitude q, the vertical P and the angular velocity W. For components in
- * space, with a unit vector e in space and a vector v in the body,
+ * components, computed by Cauchy products from the coefficients of the step. A component along an
+ * axis of the body is linear in the attitude q, the vertical P and the angular velocity W. For
+ * components in space, with a unit vector e in space and a vector v in the body,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
  * All numbers are in the units of the step: powers of two in which every component is at most
  * one. */
@@ -231,9 +231,9 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns a bound of a component, relative to its unit. The unit of rates fits rotations about the
- * axis of the smallest moment. About the other axes, the energy of a thin body allows much slower
- * rotations only. */
+/* Returns an upper bound of the size of a component, relative to its unit. The unit of rates fits
+ * rotations about the axis of the smallest moment. About the other axes, the energy of a thin body
+ * allows much slower rotations only. */
 static double component_bound(const kr_top *top, int number)
 {
     const kr_vec3 A = top->main.inertia;

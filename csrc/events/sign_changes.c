@@ -2,17 +2,17 @@
  * enclose its values, and their differences enclose its slope. If all coefficients on an interval
  * have one sign, the interval contains no root. If all differences have one sign, it contains no
  * extremum. Any other interval is halved (de Casteljau; Lane and Riesenfeld 1981) until the values
- * cannot be distinguished from zero. Only values above the rounding noise have a sign. Two roots
- * between which the polynomial stays below the noise are a contact, not a change of sign. A root at
- * the common point of two steps is found exactly once, because the last sign of one step is carried
- * over to the next. */
+ * cannot be distinguished from zero. Only values above the rounding noise have a sign. If the
+ * polynomial stays below the noise between two roots, the roots count as a contact, not as changes
+ * of sign. A root at the common point of two steps is found exactly once, because the last sign of
+ * one step is carried over to the next. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
 enum { MAX_NEWTON_STEPS = 60 };
 static const double RESOLUTION = 0x1p-54; /* absolute error of a root */
 static const double NARROWEST = 0x1p-48;  /* shortest interval that is halved */
-static const double NARROW = 0x1p-5;      /* the shortest one while the last terms are omitted */
+static const double NARROW = 0x1p-5;      /* as NARROWEST, while the last terms are omitted */
 static const double TAIL_SHARE =
     0x1p-10; /* largest fraction of the slopes of all terms that may be omitted */
 

@@ -1,6 +1,6 @@
-/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization: explicit,
- * birational, integrable. With the angular velocity W and the momentum M, by their components along
- * the axes of the body,
+/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization. The map is
+ * explicit, birational and integrable. With the components of the angular velocity W and the
+ * momentum M along the axes of the body,
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
  * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). The map conserves two rational
  * integrals, which differ by O(h^2) from functions of the energy and |m|, but not m itself. The map

@@ -1,5 +1,5 @@
 /* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 with one
- * kick per step. The drift must be of order 4 too. It is exact for symmetric bodies (splitting.h);
+ * kick per step. The drift must be of order 4, too. It is exact for symmetric bodies (splitting.h);
  * for other bodies the drift is Suzuki's composition of the rotations about N and T, without kicks.
  * The method conserves <m,e3>, and for Lagrange tops also the axial momentum. The error of the
  * energy is a bounded O(h^4). The steps are symplectic; the processor changes the symplectic form

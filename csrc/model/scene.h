@@ -1,6 +1,6 @@
-/* Own units of a top. These units are powers of two of the user's units. If the user changes the
- * units of mass, length and time by powers of two, all results therefore change by exact powers of
- * two. */
+/* Own units of a top. Each own unit is a power of two times the user's unit. If the user changes
+ * the units of mass, length and time by powers of two, all results therefore change by exact powers
+ * of two. */
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"

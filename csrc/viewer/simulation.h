@@ -1,8 +1,8 @@
 /* A simulation: several tops with a common time, and a record of their measures. Time is counted in
  * integer ticks, so that multiples of different steps can be equal exactly. The states of a top are
- * computed at multiples of the step of this top. Tops are compared only at common multiples of
- * their steps; otherwise the difference between their times would appear as an error. Results do
- * not depend on how the time is divided into calls. The size of the memory is fixed. */
+ * computed at multiples of its own step. Tops are compared only at common multiples of their steps;
+ * otherwise the difference between their times would appear as an error. Results do not depend on
+ * how the time is divided into calls. The size of the memory is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
@@ -36,9 +36,9 @@ enum {
      * reference is advanced only while another top can continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
-    /* The methods make at most BUDGET + BUDGET_PER_STEP * n steps in a call for n steps of the
-     * simulation. A call for few steps therefore returns within milliseconds, even if a top turns
-     * very fast. */
+    /* In a call for n steps of the simulation, the methods make at most KR_SIMULATION_BUDGET +
+     * KR_SIMULATION_BUDGET_PER_STEP * n steps. A call for few steps therefore returns within
+     * milliseconds, even if a top turns very fast. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };
