@@ -109,15 +109,15 @@ typedef struct kr_scene {
 } kr_scene;
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
- * inertia is diagonal, the given axes are used as principal axes. Otherwise they are the
- * right-handed principal axes nearest the frame of description, with T on the axis of a Lagrange
- * top. */
+ * inertia is diagonal, the given axes are used as principal axes. Otherwise the principal axes are
+ * right-handed and as near as possible to the frame of description. For a Lagrange top, T is the
+ * axis of symmetry. */
 
 /* Makes a cuboid from its density [M L^-3], half edges, and the fixed point relative to its centre
  * [L]. */
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
-/* Makes a symmetric body with the axis T: i1 and i3 are the moments across and along the axis at
- * the fixed point [M L^2], `height` is the position of the centre of mass on the axis [L]. */
+/* Makes a symmetric body with the axis T: i1 and i3 are the moments about an axis normal to T and
+ * about T, at the fixed point [M L^2]. `height` is the position of the centre of mass on T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
 /* Smallest allowed ratio of the smallest to the largest moment of a tensor that is not diagonal.
  * Below this ratio rounding errors leave too few correct digits of the smallest moment. */

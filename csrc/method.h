@@ -42,8 +42,9 @@ typedef struct kr_motion {
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Coefficients of (q | 0, P) and of (0, W). q is the attitude, P the vertical seen from the
-     * body, and W the angular velocity in the body divided by `rate`; |W| is less than 1. */
+    /* Coefficients of (q | 0, P) and of (0, W). q is the attitude. P is the vertical seen from the
+     * body, that is, its components along the axes of the body. W is the angular velocity in the
+     * body divided by `rate`; |W| is less than 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;

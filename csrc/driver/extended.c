@@ -10,7 +10,7 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the momentum, by its components along the axes of the body. Each component is rounded
+/* Returns the components of the momentum along the axes of the body. Each component is rounded
  * once, relative to its own size. An error relative to the whole vector would be magnified by the
  * small moment of a thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)

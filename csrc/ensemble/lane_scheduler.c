@@ -49,7 +49,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Parks a lane without a top: a top at rest, whose first step never ends. */
+/* Parks a lane without a top: fills the lane with a top at rest, whose first step never ends. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w, l->k,      l->up,      l->down,
@@ -65,8 +65,9 @@ static void park_lane(kr_lanes *l, int lane)
     l->noise[lane] = -1.0; /* no event */
     if (l->tangents) park_tangent(l->tangents, lane);
 }
-/* Chooses the fastest order for the tolerance, and lowers the tolerance so that the error of this
- * order meets it. Order and tolerance were measured by validation/studies/lane_orders.py. */
+/* Chooses the fastest order for the requested tolerance. Lowers the tolerance of the lanes so that
+ * the error of this order meets the requested tolerance. Order and tolerance were measured by
+ * validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {

@@ -1,6 +1,6 @@
-/* A worker computes the motion of many tops. It allocates memory once, dispatches each top to the
- * lanes, to the batch of closed forms or to a scalar run (of a kr_top, outside the lanes), and
- * writes the outcomes. The results of a top do not depend on other tops. */
+/* A worker computes the motion of many tops. It allocates memory once, dispatches each top, and
+ * writes the outcomes. A top goes to a lane, to the batch of closed forms, or to a scalar run,
+ * which moves one kr_top outside the lanes. The results of a top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include <stdlib.h>

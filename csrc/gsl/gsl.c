@@ -1,8 +1,8 @@
 /* GSL's Runge-Kutta pair of Prince and Dormand and GSL's semi-implicit Bulirsch-Stoer method, as
  * references. They integrate
  *     q' = q W / 2,    I W' = I W x W + P x lever,    P = q* e3 q
- * with the angular velocity W and the vertical P, by their components along the axes of the body.
- * The methods conserve nothing. This file uses GSL's step and control, and replaces
+ * where W and P are the components of the angular velocity and the vertical along the axes of the
+ * body. The methods conserve nothing. This file uses GSL's step and control, and replaces
  * gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the length of a step is exactly the difference of
  * the times at its ends. The end time may be infinite, and a failed step does not change the
  * state. */

@@ -4,8 +4,9 @@
 #include "math/su2.h"
 
 typedef struct kr_working {
-    /* Working -> principal axes. T is the odd axis of a symmetric body, and passes through the
-     * centre of mass of a spherical body. For other bodies B is the axis of the middle moment. */
+    /* Working -> principal axes. For a symmetric body, T is the odd axis, whose moment differs from
+     * the other two. For a spherical body, T passes through the centre of mass. For other bodies, B
+     * is the axis of the middle moment. */
     kr_quat axes;
     kr_vec3 inertia, com, damping;
     int tilted; /* nonzero: T of a spherical body was rotated to pass through com */

@@ -107,8 +107,8 @@ static int is_sample_time(const kr_simulation *simulation, int times)
     const int64_t part = simulation->stride / times;
     return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
 }
-/* Measures all tops if the current time is a time of a sample. Adds a row to the record if it is a
- * time of a row. */
+/* Measures all tops if the current time is the time of a sample. Adds a row to the record if the
+ * current time is the time of a row. */
 static void record_measures(kr_simulation *simulation)
 {
     if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
