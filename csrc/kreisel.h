@@ -6,14 +6,16 @@
  *          description, in which the user describes it, and the principal axes of inertia at the
  *          fixed point (N, B, T). An attitude q rotates vectors from the frame of description
  *          into space: v_space = q v q*. The angular momentum m is a vector in space. The apex is
- *          the direction from the fixed point to the centre of mass, or T if both coincide.
- * Units    Any consistent set of units; the dimension of a number is given in [M L T].
+ *          the direction from the fixed point to the centre of mass, or T if these points
+ *          coincide.
+ * Units    Any consistent set of units. The dimension of a number is given in brackets, as powers
+ *          of mass M, length L and time T.
  * Memory   Only kr_top_create and kr_worker_create allocate (the optional GSL methods let GSL
  *          allocate).
  * Errors   A function that can fail returns a kr_status and writes its result through its last
  *          argument. On failure the result is unchanged.
- * Threads  There is no global state. Different tops can be used by different threads at once; one
- *          top must be used by one thread at a time.
+ * Threads  There is no global state. Different threads can use different tops at the same time,
+ *          but only one thread at a time can use a given top.
  * SPDX-License-Identifier: MIT */
 #ifndef KREISEL_H
 #define KREISEL_H
@@ -107,15 +109,15 @@ typedef struct kr_scene {
 } kr_scene;
 
 /* Bodies. The constructors return KR_ERR_ARGUMENT or KR_ERR_BODY for invalid arguments. If the
- * inertia is diagonal, the given axes are used as principal axes. Otherwise they are the
- * right-handed principal axes nearest the frame of description, with T on the axis of a Lagrange
- * top. */
+ * inertia is diagonal, the given axes are used as principal axes. Otherwise the principal axes are
+ * right-handed and as near as possible to the frame of description. For a Lagrange top, T is the
+ * axis of symmetry. */
 
 /* Makes a cuboid from its density [M L^-3], half edges, and the fixed point relative to its centre
  * [L]. */
 KR_API kr_status kr_body_cuboid(double density, kr_vec3 half, kr_vec3 pivot, kr_body *body);
-/* Makes a symmetric body with the axis T: i1 and i3 are the moments across and along the axis at
- * the fixed point [M L^2], `height` is the position of the centre of mass on the axis [L]. */
+/* Makes a symmetric body with the axis T: i1 and i3 are the moments about an axis normal to T and
+ * about T, at the fixed point [M L^2]. `height` is the position of the centre of mass on T [L]. */
 KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double height, kr_body *body);
 /* Smallest allowed ratio of the smallest to the largest moment of a tensor that is not diagonal.
  * Below this ratio rounding errors leave too few correct digits of the smallest moment. */
@@ -124,27 +126,29 @@ KR_API kr_status kr_body_symmetric(double mass, double i1, double i3, double hei
  * KR_ERR_BODY for a tensor below KR_TENSOR_MIN_RATIO. */
 KR_API kr_status kr_body_from_tensor(double mass, const double inertia[9], kr_vec3 com,
                                      kr_body *body);
-/* Makes a body from its tensor of inertia about the centre of mass and the fixed point `pivot`. */
+/* Makes a body from its tensor of inertia about the centre of mass `com`. The body turns about the
+ * fixed point `pivot`. */
 KR_API kr_status kr_body_from_com(double mass, const double inertia[9], kr_vec3 com, kr_vec3 pivot,
                                   kr_body *body);
-/* Makes a body from a tensor at the fixed point with rounded moments; see kr_body.rounded. */
+/* Makes a body from a tensor of inertia at the fixed point. The tensor may be rounded, up to the
+ * relative tolerance `rounded` (see kr_body.rounded). */
 KR_API kr_status kr_body_from_rounded_tensor(double mass, const double inertia[9], kr_vec3 com,
                                              double rounded, kr_body *body);
 /* Returns KR_OK if all numbers are finite and the moments satisfy the triangle inequality. */
 KR_API kr_status kr_body_check(const kr_body *body);
 /* Returns 1 if a distribution of mass with this inertia, mass and centre of mass exists, else 0.
  * The relative tolerance is 1e-6 + kr_body.rounded. The library also accepts unphysical bodies,
- * because many tops in the literature have a made-up mass and lever. */
+ * because the mass and lever of many tops in the literature are invented. */
 KR_API int kr_body_is_physical(const kr_body *body);
 
 /* Kinds of tops: X(kind, name). */
 /* clang-format off */
 #define KR_KIND_LIST(X)                                                                           \
-    X(GENERAL,             "general")              /* none of these */                            \
-    X(EULER,               "euler")                /* supported at its centre of mass */          \
-    X(LAGRANGE,            "lagrange")             /* symmetric, com on the axis */               \
-    X(KOWALEWSKI,          "kowalewski")           /* moments 2 : 2 : 1, com across the axis */   \
-    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin")  /* moments 4 : 4 : 1, com across the axis */
+    X(GENERAL,             "general")             /* none of the following kinds */               \
+    X(EULER,               "euler")               /* supported at its centre of mass */           \
+    X(LAGRANGE,            "lagrange")            /* symmetric, com on the axis */                \
+    X(KOWALEWSKI,          "kowalewski")          /* moments 2 : 2 : 1, com normal to the axis */ \
+    X(GORYACHEV_CHAPLYGIN, "goryachev_chaplygin") /* moments 4 : 4 : 1, com normal to the axis */
 typedef enum kr_kind {
 #define KR_X_(kind, name) KR_KIND_##kind,
     KR_KIND_LIST(KR_X_)
@@ -154,8 +158,8 @@ typedef enum kr_kind {
 /* clang-format on */
 /* Returns the name of a kind. */
 KR_API const char *kr_kind_name(kr_kind kind);
-/* Relative tolerance with which the library determines the kind: 32 units in the last place, which
- * covers the rounding errors in the numbers of a body. */
+/* Relative tolerance with which the library determines the kind: 32 units in the last place. It
+ * covers the rounding errors of the moments and the centre of mass. */
 #define KR_KIND_RTOL 7.2e-15
 #define KR_INPUT_RTOL 1e-12 /* tolerance for unit quaternions, symmetric tensors and moments */
 /* Returns the kind of a body. Numbers within the relative tolerance `rtol` count as equal. */
@@ -163,25 +167,26 @@ KR_API kr_kind kr_body_kind(const kr_body *body, double rtol);
 
 /* Returns the scene of chapter 6 of the thesis (Bodack 2008), a cuboid. */
 KR_API kr_scene kr_scene_default(void);
-/* Returns KR_OK if the scene is valid, else the reason why it is not. */
+/* Returns KR_OK if the scene is valid, else the status that describes the error. */
 KR_API kr_status kr_scene_check(const kr_scene *scene);
 
-/* Quantities of a state, a constant table. Vectors have components in space, or in the frame of
- * description if their name begins with body_. Euler's angles are z-x-z. Three rotations carry the
- * axes of space to a frame fixed in the body: by precession_angle about e3, by nutation about the
- * line of nodes e3 x apex, and by spin_angle about the apex. The frame fixed in the body is the
- * frame of description, rotated the shortest way so that its third axis becomes the apex. If this
- * rotation exceeds 120 degrees, a half turn about the first axis precedes it. If the apex is at a
- * pole, the two angles about the common axis are equal up to sign. */
+/* The constant table of the quantities of a state. A vector has components in space, or in the
+ * frame of description if its name begins with body_. Euler's angles are z-x-z. Three rotations
+ * carry the axes of space to a frame fixed in the body: by precession_angle about e3, by nutation
+ * about the line of nodes e3 x apex, and by spin_angle about the apex. The frame fixed in the body
+ * is the frame of description, rotated the shortest way so that its third axis becomes the apex. If
+ * this rotation exceeds 120 degrees, a half turn about the first axis precedes it. If the apex is
+ * vertical, precession_angle and spin_angle are rotations about the same axis. Both are then equal
+ * up to sign. */
 enum {
     KR_QUANTITY_TURNS = 1,     /* changes when the top is rotated about the vertical */
-    KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, of every top or of one kind */
+    KR_QUANTITY_CONSERVED = 2, /* an integral of the motion, for all tops or for one kind */
     KR_QUANTITY_IN_EVENTS = 4  /* its components can appear in events */
 };
 typedef struct kr_quantity kr_quantity;
 /* Returns the number of quantities. */
 KR_API size_t kr_quantity_count(void);
-/* Returns quantity i. */
+/* Returns the quantity with index i. */
 KR_API const kr_quantity *kr_quantity_at(size_t i);
 /* Returns the quantity with this name, or NULL. */
 KR_API const kr_quantity *kr_quantity_find(const char *name);
@@ -199,7 +204,8 @@ KR_API unsigned kr_quantity_flags(const kr_quantity *quantity);
 /* Writes the values of a quantity at n states, n * kr_quantity_doubles numbers. */
 KR_API void kr_quantity_values(const kr_quantity *quantity, const kr_scene *scene, size_t n,
                                const kr_state states[], double out[]);
-/* Returns the suffix of the name of component i, such as "" or "_x"; NULL for i too large. */
+/* Returns the suffix of the name of component i, such as "" or "_x". Returns NULL if there is no
+ * component i. */
 KR_API const char *kr_quantity_axis(const kr_quantity *quantity, size_t i);
 enum { KR_COMPONENT_ONE = 0 }; /* the constant component "1" */
 /* Returns the index of a component from its name, such as "apex_z", "q_w" or "spin"; -1 if no
@@ -226,17 +232,19 @@ KR_API double kr_state_energy(const kr_scene *scene, const kr_state *s);
 KR_API double kr_state_vertical_momentum(const kr_scene *scene, const kr_state *s);
 /* Returns the axial momentum <m, apex> [M L^2 T^-1]. */
 KR_API double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s);
-/* Returns Kowalewski's integral K (thesis 5.1) [T^-4] of momentum / I1 and the lever mass * gravity
- * * |com| / I1, with axis 1 along -com. NaN for other kinds of bodies. */
+/* Returns Kowalewski's integral K [T^-4] (Bodack 2008, 5.1), a function of momentum / I1 and mass *
+ * gravity * |com| / I1. Axis 1 is along -com. Returns NaN unless the body is a Kowalewski top. */
 KR_API double kr_state_kowalewski(const kr_scene *scene, const kr_state *s);
-/* Returns Goryachev and Chaplygin's integral G (thesis 5.2) [T^-3], in the variables of K. NaN for
- * other kinds of bodies. G is constant only if <m, e3> = 0. */
+/* Returns Goryachev and Chaplygin's integral G [T^-3] (Bodack 2008, 5.2), a function of the same
+ * variables as K. Returns NaN unless the body is a Goryachev-Chaplygin top. G is constant only if
+ * <m, e3> = 0. */
 KR_API double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s);
 /* Returns the modified energy E + step * <torque, m> / (2 I1) [M L^2 T^-2], which bobenko_suris
- * conserves with this step. NaN unless the body is a Lagrange top. */
+ * conserves with this step. Returns NaN unless the body is a Lagrange top. */
 KR_API double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step);
-/* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2]: E up to a
- * constant and O(step^4). NaN for other bodies, and if the step is too large for the method. */
+/* Returns the modified energy that bobenko_suris4 conserves with this step [M L^2 T^-2]. It equals
+ * the energy up to a constant and O(step^4). Returns NaN if the body is not a Lagrange top, or if
+ * the step is too large for the method. */
 KR_API double kr_state_modified_energy4(const kr_scene *scene, const kr_state *s, double step);
 /* Returns the angle of the rotation between two attitudes, 0 .. pi [rad]. */
 KR_API double kr_attitude_error(kr_quat a, kr_quat b);
@@ -277,7 +285,7 @@ KR_API const char *kr_flag_text(unsigned flag);
 typedef struct kr_method kr_method;
 /* Returns the number of methods. */
 KR_API size_t kr_method_count(void);
-/* Returns method i. */
+/* Returns the method with index i. */
 KR_API const kr_method *kr_method_at(size_t i);
 /* Returns the method with this name, or NULL. */
 KR_API const kr_method *kr_method_find(const char *name);
@@ -289,7 +297,7 @@ KR_API const char *kr_method_text(const kr_method *method);
 KR_API const char *kr_method_conserves(const kr_method *method);
 /* Returns the source of a method in the literature. */
 KR_API const char *kr_method_reference(const kr_method *method);
-/* Returns the order of a method; 0 if it chooses its order during a run. */
+/* Returns the order of a method, or 0 if the method chooses its order during a run. */
 KR_API int kr_method_order(const kr_method *method);
 /* Returns the flags of a method, a sum of the flags above. */
 KR_API unsigned kr_method_flags(const kr_method *method);
@@ -299,36 +307,36 @@ KR_API int kr_method_applies(const kr_method *method, const kr_body *body);
  * gravity is zero. */
 KR_API int kr_method_suits(const kr_method *method, const kr_scene *scene);
 
-/* Returns the horizon of a scene [T]: the |t| beyond which a double cannot resolve the attitude. By
- * this time the top has turned by 2^53 rad, at the rate of its momentum or of a pendulum, whichever
- * is faster. Later times are refused (KR_ERR_RESOLUTION). INFINITY without motion and torque; 0 if
- * the scene is invalid. */
+/* Returns the horizon of a scene [T]: the |t| beyond which a double cannot resolve the attitude.
+ * The horizon is the time of a turn by 2^53 rad, at the rate given by the momentum or at the rate
+ * of a pendulum, whichever is larger. Later times are refused (KR_ERR_RESOLUTION). The horizon is
+ * INFINITY for a top at rest without torque, and 0 if the scene is invalid. */
 KR_API double kr_scene_horizon(const kr_scene *scene);
 
 /* A moving top. A fixed-step method steps along the grid start.t + k * step. A state between two
- * grid points is computed by a side step from the first of them. An adaptive method takes the same
- * steps whatever times are requested. A state therefore does not depend on the other requested
+ * grid points is computed by a side step from the first of them. The steps of an adaptive method do
+ * not depend on the requested times. A state therefore does not depend on the other requested
  * times, or on their division into calls. */
 typedef struct kr_config {
-    /* The step [T]. For an adaptive method, the first step, or 0 to let the method choose. A
-     * negative step goes backward in time. Grid points beyond 2^50 steps from t = 0 are refused
-     * (KR_ERR_STEP), because doubles cannot distinguish them. */
+    /* The step [T]. For an adaptive method this is the first step, or 0 to let the method choose
+     * the first step. A negative step goes backward in time. Grid points beyond 2^50 steps from t =
+     * 0 are refused (KR_ERR_STEP), because doubles cannot distinguish them. */
     double step;
     /* Tolerance, below 1, of the local error (adaptive) or residual (implicit); 0: the default. */
     double tol;
-    /* Largest number of steps; 0: no limit. Side steps of an adaptive method, to a time inside one
-     * of its steps, are limited to this number and to 1024. */
+    /* Largest number of steps; 0: no limit. An adaptive method without dense output reaches a time
+     * inside a step by side steps. The number of side steps is limited by max_steps and by 1024. */
     int64_t max_steps;
     /* Callback, called at least every 256 steps and 1024 states, and in every step by an adaptive
      * method without dense output. A nonzero result stops the top. May be NULL. */
     int (*poll)(void *context);
     void *context;
-    /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (others are rounded
-     * up); 0: use tol. With 30 digits, a tol of at most 2^-100 shortens the steps. Two results with
-     * different steps show how many digits are correct. */
+    /* For methods with KR_METHOD_DIGITS, instead of tol: 16, 20 or 30 digits (other numbers are
+     * rounded up to one of these); 0: use tol. With 30 digits, a tol of at most 2^-100 shortens the
+     * steps. Compare two results with different steps to see how many digits are correct. */
     int digits;
-    /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: nonzero computes states up to a
-     * rotation about the vertical, at lower cost. */
+    /* For methods with KR_METHOD_SKIPS_HEADING and up to 16 digits: if nonzero, states are computed
+     * only up to a rotation about the vertical, at lower cost. */
     int skip_heading;
     /* For methods with KR_METHOD_TANGENTS, if skip_heading is 0: a sum of KR_TANGENT_... flags,
      * which select the derivatives to compute. */
@@ -357,8 +365,9 @@ KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state
  * store: out + low has the requested digits, and low.t is 0. */
 KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_state out[],
                                    kr_state low[], size_t *done);
-/* Restarts the top at a state, as if kr_top_create had been called with this start. Counts begin at
- * zero; watched events are kept. Fails as kr_top_create does, and then leaves the top unchanged. */
+/* Restarts the top at a state, as if kr_top_create had been called with this start. The counts of
+ * kr_top_stats begin at zero; watched events are kept. Fails as kr_top_create does, and then leaves
+ * the top unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
@@ -368,14 +377,15 @@ KR_API kr_state kr_top_low(const kr_top *top);
 KR_API kr_stats kr_top_stats(const kr_top *top);
 /* Returns the time reached [T]. `poll` may call this function. */
 KR_API double kr_top_time(const kr_top *top);
-/* Returns the name of the instruction set in use, "" if there is no choice; writes the order. */
+/* Returns the name of the instruction set in use, or "" if the method has only one. Writes the
+ * order in use to `order`. */
 KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 
 /* Tangents: derivatives of the state. Computing them does not change the bits of the state.
  * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
- * the frame of description [rad], followed by the momentum in space; so are the 6 columns of the
- * start. Moments and com are along the principal axes. The derivative by a parameter is taken at
- * fixed initial momentum. */
+ * the frame of description [rad], followed by the momentum in space. The 6 columns of the start are
+ * the derivatives with respect to the same 6 numbers at the start. Moments and com are along the
+ * principal axes. The derivative with respect to a parameter is taken at fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -398,13 +408,14 @@ KR_API size_t kr_tangent_columns(uint64_t tangents);
  * tangents, and KR_ERR_TANGENT if a tangent exceeds the range of doubles. */
 KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
 /* Returns an estimate of the relative truncation error of the tangents: the largest ratio so far of
- * a last term to the size of its tangent. The steps are chosen for the path alone. */
+ * the last term of a tangent's series to the size of the tangent. The steps are chosen without
+ * regard to the tangents. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same body, gravity, damping, method,
  * config (max_steps and poll may differ) and watched events. The top then continues with the same
- * bits and events. With another kernel of taylor the states agree up to rounding (all kernels with
- * fused multiply-add have the same bits). */
+ * bits and events. If taylor continues with another kernel, the states agree up to rounding only.
+ * (All kernels with fused multiply-add give the same bits.) */
 
 /* Returns the size of a checkpoint of this top in bytes. */
 KR_API size_t kr_top_save_size(const kr_top *top);
@@ -426,13 +437,13 @@ KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
 /* State of the search for an event, private to the library. */
 typedef struct kr_event_search {
     int64_t searched;  /* index of the last step that was searched; -1: none */
-    double mark, next; /* point of the step (0 .. 1) from which to search on; event found */
+    double mark, next; /* positions in the step, 0 .. 1: start of the search; event found */
     int side, sign;    /* sign of g at `mark`, 0: uncertain; direction of the event, 0: none */
 } kr_event_search;
-/* An event is a change of sign of g. Values below 2^-50 of the terms' size (2^-40 at the start) are
- * zero. */
+/* An event is a change of sign of g. Values of g below 2^-50 times the size of its terms (2^-40
+ * times at the start) count as zero. */
 typedef struct kr_event {
-    const kr_term *terms;     /* g, `count` terms */
+    const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
     size_t count, condition_count;
     int extremum;        /* nonzero: extrema of g (zeros of dg/dt) instead of zeros of g */
@@ -452,15 +463,16 @@ KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
 
 /* Many tops. A worker integrates any number of tops by one method, one after the other or one in
- * each lane of a vector, and owns the memory needed. Each thread needs its own worker. If the
- * method is NULL, tops with a closed form use it, and all others use taylor. The results of a top
- * depend only on this top and its times, not on other tops, their order, the number of calls, or
- * failures. They have the bits of kr_exact_state or of a kr_top, with one exception: undamped tops
- * that taylor integrates with up to 16 digits run in lanes. Lanes have the same bits on all
- * instruction sets with fused multiply-add. */
+ * each lane of a vector, and owns the memory that it needs. Each thread needs its own worker. If
+ * the method is NULL, tops that kr_exact_plan accepts use their closed form, and all other tops use
+ * taylor. The results of a top depend only on this top and its times, not on other tops, their
+ * order, the number of calls, or failures. The results have the bits of kr_exact_state or of a
+ * kr_top, with one exception: undamped tops that taylor integrates with up to 16 digits run in
+ * lanes. Lanes give the same bits on all instruction sets with fused multiply-add. */
 typedef struct kr_worker kr_worker;
 /* Reductions of a component over the times of a top: X(kind, name). The variance is that of a
- * population; where_... is the first time of the extremum. A NaN makes all results but LAST NaN. */
+ * population; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
+ * results except LAST are NaN. */
 /* clang-format off */
 #define KR_REDUCE_LIST(X)                                                                         \
     X(MIN,       "min")                                                                           \
@@ -484,14 +496,14 @@ typedef struct kr_reduction {
     size_t component; /* index among the doubles of the quantity */
     kr_reduce kind;
 } kr_reduction;
-/* Growth of one tangent of an undamped top, by taylor with up to 16 digits. The tangent is measured
- * in the top's own units and has size 1 at the start. Two solutions that never grow, the flow and
- * the rotation about the vertical, are projected out. All values are measured from the start of the
- * path: the logarithm of the size (divided by the time: the Lyapunov exponent); the mean of MEGNO;
- * the largest logarithm (the orthogonal indicator); the relative errors of the derivatives of
- * energy and <m, e3> along the tangent, which are constant in exact arithmetic; and the largest
- * last term of the tangent's series, relative to its size. Steps too long for this series are
- * shortened. The status is KR_ERR_TANGENT if no step is short enough. */
+/* Growth of one tangent of an undamped top, computed by taylor with up to 16 digits. The tangent is
+ * measured in the top's own units and has size 1 at the start. Two solutions that never grow, the
+ * flow and the rotation about the vertical, are projected out. All values are measured from the
+ * start of the path: the logarithm of the size (divided by the time: the Lyapunov exponent); the
+ * mean of MEGNO; the largest logarithm (the orthogonal indicator); the relative errors of the
+ * derivatives of energy and <m, e3> along the tangent, which are constant in exact arithmetic; and
+ * the largest last term of the tangent's series, relative to its size. Steps too long for this
+ * series are shortened. The status is KR_ERR_TANGENT if no step is short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -502,9 +514,9 @@ enum {
     KR_GROWTH_COUNT
 };
 typedef struct kr_outcome {
-    kr_status status; /* that of kr_top_create or kr_top_record */
+    kr_status status; /* the status of kr_top_create or kr_top_record */
     size_t done;      /* number of good states */
-    kr_state last;    /* the last good state; it may follow the last requested one */
+    kr_state last;    /* the last good state; may be later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
 /* The tops and times of one call of a worker, and its results. The last time of a top decides
@@ -519,8 +531,8 @@ typedef struct kr_tops {
     double *reduced;      /* [n][reductions]; NaN for a failed top; may be NULL */
     kr_outcome *outcomes; /* [n] */
     /* With KR_TANGENT_GROWTH: [n][times][KR_GROWTH_COUNT], NaN after the first `done`; may be NULL.
-     * `direction` is the tangent at the start, like a column of kr_top_tangents; NULL: a generic
-     * one. */
+     * `direction` is the tangent at the start, like a column of kr_top_tangents; NULL: a direction
+     * along no special axis. */
     double *growth;
     const double *direction;
 } kr_tops;
@@ -537,7 +549,8 @@ KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
  * longer, the top has the status KR_ERR_EVENT. Returns what kr_worker_run returns, and
  * KR_ERR_METHOD for workers of methods other than taylor. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
-/* Returns the instruction set of the lanes, "" if there are none, and writes the order in use. */
+/* Returns the name of the instruction set of the lanes, or "" if the worker has no lanes. Writes
+ * the order in use to `order`. */
 KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 /* Frees a worker; NULL is ignored. */
 KR_API void kr_worker_free(kr_worker *worker);
@@ -552,12 +565,13 @@ typedef struct kr_phase {
     double fast, slow, start, more;
 } kr_phase;
 typedef struct kr_exact {
-    double
-        period; /* of the nutation, between lowest points; INFINITY for a constant nutation [T] */
+    /* Time between two lowest points of the nutation [T]; INFINITY for a constant nutation. */
+    double period;
     /* Mean rates of Euler's angles [T^-1]: of the axis about the vertical, and of the body about
      * the axis. For a free body, the momentum takes the place of the vertical, and the axis is the
-     * one that circulates about it (the odd axis of a symmetric body), on the side of the momentum.
-     * The half turn of an axis that passes through a pole is not counted. */
+     * principal axis that circulates about the momentum, in the direction nearer to the momentum.
+     * (In a symmetric body this is the axis whose moment differs from the other two.) The half turn
+     * of an axis that passes through a pole is not counted. */
     double precession, spin;
     double begin;
     int curve, framed;
@@ -568,11 +582,12 @@ typedef struct kr_exact {
     kr_vec3 constant;
     kr_quat frame[4];
 } kr_exact;
-/* Computes the closed form of a scene. Returns KR_ERR_METHOD for other tops, and for a heavy top
- * whose axis is not exactly upright, but tilted and moving by less than 1e-70. */
+/* Computes the closed form of a scene. Returns KR_ERR_METHOD for every other kind of top. Also
+ * returns KR_ERR_METHOD for a heavy top whose axis is not exactly upright, but tilted and moving by
+ * less than 1e-70. */
 KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
 /* Returns the state at time t; NaN if t is not finite. Beyond kr_scene_horizon the integrals are
- * correct, but the attitude is arbitrary; the whole state is NaN if its rates are near the largest
+ * correct, but the attitude is arbitrary. The whole state is NaN if the rates are near the largest
  * doubles. A tilt or motion below 1e-75 counts as zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
 /* Writes n states, with the bits of kr_exact_state, but faster. */
@@ -596,25 +611,28 @@ typedef enum kr_kowalewski_refusal {
     KR_KOWALEWSKI_REFUSAL_COUNT
 } kr_kowalewski_refusal;
 /* clang-format on */
-/* Returns what a refusal says, or NULL if there is none of this number. */
+/* Returns the message of a refusal, or NULL if `refusal` is not a kr_kowalewski_refusal. */
 KR_API const char *kr_kowalewski_refusal_text(int refusal);
-/* The closed form of a Kowalewski top. Each frequency of its attitude's matrix is a sum of whole
- * multiples of `first`, `second` and twice `heading` [T^-1]. The attitude's error is at most about
- * ten times the `certificate`, a relative miss. The plan is of moments 2 : 2 : 1 exactly, which the
- * body misses by `mismatch`: it leaves the body's motion by about that times the angle turned. */
+/* The closed form of a Kowalewski top. Each frequency in the matrix of the attitude is a sum of
+ * integer multiples of `first`, `second` and 2 * `heading` [T^-1]. The error of the attitude is at
+ * most about ten times `certificate`, the largest relative error found when the closed form is
+ * checked. The closed form assumes moments of exactly 2 : 2 : 1; `mismatch` is the relative
+ * deviation of the body from this ratio. It causes an error of about `mismatch` times the angle
+ * turned. */
 typedef struct kr_kowalewski {
     double first, second, heading, certificate, mismatch;
     int refusal; /* a kr_kowalewski_refusal */
 } kr_kowalewski;
 #define KR_KOWALEWSKI_BOUND 1e-11
-/* Returns the bytes of memory that kr_kowalewski_plan takes. */
+/* Returns the size of the memory that kr_kowalewski_plan needs, in bytes. */
 KR_API size_t kr_kowalewski_size(void);
-/* Plans in `memory`, aligned for doubles, which stays the caller's; `out` points to its head.
- * KR_ERR_METHOD for other bodies, with damping, and for a motion with a `refusal` in its head, as a
- * certificate above `bound` is (0: KR_KOWALEWSKI_BOUND). */
+/* Computes the closed form of a scene in `memory`, and lets `out` point to the first part of
+ * `memory`. The caller owns `memory` and aligns it for doubles. Returns KR_ERR_METHOD for other
+ * bodies, for damped tops, and if the plan has a nonzero `refusal`. A certificate above `bound` is
+ * refused, too; if `bound` is 0, KR_KOWALEWSKI_BOUND is used. */
 KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *memory,
                                     const kr_kowalewski **out);
-/* Returns the state at time t, as kr_exact_state. */
+/* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
 /* Writes n states, with the bits of kr_kowalewski_state, but faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
@@ -639,18 +657,18 @@ typedef enum kr_chaplygin_refusal {
     KR_CHAPLYGIN_REFUSAL_COUNT
 } kr_chaplygin_refusal;
 /* clang-format on */
-/* Returns the text of a refusal, or NULL if there is none of this number. */
+/* Returns the message of a refusal, or NULL if `refusal` is not a kr_chaplygin_refusal. */
 KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
-/* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency of its attitude's
- * matrix is a sum of whole multiples of `first` and `second` [T^-1]; the mean precession is zero.
- * `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1; `mismatch` includes
- * <m, e3> over |m|, which may be a rounding. */
+/* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the matrix of
+ * the attitude is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession is
+ * zero. `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch`
+ * includes <m, e3> / |m|, which may differ from 0 by a rounding error. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     int refusal; /* a kr_chaplygin_refusal */
 } kr_goryachev_chaplygin;
 #define KR_CHAPLYGIN_BOUND 1e-11
-/* The next four are as those of Kowalewski tops. */
+/* The next four functions are like those of Kowalewski tops. */
 KR_API size_t kr_goryachev_chaplygin_size(void);
 KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
                                              const kr_goryachev_chaplygin **out);
@@ -663,13 +681,13 @@ KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, siz
  * "separatrix", "pendulum", "rosette" (through the vertical), "loops", "cusps" or "waves". */
 typedef struct kr_turning {
     double least, greatest;     /* nutation [rad] */
-    double t_least, t_greatest; /* first times of both, or INFINITY [T] */
-    double
-        critical_spin; /* 2 sqrt(I1 mass gravity |com|) / I3; a faster upright top sleeps [T^-1] */
+    double t_least, t_greatest; /* first times of these values, or INFINITY [T] */
+    /* 2 * sqrt(I1 * mass * gravity * |com|) / I3 [T^-1]; an upright top with more spin sleeps. */
+    double critical_spin;
     const char *motion_type;
     double sum, difference, inertia, axial_energy, lever; /* private */
 } kr_turning;
-/* Computes the turning points of a scene. Returns KR_ERR_METHOD for other tops. */
+/* Computes the turning points of a scene. Returns KR_ERR_METHOD for every other kind of top. */
 KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
 /* Returns the effective potential at a nutation: the energy minus I1/2 (d nutation/dt)^2 [M L^2
  * T^-2]. */
@@ -682,9 +700,10 @@ typedef struct kr_exact_map {
     double step;
     kr_theta pole;
 } kr_exact_map;
-/* Computes the closed form of the map. Returns KR_ERR_STEP_SIZE for starts nearer than k'^2 = 1e-26
- * to a separatrix of the map with this step, or if the step is too small for double-double. Returns
- * KR_ERR_ARGUMENT for steps outside 2^-100 .. 2^40 of the time of a turn by one radian. */
+/* Computes the closed form of the map. Returns KR_ERR_STEP_SIZE if the start is too near a
+ * separatrix of the map with this step: k'^2 < 1e-26, with the complementary modulus k'. Also
+ * returns KR_ERR_STEP_SIZE if the step is too small for double-double. Returns KR_ERR_ARGUMENT if
+ * the step is outside 2^-100 .. 2^40 times the time in which the top turns by one radian. */
 KR_API kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map);
 /* Returns the state after k steps, at start.t + k * step; k may be negative. Beyond about 2^50
  * turns the attitude is arbitrary. */

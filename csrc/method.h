@@ -1,4 +1,4 @@
-/* The interface of a method. A method is one file in methods/ and one line in methods.def. Each
+/* The interface of a method. Each method has one file in methods/ and one line in methods.def. Each
  * method steps a motion: the state of the top in working axes and own units. The driver handles
  * everything else: conversion to the user's frame, units and time, requested times, limits, checks
  * for NaN and infinity, interruption, and the last good state. */
@@ -8,32 +8,32 @@
 
 /* A motion in working axes and own units. Working axes are principal axes in a certain order: T is
  * the symmetry axis of a symmetric body; otherwise B is the axis of the middle moment. The units
- * are powers of two in which the largest moment and the top's rate are about one. For
+ * are powers of two in which the largest moment and the top's rate are about one. For methods with
  * KR_METHOD_ABSOLUTE the unit of time is the user's. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
     kr_vec3 damping;  /* the torque in the body is -damping * W; 0 unless KR_METHOD_DAMPED */
     double step, tol; /* from the config; tol = 0: the method's default */
-    double clock;     /* time since the start; used by adaptive methods only */
+    double clock;     /* time since the start, in own units; used by adaptive methods only */
     kr_stats stats;
     /* The method's memory: method->work doubles, without pointers. In the main motion it begins at
      * a multiple of 64 bytes. */
     double *work;
     /* Other data of the method: a kernel, or memory of another library. Freed by `release`. */
     void *aux;
-    /* If nonzero (KR_METHOD_SKIPS_HEADING methods only), q and m are computed up to a common
-     * rotation about the vertical. */
+    /* If nonzero, q and m are computed only up to a common rotation about the vertical. Always 0
+     * for methods without KR_METHOD_SKIPS_HEADING. */
     int skip_heading;
     /* Number of digits for KR_METHOD_DIGITS methods; 0: use `tol`. Above 16 digits, lever_low holds
      * the low words of the lever. `low` holds the low words of the start when `reset` is called,
-     * and later those of the time and of the state that `at` writes. The momentum of the start is
-     * then along the axes of the body. */
+     * and later the low words of the time and the state that `at` writes. The momentum of the start
+     * is then given by its components along the axes of the body. */
     int digits;
     kr_vec3 lever_low;
     kr_state low;
-    /* The user's scene with its last start, for closed forms. They must avoid the rounding errors
-     * of a conversion to own units. */
+    /* The user's scene with its last start. Closed forms use this scene, to avoid the rounding
+     * errors of a conversion to own units. */
     const kr_scene *scene;
 } kr_motion;
 
@@ -42,8 +42,9 @@ typedef struct kr_motion {
 enum { KR_POLYNOMIAL_ORDER_MAX = 40 };
 typedef struct kr_step_polynomial {
     int order; /* at most KR_POLYNOMIAL_ORDER_MAX */
-    /* Coefficients of (q | 0, P) and of (0, W). q is the attitude, P the vertical seen from the
-     * body, and W the angular velocity in the body divided by `rate`; |W| is less than 1. */
+    /* Coefficients of (q | 0, P) and of (0, W). q is the attitude. P is the vertical seen from the
+     * body, that is, its components along the axes of the body. W is the angular velocity in the
+     * body divided by `rate`; |W| is less than 1. */
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
@@ -54,10 +55,10 @@ typedef struct kr_step_polynomial {
 } kr_step_polynomial;
 
 /* Deviations from a motion, in working axes and own units: a rotation vector in the body, and a
- * change of the momentum in space. A seed is the initial deviation for a parameter, and the
- * derivatives of the lever and of the moments (xx, yy, zz, yz, zx, xy) by this parameter.
- * Deviations do not change the motion, except that strongly damped motions then take short steps
- * only. */
+ * change of the momentum in space. A seed holds the initial deviation for a parameter, and the
+ * derivatives of the lever and of the moments (xx, yy, zz, yz, zx, xy) with respect to this
+ * parameter. Deviations do not change the motion, with one exception: strongly damped motions with
+ * deviations take short steps only. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;
@@ -78,14 +79,15 @@ typedef struct kr_tangent_ops {
     /* Writes the deviations at the time `clock` inside the last step; motion->low.t holds the low
      * word of this time. */
     void (*evaluate)(kr_motion *motion, double clock, double *memory, size_t n, kr_deviation out[]);
-    /* Returns the largest last term of a deviation's series so far, relative to the deviation. */
+    /* Returns the largest last term of a deviation's series so far, relative to the size of the
+     * deviation. */
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
 struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
-    unsigned flags; /* without KR_METHOD_DENSE, which is set if `at` is */
+    unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
     size_t work;
     /* Returns the number of additional doubles that a scene needs after `work`. Checkpoints omit
      * them, because `reset` at the start of the scene computes them again. NULL: none. */
@@ -106,7 +108,7 @@ struct kr_method {
     /* Propagation of deviations, for KR_METHOD_TANGENTS. */
     const kr_tangent_ops *tangents;
     /* Returns 1 if all counts, indices and loop bounds in `work` are in range. A damaged checkpoint
-     * may contain others. NULL: `work` has no such numbers. */
+     * may contain numbers out of range. NULL: `work` has no counts, indices or bounds. */
     int (*is_valid)(const void *work);
     /* Frees `aux`. May be NULL. */
     void (*release)(kr_motion *motion);

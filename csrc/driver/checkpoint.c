@@ -1,15 +1,15 @@
 /* Checkpoints: a top saved as bytes, to be loaded again. A checkpoint holds the motions with their
  * work, times, counts and own units, but no pointers: the loaded top keeps its own pointers. A
- * fixed-step motion continues on its grid, an adaptive motion with the step and order chosen last,
- * and a dense motion inside its last step. The bytes are a header, the fields of KR_SAVED_TOP
- * (top.h), the work, the tangents, and the state of each event search. Because of the latter, no
- * event is found twice or lost. */
+ * loaded fixed-step motion continues on its grid. An adaptive motion continues with the step and
+ * order chosen last, a dense motion inside its last step. The bytes are a header, the fields of
+ * KR_SAVED_TOP (top.h), the work, the tangents, and the state of each event search. With the states
+ * of the searches, no event is found twice or lost. */
 #include "top.h"
 
 typedef struct checkpoint_header {
     char what[16], version[16], method[32];
-    /* A number that reveals the byte order; the size of the saved part of the top; the size of the
-     * work of one motion; the number of saved motions. Sizes are in bytes. */
+    /* Four numbers: one that reveals the byte order; the sizes of the saved part of the top and of
+     * the work of one motion, in bytes; and the number of saved motions. */
     uint64_t layout[4];
     uint64_t sum; /* checksum of all bytes after the header */
 } checkpoint_header;
@@ -46,7 +46,7 @@ static size_t tangents_size(const kr_top *top)
     return kr_tangents_size(top->method, &top->config) * sizeof(double);
 }
 
-/* Copies at most `size` - 1 characters of `name`. */
+/* Copies at most `size` - 1 characters of `name` to `to`. */
 static void put_name(char *to, size_t size, const char *name)
 {
     for (size_t i = 0; i + 1 < size && name[i]; i++) to[i] = name[i];
@@ -61,8 +61,8 @@ static checkpoint_header make_header(const kr_top *top)
     put_name(made.method, sizeof made.method, top->method->name);
     return made;
 }
-/* Returns a checksum of `bytes`. Each word is added by an invertible map, so that a change of a
- * single word always changes the sum. */
+/* Returns a checksum of `bytes`. The sum is updated by an invertible function of each word. A
+ * change of a single word therefore always changes the sum. */
 static uint64_t checksum(const unsigned char *bytes, size_t size)
 {
     uint64_t sum = 0xcbf29ce484222325, word;
@@ -146,8 +146,8 @@ static int has_same_setup(const kr_top *one, const kr_top *other)
            config->step == its->step && config->tol == its->tol && config->digits == its->digits &&
            config->skip_heading == its->skip_heading && config->tangents == its->tangents;
 }
-/* Returns 1 if `motion` and `work` of a checkpoint can belong to `top`. Checks the configuration
- * and all counts, indices and loop bounds, because a checksum can be forged. */
+/* Returns 1 if `motion` and `work` from a checkpoint can belong to `top`. Because a checksum can be
+ * forged, checks the configuration and all counts, indices and loop bounds. */
 static int is_valid_motion(const kr_top *top, const kr_motion *motion, const void *work)
 {
     const kr_motion *own = &top->main;
@@ -179,8 +179,8 @@ static int is_valid_search(const kr_event_search *own, int64_t steps)
            isfinite(own->next) && own->side >= -1 && own->side <= 1 && own->sign >= -1 &&
            own->sign <= 1;
 }
-/* Returns 1 if the saved events are those that `top` watches. If `take` is nonzero, copies the
- * saved states of their searches to `top`. */
+/* Returns 1 if the saved events are the events that `top` watches. If `take` is nonzero, copies the
+ * saved states of the event searches to `top`. */
 static int load_events(kr_top *top, int64_t steps, const unsigned char *from, int take)
 {
     for (size_t i = 0; i < top->event_count; i++, from += sizeof(event_record)) {
@@ -220,7 +220,7 @@ kr_status kr_top_load(kr_top *top, size_t size, const void *memory)
     if (top->method->extra_doubles && !rebuild_work(top, &image.scene)) return KR_ERR_CHECKPOINT;
     image.method = top->method;
     image.config = top->config;
-    image.inspect_at = image.steps; /* because max_steps may have changed */
+    image.inspect_at = image.steps; /* so that a changed max_steps takes effect */
     set_pointers(&image.main, &top->main);
     set_pointers(&image.saved, &top->saved);
     set_pointers(&image.side, &top->side);

@@ -1,7 +1,7 @@
-/* Conversion between the user's units and own units with more than 16 digits; top.c converts all
- * others. All numbers of the user are taken as exact. The attitude and the axes are normalized
- * once, in double-double. The working axes are the principal axes, for which the moments need no
- * conversion. */
+/* Conversion between the user's units and own units for tops with more than 16 digits. (For other
+ * tops see top.c.) The user's numbers are taken as exact. The attitude and the axes are normalized
+ * once, in double-double. The working axes are the principal axes, so that the moments need no
+ * change of axes. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"
@@ -10,9 +10,9 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the momentum seen from the body. Each component is rounded once, relative to its own
- * size. An error relative to the whole vector would be magnified by the small moment of a thin
- * rod. */
+/* Returns the components of the momentum along the axes of the body. Each component is rounded
+ * once, relative to its own size. An error relative to the whole vector would be magnified by the
+ * small moment of a thin rod. */
 static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
 {
     const split_vec in_space = split_of(m), given = split_turn_back(q, &in_space),

@@ -1,4 +1,4 @@
-/* The table of methods, built from methods.def, and the bodies that each method accepts. */
+/* The table of methods, built from methods.def, and a check whether a method accepts a body. */
 #include "method.h"
 #include "exact/dispatch.h"
 #include "exact/goryachev_chaplygin.h"
@@ -41,7 +41,7 @@ int kr_method_applies(const kr_method *method, const kr_body *body)
         return kind == KR_KIND_LAGRANGE || (kind == KR_KIND_EULER && symmetric);
     if (flags & KR_METHOD_INTEGRABLE)
         return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER ||
-               /* The size is 0 in builds without the closed form. */
+               /* The size is 0 in builds without this closed form. */
                (kind == KR_KIND_KOWALEWSKI && kr_kowalewski_size() > 0) ||
                (kind == KR_KIND_GORYACHEV_CHAPLYGIN && kr_goryachev_chaplygin_size() > 0);
     if (flags & KR_METHOD_SYMMETRIC_ONLY) return symmetric;

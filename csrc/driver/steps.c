@@ -1,7 +1,8 @@
-/* The steps of the main motion, and its last good state. A fixed-step motion is inspected and saved
- * every KR_CHECK steps. This finds every failure, because a state that is not finite never becomes
- * finite again. After a failure, the steps since the last save are repeated to find the last good
- * state. An adaptive motion is inspected in every step; a dense method inspects its own steps. */
+/* The steps of the main motion, and its last good state. A fixed-step motion is inspected (checked
+ * to be finite) and saved every KR_CHECK steps. This finds every failure, because a state that is
+ * not finite never becomes finite again. After a failure, the steps since the last save are
+ * repeated to find the last good state. An adaptive motion is inspected in every step; a dense
+ * method checks its own steps. */
 #include "top.h"
 
 enum {
@@ -9,7 +10,7 @@ enum {
         1024 /* largest number of steps of a side motion within one step of the main motion */
 };
 
-/* Returns 1 if `state`, in own units, is also good in the user's units. */
+/* Returns 1 if `state`, given in own units, is good (kr_state_is_good) in the user's units, too. */
 static int is_good_state(const kr_top *top, const kr_state *state)
 {
     return kr_state_is_good(state->q, v_scale(top->momentum_unit, state->m));
@@ -17,7 +18,7 @@ static int is_good_state(const kr_top *top, const kr_state *state)
 /* Returns 1 if the state of the main motion is good. */
 static int is_main_good(const kr_top *top)
 {
-    kr_state state = {0}; /* not good if the method writes nothing */
+    kr_state state = {0}; /* zeros are not good, in case the method writes nothing */
     top->method->read(&top->main, &state);
     return is_good_state(top, &state);
 }
@@ -32,7 +33,7 @@ static void copy_motion(kr_motion *to, const kr_motion *from, size_t work)
     to->aux = aux;
     memcpy(memory, from->work, work * sizeof(double));
 }
-/* Sets the number of steps at which the main motion is inspected next. */
+/* Sets inspect_at, the number of steps at which the main motion is inspected next. */
 static void set_inspection(kr_top *top)
 {
     const int64_t limit = top->config.max_steps, next = top->saved_steps + KR_CHECK;
@@ -84,7 +85,7 @@ static kr_status check_limits(kr_top *top)
     if (kr_steps_poll(top)) return KR_ERR_INTERRUPTED;
     return limit > 0 && top->steps >= limit ? KR_ERR_LIMIT : KR_OK;
 }
-/* Checks that the main motion is finite, saves this motion, and checks the limits. */
+/* Checks that the main motion is finite, saves the main motion, and checks the limits. */
 static kr_status inspect_main(kr_top *top)
 {
     if (!is_main_good(top)) return kr_steps_recover(top);
@@ -132,8 +133,8 @@ kr_status kr_steps_dense(kr_top *top, double until)
     top->before_clock = clock;
     return kr_tangents_advance(top);
 }
-/* Checks the limits of a side motion. If they are exceeded, the step of the main motion did not
- * meet its tolerance. */
+/* Checks the limits of a side motion. If a limit is exceeded, the enclosing step of the main motion
+ * did not meet its tolerance. */
 static kr_status check_side_limits(kr_top *top, int64_t steps)
 {
     const int64_t limit = top->config.max_steps;
@@ -150,7 +151,7 @@ static kr_status run_side_motion(kr_top *top, const kr_state *from, double span)
     side->clock = 0.0;
     side->stats = (kr_stats){0};
     kr_status status = method->reset(side, from);
-    if (status == KR_ERR_STEP_SIZE) return KR_ERR_CONVERGENCE; /* not an invalid input */
+    if (status == KR_ERR_STEP_SIZE) return KR_ERR_CONVERGENCE; /* not the user's step */
     if (status == KR_OK) status = method->step(side, span);
     for (int64_t n = 1;
          status == KR_OK && method->flags & KR_METHOD_ADAPTIVE && side->clock != span; n++) {
@@ -172,7 +173,7 @@ kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_s
     total->evaluations += spent->evaluations;
     total->rejected += spent->rejected;
     total->iterations += spent->iterations;
-    top->inspect_at--; /* requests between two grid points count towards the next inspection */
+    top->inspect_at--; /* a request between two grid points counts as a step for inspections */
     if (status == KR_OK) {
         top->method->read(&top->side, &state);
         if (!is_good_state(top, &state)) status = KR_ERR_NOT_FINITE;

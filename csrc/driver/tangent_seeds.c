@@ -31,7 +31,7 @@ static vec_dd unit_vector_dd(int i)
     return v;
 }
 
-/* The seeds of the columns; `next` points to the next seed to be written. */
+/* The seeds of the columns. `next` points to the first seed that is not written yet. */
 typedef struct {
     kr_seed seeds[KR_TANGENT_COLUMNS_MAX], *next;
     kr_quat working; /* working -> principal axes */
@@ -51,7 +51,7 @@ static void seed_start(seed_list *to, const kr_top *top)
             seed->at_start.push = unit_vector_dd(i - 3);
     }
 }
-/* Writes the seeds of the principal moments. */
+/* Writes the three seeds of the principal moments. */
 static void seed_moments(seed_list *to)
 {
     for (int i = 0; i < 3; i++) {
@@ -102,7 +102,7 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the own unit of each column, a power of two, in the user's units. */
+/* Writes the own unit of each column to `unit`, in the user's units. Each is a power of two. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;

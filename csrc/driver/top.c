@@ -1,8 +1,9 @@
 /* A moving top in the user's frame and units: creation, requested times, and the conversion of
  * states. steps.c handles limits, checks for NaN and infinity, interruption and the last good
- * state. A fixed-step motion moves along the grid start.t + k * step, an adaptive motion along the
- * ends of its own steps. The state at a time between two such points is computed by a second
- * motion, started at the first of them. Requested times therefore never change the path. */
+ * state. The points of a fixed-step motion have the times start.t + k * step. The points of an
+ * adaptive motion are the ends of its own steps. The state at a time between two points is computed
+ * by a second motion, started at the first of the two points. Requested times therefore never
+ * change the path. */
 #include <float.h>
 #include <stdlib.h>
 #include "model/scene.h"
@@ -11,15 +12,15 @@
 
 enum {
     CACHE_LINE = 8,         /* doubles in 64 bytes */
-    STATES_PER_CHECK = 1024 /* number of states between two calls of poll */
+    STATES_PER_CHECK = 1024 /* largest number of states between two calls of poll */
 };
 
 /* Returns 1 if the motion uses more than 16 digits. */
 static int has_extended_digits(const kr_top *top) { return top->main.digits > 16; }
 /* Returns 1 if the method chooses its steps. */
 static int is_adaptive(const kr_top *top) { return (top->method->flags & KR_METHOD_ADAPTIVE) != 0; }
-/* Returns `horizon`, for fixed steps limited to 2^50 steps, because later grid points may round to
- * the same double. */
+/* Returns `horizon`, limited to 2^50 steps if the step is fixed. Beyond 2^50 steps, two grid points
+ * may round to the same double. */
 static double limit_horizon(const kr_top *top, double horizon)
 {
     return is_adaptive(top) ? horizon : fmin(horizon, 0x1p50 * fabs(top->config.step));
@@ -50,7 +51,7 @@ static kr_status choose_units(kr_top *top)
     top->axes = q_mul(top->scene.body.axes, working.axes);
     top->is_turned = v_largest(q_vec(top->axes)) > 0.0;
     top->main.inertia = v_scale(1.0 / own.moment, working.inertia);
-    const double longer = top->time_unit / own.time; /* is 1 except for KR_METHOD_ABSOLUTE */
+    const double longer = top->time_unit / own.time; /* 1 for methods without KR_METHOD_ABSOLUTE */
     top->main.lever = v_scale(longer, v_scale(longer, own.lever));
     top->main.damping = v_scale(1.0 / top->momentum_unit, working.damping);
     top->main.step = top->config.step / top->time_unit;
@@ -59,8 +60,8 @@ static kr_status choose_units(kr_top *top)
     if (has_extended_digits(top)) kr_extended_set_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
 }
-/* Converts `state` at time t to the user's frame and units, in place to avoid a costly copy. If the
- * state is not good, returns 0 and leaves the low words unchanged. */
+/* Converts `state` at time t to the user's frame and units, in place to avoid a costly copy.
+ * Returns 0 if the state is not good, and then leaves the low words unchanged. */
 static int convert_to_user(kr_top *top, double t, kr_state *state)
 {
     const kr_state low = top->low;
@@ -87,7 +88,8 @@ static int is_at_grid_point(const kr_top *top, int64_t k, double t)
     return fabs(grid_time(top, k) - t) <=
            2.0 * DBL_EPSILON * fmax(fabs(t), fabs(top->scene.start.t));
 }
-/* Returns the index of the last grid point that is not after t, but at least the current one. */
+/* Returns the index of the last grid point at or before t, or of the current grid point if that is
+ * later. */
 static int64_t find_grid_point(const kr_top *top, double t)
 {
     const int64_t k = (int64_t)((t - top->scene.start.t) / top->config.step + 0.5);
@@ -102,7 +104,7 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-/* Returns the time t since the start in own units. */
+/* Returns the time from the start to the user's time t, in own units. */
 static double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
@@ -151,7 +153,7 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
     const int adaptive = is_adaptive(top);
     kr_status status;
     if (!(fabs(t) < top->horizon)) return horizon_error(top, t);
-    /* The next grid point is requested most often, and needs no further checks. */
+    /* The next grid point is the most frequent request, and needs no further checks. */
     if (!adaptive && t == grid_time(top, top->steps + 1)) {
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
@@ -201,8 +203,8 @@ kr_status kr_top_sync(kr_top *top, double t)
     return KR_OK;
 }
 
-/* Returns 16, 20 or 30, the smallest of these that is not below the requested digits. Returns 0 if
- * the tolerance determines the digits, and -1 for invalid values. */
+/* Returns the requested digits, rounded up to 16, 20 or 30. Returns 0 if the tolerance determines
+ * the digits, and -1 if the request is invalid. */
 static int parse_digits(const kr_method *method, const kr_config *config)
 {
     if (config->digits == 0) return 0;
@@ -212,7 +214,8 @@ static int parse_digits(const kr_method *method, const kr_config *config)
 }
 /* Returns the number of doubles in the work of all motions. */
 static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
-/* Returns KR_OK if `method` applies to `scene` with `config`, else the reason why not. */
+/* Returns KR_OK if `method` applies to `scene` with `config`, else the status that gives the
+ * reason. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
 {
@@ -301,8 +304,8 @@ void kr_top_free(kr_top *top)
     }
     free(top);
 }
-/* Replaces `top` by `begun`, which was started in the memory of the side motion, or for a dense
- * method in that of the main motion. `top` keeps its own memory. */
+/* Replaces `top` by `begun`, except for the memory of `top`. `begun` was started in the memory of
+ * the side motion of `top` (dense methods: the main motion). */
 static void take_over(kr_top *top, const kr_top *begun)
 {
     const kr_motion main = top->main, side = top->side, kept = top->saved;
@@ -372,8 +375,8 @@ kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
 {
     return kr_top_record_low(top, n, t, out, NULL, done);
 }
-/* Makes a step of an adaptive method. If the last requested time lies inside the last step,
- * advances to the end of that step instead. */
+/* Makes a step of an adaptive method. If the last requested time lies inside the method's last
+ * step, advances only to the end of this step. */
 static kr_status step_adaptive(kr_top *top)
 {
     const double end = top->forward * INFINITY, requested = top->requested;
@@ -391,7 +394,7 @@ kr_status kr_top_step(kr_top *top)
     if (is_adaptive(top)) return step_adaptive(top);
     return kr_top_advance(
         top,
-        grid_time(top, top->steps + 1)); /* below the horizon, grid points are distinct doubles */
+        grid_time(top, top->steps + 1)); /* before the horizon, grid points are distinct doubles */
 }
 kr_state kr_top_state(const kr_top *top) { return top->now; }
 kr_state kr_top_low(const kr_top *top) { return top->low; }

@@ -10,8 +10,8 @@
 enum { KR_CHECK = 256 /* number of steps between two inspections of a fixed-step motion */ };
 
 struct kr_top {
-    /* First field of a checkpoint. */
-    kr_scene scene; /* the user's scene, with the last start that was set */
+    /* The first field in a checkpoint. */
+    kr_scene scene; /* the user's scene, with the start that was set last */
     const kr_method *method;
     kr_config config;
     kr_quat axes;         /* working axes -> frame of description */
@@ -30,7 +30,7 @@ struct kr_top {
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
     kr_state low;         /* the part of `now` that doubles cannot store */
-    /* First field that a checkpoint does not contain. */
+    /* The first field that is not in a checkpoint. */
     double horizon;     /* requested times must be below this limit */
     kr_event *events;   /* the watched events, in the user's memory */
     size_t event_count; /* number of `events` */
@@ -40,8 +40,9 @@ struct kr_top {
 };
 
 /* The format of a checkpoint: the bytes of the fields above on machines with 64-bit pointers, with
- * zeros for pointers. These are followed by the work of the main motion, and of the saved motion if
- * the method uses one. Moving a field changes the format and these offsets. */
+ * zeros for pointers. Then follow the work of the main motion, and the work of the saved motion if
+ * the method uses one. A change of the order of the fields changes the format, and the offsets
+ * listed here. */
 /* clang-format off */
 #define KR_SAVED_TOP(X)                                                                           \
     X(scene, 0)            X(method, 192)         X(config, 200)         X(axes, 256)             \
@@ -68,23 +69,23 @@ kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
 quat_dd kr_extended_axes(const kr_top *top);
 /* Sets the lever of the main motion in double-double; `moment` is the own unit of moments. */
 void kr_extended_set_lever(kr_top *top, double moment);
-/* Converts `start` to own units, with the momentum seen from the body. Writes the low words to
- * `low` of the main motion. */
+/* Converts `start` to own units, with the components of the momentum along the axes of the body.
+ * Writes the low words to `low` of the main motion. */
 kr_state kr_extended_from_user(kr_top *top, const kr_state *start);
 /* Converts a state of the main motion to the user's frame and units. Writes the low words to `low`
  * of the top. */
 void kr_extended_to_user(kr_top *top, kr_state *state);
 
-/* Returns 1 if a state is finite and its attitude has unit length. After an overflow the length
- * differs. */
+/* Returns 1 if a state is good, that is, finite and with an attitude of unit length. After an
+ * overflow the attitude does not have unit length. */
 static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 {
     return fabs(q_dot(q, q) - 1.0) < 1e-6 && isfinite(fabs(m.x) + fabs(m.y) + fabs(m.z));
 }
-/* Returns the horizon of `top` for `scene`: the limit of requested times. */
+/* Returns the horizon of `top` with `scene`: the limit of the times that can be requested. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates a top for `method` and the tangents of `config`, with `more` doubles after the method's
- * work. The top has no scene yet. */
+/* Allocates a top without a scene, for `method` and for the tangents of `config`. There are `more`
+ * doubles after the method's work. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t more, kr_top **top);
 /* Returns 1 if `method` can compute the tangents that `config` requests. */
 int kr_tangents_are_available(const kr_method *method, const kr_config *config);
@@ -99,18 +100,18 @@ void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
 /* Restarts a top with another `scene` and `config`, as if kr_top_create had made it with them.
  * Leaves the top unchanged on failure. */
 kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_config *config);
-/* Returns the step of a config with the sign for the direction of time. A step of 0, which lets a
- * method choose, becomes -0.1 backward in time. */
+/* Returns `step` with the sign of the direction of time; `back` is nonzero for backward. A step of
+ * 0, which lets the method choose, becomes -0.1 if `back` is nonzero. */
 static inline double kr_step_directed(double step, int back)
 {
     const double size = fabs(step);
     return !back ? size : size > 0.0 ? -size : -0.1;
 }
-/* Sets the state of the top, after a failure before time t, to the state of the main motion. Leaves
- * the top unchanged if the main motion has not passed the last requested time, or is not finite in
- * the user's units. */
+/* After a failure before time t, sets the state of the top to the state of the main motion. Leaves
+ * the top unchanged in two cases: the main motion has not passed the last requested time, or its
+ * state is not finite in the user's units. */
 kr_status kr_top_sync(kr_top *top, double t);
-/* Restores the saved motion after a failure and repeats the good steps. Returns the reason for the
+/* After a failure, restores the saved motion and repeats the good steps. Returns the status of the
  * failure. */
 kr_status kr_steps_recover(kr_top *top);
 /* Advances the main motion to grid point `goal` and writes the state at this point. */
@@ -119,8 +120,8 @@ kr_status kr_steps_to_grid(kr_top *top, int64_t goal, kr_state *state);
 kr_status kr_steps_adaptive(kr_top *top);
 /* Makes one step of a dense method. The step may end after the time `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
-/* Writes to `end` the state at the time `span` after `from`, computed by the side motion, in own
- * units. */
+/* Computes the state at the time `span` after the state `from` by the side motion, and writes it to
+ * `end`. All values are in own units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
 /* Calls the user's poll. Returns nonzero if the user wants to stop. */
 int kr_steps_poll(kr_top *top);

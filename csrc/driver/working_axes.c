@@ -1,9 +1,9 @@
-/* Conversion of a start to working axes, for up to 16 digits; extended.c serves more digits. */
+/* Conversion of a start to working axes, for up to 16 digits. (For more digits see extended.c.) */
 #include "model/body.h"
 #include "top.h"
 
 /* Methods that need no special order of the axes use the principal axes. The attitude and the lever
- * are then not rounded, and a small tilt keeps its digits. */
+ * are then not rounded, so that a small tilt keeps all its digits. */
 kr_working kr_top_working_axes(const kr_top *top)
 {
     const kr_scene *scene = &top->scene;
@@ -11,9 +11,9 @@ kr_working kr_top_working_axes(const kr_top *top)
                ? kr_body_principal(&scene->body, scene->damping)
                : kr_body_working_damped(&scene->body, scene->damping);
 }
-/* Returns the attitude `q` in working axes that are a permutation of the principal axes. The
- * attitude of an upright top then has large components, and the tilt is a small difference between
- * them. The product is therefore computed in double-double; its low words are written to
+/* Returns the attitude `q` in working axes that are a permutation of the principal axes. In such
+ * axes the attitude of an upright top has large components, and a small tilt is a small difference
+ * between them. The attitude is therefore computed in double-double. Its low words are written to
  * top->main.low. */
 static kr_quat rename_attitude(kr_top *top, kr_quat axes, kr_quat q)
 {

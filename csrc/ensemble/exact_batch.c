@@ -1,15 +1,15 @@
-/* Tops with a closed form, in batches. The states equal those of kr_exact_state, except that the
- * given start is returned at the time of the start. Tops with invalid times are passed to the
- * driver, which reports the error. */
+/* Tops with a closed form, in batches. The states equal those of kr_exact_state, with one
+ * exception: at the time of the start, the given start itself is returned. Tops with invalid times
+ * are passed to the driver, which reports the error. */
 #include "exact/dispatch.h"
 #include "worker.h"
 
 enum {
     STATES_PER_CALL = 64,
-    STATES_PER_POLL = 1 << 16 /* number of states between two calls of poll */
+    STATES_PER_POLL = 1 << 16 /* largest number of states between two calls of poll */
 };
 
-/* Returns a lower bound of kr_scene_horizon that is cheaper to compute. */
+/* Returns a lower bound of kr_scene_horizon that takes less time to compute. */
 static double lower_bound_of_horizon(const kr_scene *s)
 {
     const kr_vec3 A = s->body.inertia, m = s->start.m;
@@ -42,7 +42,7 @@ static size_t store_states(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
     const kr_state *start = &worker->tops->scenes[slot->top].start;
     size_t k = 0;
     for (; k < n && kr_state_is_good(states[k].q, states[k].m); k++) {
-        slot->steps += states[k].t != slot->last.t; /* as the method counts steps */
+        slot->steps += states[k].t != slot->last.t; /* the method counts each new time as a step */
         kr_worker_store_state(worker, slot, accumulators,
                               states[k].t == start->t ? start : &states[k]);
     }

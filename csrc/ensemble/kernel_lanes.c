@@ -3,7 +3,8 @@
 #include "lane_tangent.h"
 #include "lane_event_test.h"
 
-/* Ends the step of every lane at the time `end`, and returns the points of the paths. */
+/* Ends the step of every lane at its time `end`, and returns the points of the paths at this
+ * time. */
 INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
 {
     const lane_point r = sum_lanes(l, end, headless);
@@ -13,7 +14,8 @@ INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
     if (!headless) lane_quat_store(l->end_q, lane_attitude(l, &r, headless));
     return r;
 }
-/* Makes the next step of every lane. Returns the lanes that need attention. */
+/* Makes the next step of every lane. Returns the set of the lanes that the scheduler must process
+ * (see kr_lanes_isa.advance). */
 INLINE unsigned step_lanes(kr_lanes *l, int headless)
 {
     const wide t = wide_load(l->end);

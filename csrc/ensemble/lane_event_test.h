@@ -1,11 +1,11 @@
-/* Test for a possible sign change of the event function in a step of the lanes. In a step the
- * function is a polynomial, enclosed by its coefficients in Bernstein's basis. If all coefficients
- * have the last sign of the function, no change occurred. The test may report a change where there
- * is none, but never misses one; section.c searches the reported lanes. This source is compiled
- * once for each instruction set. */
+/* Test for a possible sign change of the event function in a step of the lanes. In a step the event
+ * function is a polynomial, whose values are enclosed by its coefficients in Bernstein's basis. If
+ * all coefficients have the last known sign of the function, the sign did not change. The test may
+ * report a change where there is none, but never misses one; section.c searches the reported lanes.
+ * This source is compiled once for each instruction set. */
 #include "lane_series.h"
 
-/* Returns g at P and W without the constant. */
+/* Returns g at P and W, without the constant term. */
 INLINE wide event_value(kr_lanes *l, lane_vec p, lane_vec w)
 {
     return lane_vec_dot(lane_vec_load(l->along_p), p) + lane_vec_dot(lane_vec_load(l->along_w), w);
@@ -23,8 +23,8 @@ INLINE wide event_rate(kr_lanes *l, lane_vec p, lane_vec w)
     return event_value(l, dp, dw);
 }
 /* Sets the coefficients of g, or of dg/ds, over a step of length h, and returns the degree. As in
- * events/event_polynomial.c, the last coefficient is corrected so that the value at the end is that
- * at the start of the next step. */
+ * events/event_polynomial.c, the last coefficient is corrected. The value of the polynomial at the
+ * end of the step is then the value at the start of the next step. */
 INLINE int expand_event(kr_lanes *l, wide h, const lane_point *end)
 {
     const int first = l->extremum, degree = l->order - first;

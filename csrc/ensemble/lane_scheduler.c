@@ -1,11 +1,11 @@
-/* Schedules tops in lanes. Each top has its own time and steps. A lane whose top has reached its
- * last time takes the next top. A top that fails in a lane is repeated by a scalar run from the
- * start, which reports the error. */
+/* The scheduler of tops in lanes. Each top has its own time and step sizes. When a top has reached
+ * its last time, its lane takes the next top. If a top fails in a lane, a scalar run repeats it
+ * from the start and reports the error. */
 #include <float.h>
 #include "math/exponent.h"
 #include "worker.h"
 
-enum { STEPS_PER_POLL = 64 /* steps between two calls of poll */ };
+enum { STEPS_PER_POLL = 64 /* largest number of steps between two calls of poll */ };
 
 const kr_lanes_isa *kr_lanes_isa_at(int i)
 {
@@ -34,7 +34,7 @@ static void set_quaternion(kr_lane_number *to, int lane, kr_quat q)
     to[0][lane] = q.w;
     set_components(to + 1, lane, q.x, q.y, q.z);
 }
-/* Sets the integrals of a tangent to their values at the start. */
+/* Sets the integrals of a lane's tangent to their values at the start. */
 static void reset_growth(kr_growth *growth, int lane)
 {
     growth->power[lane] = growth->area[lane] = growth->moment[lane] = 0.0;
@@ -49,7 +49,7 @@ static void park_tangent(kr_lane_tangents *g, int lane)
     set_components(g->end.d[0], lane, 1, 0, 0);
     reset_growth(&g->end, lane);
 }
-/* Parks a lane without a top: a top at rest, whose first step never ends. */
+/* Parks a lane without a top: fills the lane with a top at rest, whose first step never ends. */
 static void park_lane(kr_lanes *l, int lane)
 {
     kr_lane_number *const none[] = {l->end_w, l->k,      l->up,      l->down,
@@ -65,8 +65,9 @@ static void park_lane(kr_lanes *l, int lane)
     l->noise[lane] = -1.0; /* no event */
     if (l->tangents) park_tangent(l->tangents, lane);
 }
-/* Chooses the fastest order for the tolerance, and lowers the tolerance so that the error of this
- * order meets it. Both were measured by validation/studies/lane_orders.py. */
+/* Chooses the fastest order for the requested tolerance. Lowers the tolerance of the lanes so that
+ * the error of this order meets the requested tolerance. Order and tolerance were measured by
+ * validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -86,7 +87,7 @@ static void choose_order(kr_lanes *l, double tol)
 void kr_scheduler_configure(kr_worker *worker)
 {
     int i = 0;
-    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* entered only if the widest set is missing */
+    while (!kr_lanes_isa_at(i)->runs_here()) i++; /* skips sets that this processor lacks */
     worker->isa = kr_lanes_isa_at(i);
     worker->lanes->skip_heading = worker->config.skip_heading;
     choose_order(worker->lanes, worker->config.tol);
@@ -105,15 +106,15 @@ void kr_scheduler_reset(kr_worker *worker)
     for (int i = 0; i < KR_LANES_MAX; i++) park_lane(worker->lanes, i);
 }
 
-/* Returns the rotation that permutes the axes cyclically so that the third moment is the largest.
- * Writes the number of places by which the axes are shifted. */
+/* Returns the rotation that permutes the axes cyclically such that the third moment is the largest.
+ * Writes to `shift` by how many places the axes are shifted. */
 static kr_quat rotate_axes(kr_vec3 A, int *shift)
 {
     *shift = A.z >= A.x && A.z >= A.y ? 0 : A.x >= A.y ? 1 : 2;
     const double h = *shift == 1 ? 0.5 : -0.5;
     return *shift == 0 ? q_one() : q4(0.5, v3(h, h, h));
 }
-/* Returns v with its axes shifted cyclically. */
+/* Returns v with its components shifted cyclically by `shift` places. */
 static kr_vec3 shift_axes(kr_vec3 v, int shift)
 {
     return shift == 0 ? v : shift == 1 ? v3(v.y, v.z, v.x) : v3(v.z, v.x, v.y);
@@ -142,8 +143,7 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
               times_power_of_2(a.z, power));
 }
 /* Writes the initial tangent in working axes and own units. The user's tangent is scaled by a power
- * of two, because its square may overflow. The default tangent is generic: along no special
- * axis. */
+ * of two, because its square may overflow. The default tangent is not along any special axis. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {
@@ -162,8 +162,8 @@ static void initial_direction(const kr_worker *worker, const kr_top *top, double
 /* Largest allowed reciprocal of a moment, in units of the largest moment. The components of a
  * tangent differ by this factor, and their squares must not overflow. */
 #define MAX_INVERSE_MOMENT 0x1p300
-/* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent vanishes when the
- * known solutions are removed, or if its square overflows. */
+/* Starts the tangent of the top in worker->fallback. Returns 0 if the tangent is a linear
+ * combination of the two known solutions, or if its square overflows. */
 static int begin_tangent(kr_worker *worker, int lane, double rate, int shift)
 {
     const kr_top *top = worker->fallback;
@@ -240,8 +240,9 @@ void kr_scheduler_finish(kr_worker *worker, int lane, kr_status status)
                          status, stats);
     release_lane(worker, lane);
 }
-/* Sets the goal of a lane to the next requested time; stores the start for all times equal to the
- * start. Returns 0 and frees the lane if the top is done or needs a scalar run. */
+/* Sets the goal of a lane to the next requested time. At requested times equal to the time of the
+ * start, stores the start. If the top is done or needs a scalar run, frees the lane and returns
+ * 0. */
 static int set_next_goal(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -267,8 +268,8 @@ static int set_next_goal(kr_worker *worker, int lane)
     worker->lanes->goal[lane] = slot->rate * ((next - slot->start) / slot->time_unit);
     return 1;
 }
-/* Returns 1 if the last step of a lane is valid. Steps of length 0 are not valid; none is known
- * before the horizon. */
+/* Returns 1 if the last step of a lane is valid. A step of length 0 is not valid; no such step is
+ * known before the horizon. */
 static int is_good_step(const kr_lanes *l, int lane)
 {
     double sum = l->turn[l->order][lane];
@@ -294,7 +295,8 @@ kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t)
     worker->isa->sample(l);
     return read_sample(l, lane, t);
 }
-/* Returns 1 if the tangent of a lane has reached the sampled time, or there is no tangent. */
+/* Returns 1 if the tangent of a lane has reached the sampled time, or if the lane has no
+ * tangent. */
 static int has_growth(const kr_lanes *l, int lane)
 {
     double sum = 0.0;
@@ -328,8 +330,8 @@ static void sample_lanes(kr_worker *worker, unsigned lanes)
             if (lanes >> lane & 1 && !store_sample(worker, lane)) lanes &= ~(1u << lane);
     }
 }
-/* Advances all lanes until one of them needs attention, at most STEPS_PER_POLL steps, and processes
- * these lanes. */
+/* Advances all lanes until at least one must be processed, but by at most STEPS_PER_POLL steps.
+ * Then processes these lanes. */
 static void advance_lanes(kr_worker *worker)
 {
     const kr_config *config = &worker->config;

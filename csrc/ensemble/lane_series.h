@@ -1,7 +1,7 @@
-/* The recurrence of lane_state.h: coefficients, step size, sums. This source is compiled once for
- * each instruction set. Each sum of products starts with the middle indices, so that the newest
- * coefficients, which are available last, are used last. The bits of a lane are the same for every
- * vector width with fused multiply-add. */
+/* The recurrence of lane_state.h: the coefficients of the series, the step size, and the sums of
+ * the series. This source is compiled once for each instruction set. Each sum of products starts
+ * with the middle indices. The newest coefficients are available last and are therefore used last.
+ * The bits of a lane are the same for every vector width with fused multiply-add. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -68,7 +68,7 @@ typedef struct {
     lane_vec ww;          /* Wy Wz, Wz Wx, Wx Wy */
     lane_vec plus, minus; /* P x W */
     wide wp_x, wp_y;      /* Wx Px, Wy Py */
-    wide quotient;        /* of (P, d) and f', without the newest term */
+    wide quotient;        /* sum for the quotient, of (P, d) and f', without the newest term */
 } lane_sums;
 
 INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
@@ -83,7 +83,7 @@ INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
     a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
-/* Adds the products of coefficients j of P and m of W for the heading. */
+/* Adds the products for the heading: of coefficient j of P and coefficient m of W. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);
@@ -117,7 +117,7 @@ INLINE lane_sums sum_products(kr_lanes *l, int n, int headless)
     return a;
 }
 
-/* Computes the coefficient n of f' and the coefficient n + 1 of f. */
+/* Computes coefficient n of f' and coefficient n + 1 of f. */
 INLINE void next_rate(kr_lanes *l, const lane_sums *a, int n, wide share)
 {
     const lane_vec w = lane_vec_load(l->w[n]);
@@ -180,7 +180,7 @@ INLINE wide approx_exp2_lanes(wide x)
 }
 /* Returns log2 of the radius of convergence, estimated from the n-th term. The terms of the heading
  * get more weight: if the pole of f' is the nearest singularity, all omitted terms of f have the
- * same sign. Those of P and W decrease faster than the n-th term suggests. */
+ * same sign. The omitted terms of P and W decrease faster than the n-th term suggests. */
 INLINE wide lane_log2_radius(kr_lanes *l, int n, int headless)
 {
     const lane_vec p = lane_vec_load(l->p[n]), w = lane_vec_load(l->w[n]);
@@ -232,8 +232,8 @@ INLINE lane_point sum_lanes(kr_lanes *l, wide at, int headless)
     return sum_lane_terms(l, l->order, at, headless);
 }
 
-/* Writes the sine and cosine of x. The low bits of u hold the nearest number of quarter turns; the
- * polynomials, those of math/trig.h, are then evaluated at no more than an eighth of a turn. */
+/* Writes the sine and cosine of x. The low bits of u hold the nearest number of quarter turns. The
+ * rest, at most an eighth of a turn, is the argument of the polynomials of math/trig.h. */
 INLINE void sine_cosine(wide x, wide *sine, wide *cosine)
 {
     const wide u = wide_fma(x, wide_splat(0.63661977236758138), wide_splat(0x1.8p52)),
@@ -270,7 +270,7 @@ INLINE lane_quat shortest_turn(lane_vec p, lane_vec d)
                          wide_fma(p.z, d.x, -(p.x * d.z)), wide_fma(p.x, d.y, -(p.y * d.x))};
     return s;
 }
-/* Returns the attitude at a point of the step: exp(e3 f/2) q s(P). Without the heading, returns the
+/* Returns the attitude at a point of the step: exp(e3 f/2) q s(P). If `headless`, returns the
  * shortest rotation from P to the vertical. */
 INLINE lane_quat lane_attitude(kr_lanes *l, const lane_point *at, int headless)
 {

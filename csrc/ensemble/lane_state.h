@@ -4,11 +4,12 @@
  *     A W' = AW x W + P x c       W: angular velocity in the body; A: moments; c: mass gravity com
  *     q = exp(e3 f/2) g s(P)      s: the shortest turn from P to d; d and g are constant
  *     f' = (W, P + d) / (1 + (P, d))
- * The heading f and P determine the attitude. A term of the series therefore takes 12 products of
- * coefficients: 3 for AW x W, 6 for P x W, 1 for the quotient, and 2 for (W, P), because (AW, P) is
- * constant. A series of q would take 21. d is P at the start of a step, far from the pole of the
- * quotient at P = -d; the distance from the pole limits the step. The units are those of taylor.h,
- * in which |W| < 1. Energy and momenta are conserved up to the tolerance only. */
+ * The heading f and P determine the attitude. A term of the series therefore needs 12 products of
+ * coefficients: 3 for AW x W, 6 for P x W, 1 for the quotient, and 2 for (W, P). Only 2 are needed
+ * for (W, P), because (AW, P) is constant. A series of q would need 21 products. The constant d is
+ * the value of P at the start of a step, far from the pole of the quotient at P = -d. The distance
+ * from this pole limits the step. The units are those of taylor.h, in which |W| < 1. Energy and
+ * momenta are conserved up to the tolerance only. */
 #ifndef KR_LANE_STATE_H
 #define KR_LANE_STATE_H
 #include "kreisel.h"
@@ -39,14 +40,14 @@ typedef struct kr_lanes {
     kr_lane_number fall;                  /* as in kr_series */
     kr_lane_number steps, max_steps;
     kr_lane_number at; /* time to sample */
-    /* The event: zeros of g = (along_p, P) + (along_w, W) + constant, or extrema of g. The
-     * coefficients of g (or dg/ds) in s = 0 .. 1 over the step; the last certain sign, 0 if none;
-     * and the value up to which g counts as zero. */
+    /* The event: a zero or an extremum of g = (along_p, P) + (along_w, W) + constant. g[] holds the
+     * coefficients of g (or dg/ds) in s = 0 .. 1 over the step. `side` is the last sign known with
+     * certainty, 0 if none. Values of g up to `noise` count as zero. */
     kr_lane_vector along_p, along_w;
     kr_lane_number constant, g[KR_LANES_ORDER + 1], side, noise;
     int has_event, extremum;
-    /* Conversion to the user's frame and units: rotation from the frame of description to the axes
-     * of the lane; and the momentum for W = 1 along each axis. */
+    /* Conversion to the user's frame and units: the rotation from the frame of description to the
+     * axes of the lane, and the momentum for W = 1 along each axis. */
     kr_lane_quaternion axes;
     kr_lane_vector moment;
     kr_lane_quaternion out_q; /* result of `sample`: the user's q and m */
@@ -56,7 +57,8 @@ typedef struct kr_lanes {
     struct kr_lane_tangents *tangents; /* NULL: no tangents */
 } kr_lanes;
 
-/* State of a tangent. d holds theta and N, scaled by `scale` = 2^-power. */
+/* The state of a tangent: d holds theta (the rotation vector) and N (the change of the momentum),
+ * scaled by `scale` = 2^-power. */
 typedef struct kr_growth {
     kr_lane_vector d[2];
     kr_lane_number power, scale;
@@ -69,28 +71,28 @@ typedef struct kr_lane_tangents {
     kr_lane_vector x[KR_LANES_ORDER + 1][2]; /* coefficients of theta and N */
     kr_lane_number lift[KR_LANES_ORDER + 1]; /* coefficients of <c, P> */
     kr_lane_vector ahead, behind, per, moments, c;
-    kr_growth begin, end;            /* at the start and at the end of the step */
+    kr_growth begin, end;            /* the tangents at the start and at the end of the step */
     kr_lane_number energy, vertical; /* dE and d<m, e3> of the initial tangent */
     kr_lane_number out[KR_GROWTH_COUNT];
     kr_lane_vector first[2]; /* result of the kernel's `begin`: an initial tangent of unit length */
     kr_lane_number first_energy, first_vertical, first_size;
     kr_lanes part;           /* the path, expanded at the start of a part of a step */
     double truncation_limit; /* largest allowed square of a relative last term */
-    int terms[4];            /* number of relevant terms at each node of the integrals */
+    int terms[4];            /* number of terms that matter at each node of the integrals */
 } kr_lane_tangents;
 
 typedef struct kr_lanes_isa {
     const char *name;
     const int *lanes;
     int (*runs_here)(void);
-    /* Makes at most `steps` steps of all lanes. Stops if a lane has passed its goal, made no
-     * progress, exceeded its number of steps, is not finite, or may have met its event. Returns the
-     * set of these lanes, one bit for each. */
+    /* Makes at most `steps` steps of all lanes. Stops as soon as a lane has passed its goal, made
+     * no progress, exceeded its number of steps, is not finite, or may have met its event. Returns
+     * the set of the lanes for which this is true, one bit for each lane. */
     unsigned (*advance)(kr_lanes *lanes, int steps);
     /* Computes the states at the times `at` inside the steps. */
     void (*sample)(kr_lanes *lanes);
-    /* Writes to tangents->first the initial tangent tangents->end.d without the known solutions,
-     * scaled to unit length. */
+    /* Removes the known solutions from the initial tangent tangents->end.d, scales the rest to unit
+     * length, and writes it to tangents->first. */
     void (*begin)(kr_lanes *lanes);
 } kr_lanes_isa;
 /* KR_LANES_ISA declares the exports of kernel_lanes.c for an instruction set. */
@@ -102,6 +104,7 @@ typedef struct kr_lanes_isa {
 KR_LANES_ISA(base)
 KR_LANES_ISA(avx2)
 KR_LANES_ISA(avx512)
-/* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
+/* Returns the i-th instruction set that was compiled in, beginning with the widest. Returns NULL
+ * beyond the last. */
 const kr_lanes_isa *kr_lanes_isa_at(int i);
 #endif

@@ -2,15 +2,17 @@
  * may be shorter. This source is compiled once for each instruction set. The equations are those of
  * taylor/tangents.h without damping and parameters. Two solutions are known and removed at the end
  * of each step: the flow (W | P x c) and the rotation about the vertical (P | P x AW). The growth
- * is that of the remainder. Up to the tolerance, a tangent conserves
+ * of the remainder is measured. Up to the tolerance, a tangent conserves
  *     dE = <N, W> + <theta, W x AW + c x P>       d<m, e3> = <N, P>
- * MEGNO is that of Cincotta and Simo (2000). Integration by parts gives its mean over the time T:
+ * MEGNO is defined by Cincotta and Simo (2000). Integration by parts gives the mean of MEGNO over
+ * the time T:
  *     2/T int ln|delta| (1 + ln(t/T)) dt. */
 #include "lane_series.h"
 
 /* GROWTH_SLACK: log2 of the largest allowed last term of a deviation, relative to the tolerance
- * times the size of the deviation. A step of the path has at most GROWTH_PARTS parts, and ends
- * after the last of these. A part is shortened at most GROWTH_TRIES times. */
+ * times the size of the deviation. A step of the path is divided into at most GROWTH_PARTS parts;
+ * if these are not enough, the step ends after the last part. A part is shortened at most
+ * GROWTH_TRIES times. */
 #define GROWTH_SLACK 9.0
 enum { GROWTH_PARTS = 64, GROWTH_TRIES = 32 };
 
@@ -61,8 +63,8 @@ INLINE lane_vec lane_vec_zero(void)
 }
 
 #define LN_2 0.69314718055994531
-/* Returns the factor between sqrt(1/2) and sqrt(2) of a positive normal number x = factor *
- * 2^power, and writes `power`. */
+/* Splits a positive normal number x = factor * 2^power. Returns the factor, between sqrt(1/2) and
+ * sqrt(2), and writes `power`. */
 INLINE wide mantissa(wide x, wide *power)
 {
     const wide_integer one = wide_bits(wide_splat(1.0)),
@@ -71,7 +73,7 @@ INLINE wide mantissa(wide x, wide *power)
     *power = wide_of_bits((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023.0);
     return wide_of_bits((bits & 0x000fffffffffffffu) + root);
 }
-/* Returns the natural logarithm to full precision. */
+/* Returns the natural logarithm of x to full precision. */
 INLINE wide wide_log(wide x)
 {
     wide power;
@@ -81,8 +83,9 @@ INLINE wide wide_log(wide x)
     sum = wide_fma(2.0 * z * y, sum, 2.0 * z);
     return wide_fma(power, wide_splat(LN_2), sum);
 }
-/* Returns the natural logarithm with an error of 1e-8, without a division, for the terms of a mean.
- * The polynomial interpolates ln(1 + m) / m at Chebyshev's points. */
+/* Returns the natural logarithm of x with an error of 1e-8, without a division. The accuracy is
+ * sufficient for the terms of a mean. The polynomial interpolates ln(1 + m) / m at Chebyshev's
+ * points. */
 INLINE wide approx_log(wide x)
 {
     static const double terms[] = {-0.143773305674, 0.149490954762, -0.165606959921,
@@ -119,7 +122,7 @@ INLINE void add_growth(growth_sums *a, kr_lanes *l, kr_lane_tangents *g, int j, 
     a->leaned.y = wide_fma(turn.y, p.y, a->leaned.y);
     a->leaned.z = wide_fma(turn.z, p.z, a->leaned.z);
 }
-/* Computes the coefficients n + 1 of the deviation. */
+/* Computes coefficient n + 1 of the deviation, from the sums at n. */
 INLINE void next_growth(kr_lanes *l, kr_lane_tangents *g, int n)
 {
     const wide share = wide_splat(1.0 / (n + 1));
@@ -176,8 +179,8 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     const wide keep = wide_choose(is_own, wide_splat(1.0), wide_splat(0.0));
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
-/* Returns the squared length of remove_known(d). The error is a rounding error of the squared
- * length of `d`, which is small enough for the terms of a mean. */
+/* Returns the squared length of remove_known(d). The error is about one rounding error of the
+ * squared length of `d`. It is small enough for the terms of a mean. */
 INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -199,8 +202,8 @@ INLINE wide unscale_log(kr_lane_tangents *g, wide log_square)
 {
     return wide_fma(wide_load(g->begin.power), wide_splat(LN_2), 0.5 * log_square);
 }
-/* Writes the errors of the two conserved linear forms of a deviation, relative to the norm of the
- * form times the size of the deviation. */
+/* Writes the errors of dE and d<m,e3>, the two conserved linear forms of a deviation. Each error is
+ * relative to the norm of the form times the size of the deviation. */
 INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const lane_vec momentum = lane_vec_times(lane_vec_load(g->moments), at->w),
@@ -220,8 +223,8 @@ INLINE void write_form_errors(kr_lane_tangents *g, const lane_point *at, lane_de
                                                wide_sqrt(size * lane_vec_dot(at->p, at->p)));
 }
 
-/* Lobatto's rule with six points on [0, 1]: the inner points, their weights, and the weight of both
- * ends. */
+/* Lobatto's rule with six points on [0, 1]: the inner points, their weights, and the weight of each
+ * end. */
 static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.64261575824032255,
                                 0.88252766196473235},
                     weights[] = {0.18923747814892349, 0.27742918851774318, 0.27742918851774318,
@@ -233,8 +236,8 @@ static const double places[] = {0.11747233803526765, 0.35738424175967745, 0.6426
 typedef struct {
     wide area, moment, most, last, rest;
 } growth_areas;
-/* Adds the contribution of one node at the time t, with the weight `share` and the value a.last.
- * Lanes that have reached the end of the step have the weight 0. */
+/* Adds the contribution of the node at the time t to the integrals, with the weight `share` and the
+ * value a.last of ln|delta|. Lanes that have reached the end of the step have the weight 0. */
 INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, wide t)
 {
     const wide forward = wide_load(l->forward), span = share * forward, weight = span * a.last;
@@ -243,17 +246,17 @@ INLINE growth_areas add_integral_node(kr_lanes *l, growth_areas a, wide share, w
     a.most = wide_choose(wide_less(wide_splat(0.0), span), wide_max(a.most, a.last), a.most);
     return a;
 }
-/* Updates the largest relative last term by the last term of the deviation d; `last` is its
- * square. */
+/* Updates the largest relative last term. `last` is the square of the last term of the deviation
+ * d. */
 INLINE void update_last_term(growth_areas *a, wide last, lane_deviation d)
 {
     const wide size = deviation_dot(d, d), zero = wide_splat(0.0);
     const wide rest = wide_choose(wide_less(zero, last), last / size, zero);
     a->rest = wide_max(rest, a->rest);
 }
-/* Adds the integrals over a part of length h from l->t. Lobatto's rule is used because the
- * logarithm has a sharp minimum where the deviation is short. `d` is the deviation at the end,
- * without the known solutions. */
+/* Adds the integrals over a part of length h that begins at l->t. `d` is the deviation at the end
+ * of the part, without the known solutions. Lobatto's rule is used because the logarithm has a
+ * sharp minimum where the deviation is short. */
 INLINE growth_areas add_part(kr_lanes *l, kr_lane_tangents *g, wide h, lane_deviation d,
                              growth_areas a)
 {
@@ -280,8 +283,8 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     const lane_deviation last = deviation_load(g->x[order]);
     return power * power * deviation_dot(last, last);
 }
-/* Returns the fraction of h after which the last term is small enough: 1, or an estimate below 1.
- * `all` is the deviation after h. */
+/* Returns the fraction of h up to which the last term is small enough: 1, or an estimate below 1.
+ * `all` is the deviation at the time h. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -341,9 +344,9 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
                           wide_splat(0.0)};
     return r;
 }
-/* Propagates the deviation from the start of the step to the time `to`, at which the path has the
- * point `at`, in at most `most` parts. Writes the time that each lane has reached. Further parts do
- * not change the bits of lanes that have reached `to`. Returns the deviation without the known
+/* Propagates the deviation from the start of the step to the time `to`, in at most `most` parts. At
+ * this time the path has the point `at`. Writes the time that each lane has reached. Further parts
+ * do not change the bits of lanes that have reached `to`. Returns the deviation without the known
  * solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_areas *areas,
@@ -382,7 +385,7 @@ INLINE growth_areas load_areas(kr_lane_tangents *g)
 }
 /* Propagates the deviation over the last step, removes the known solutions, and scales the result
  * by a power of two. Returns the time that each lane has reached: the end of the step, or an
- * earlier time if there were too many parts. */
+ * earlier time if the step would need too many parts. */
 INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
 {
     const lane_point at = {lane_vec_load(l->end_p), lane_vec_load(l->end_w), wide_splat(0.0)};
@@ -405,7 +408,7 @@ INLINE wide propagate_over_step(kr_lanes *l, kr_lane_tangents *g)
     return reached;
 }
 /* Writes the growth at the times `at` inside the steps, or NaN if the deviation does not reach the
- * time. The parts up to `at` differ from those of the whole step. */
+ * time. The division into parts up to `at` differs from the division of the whole step. */
 INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
 {
     const wide at = wide_load(l->at), tiny = wide_splat(0x1p-1000);
@@ -423,9 +426,9 @@ INLINE void write_growth(kr_lanes *l, kr_lane_tangents *g)
     wide_store(g->out[KR_GROWTH_MAX], areas.most);
     write_form_errors(g, &here, d);
 }
-/* Sets the limit of a deviation's last term, and the number of terms above 2^-24 at the nodes
- * inside a step. The n-th term is about tol^(n/order) at the end of the step, and x^n times as
- * large at a node x. */
+/* Sets the limit of a deviation's last term. Also sets, for each node inside a step, the number of
+ * terms larger than 2^-24. The n-th term is about tol^(n/order) at the end of the step, and x^n
+ * times as large at a node x. */
 static void set_limits(const kr_lanes *l, kr_lane_tangents *g)
 {
     g->truncation_limit = exp2(2.0 * (l->log2_tol + GROWTH_SLACK));

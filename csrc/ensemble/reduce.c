@@ -1,6 +1,6 @@
-/* Reductions over the times of one top, in the order of the times, so that the bits do not depend
- * on other tops. Mean and variance are updated as in Welford (Technometrics 4, 1962), without
- * cancellation. */
+/* Reductions over the times of one top. The states are added in the order of the times, so that the
+ * bits do not depend on other tops. Mean and variance are updated as in Welford (Technometrics 4,
+ * 1962), which avoids cancellation. */
 #include "reduce.h"
 #include <math.h>
 
@@ -13,7 +13,8 @@ const char *kr_reduce_name(kr_reduce kind)
     };
     return (unsigned)kind < KR_REDUCE_COUNT ? names[kind] : NULL;
 }
-/* Replaces the extreme value by x if `is_more_so`, or if x is NaN. */
+/* Replaces the extreme value by x, and its time by t, if `is_more_so` is nonzero. If x is NaN, sets
+ * both to NaN. */
 static void add_extreme(kr_accumulator *accumulators, double x, double t, int is_more_so)
 {
     if (isnan(x)) accumulators->value = accumulators->more = x;

@@ -3,8 +3,8 @@
 #define KR_REDUCE_H
 #include "kreisel.h"
 
-/* A result so far, and a second number: the sum of squared deviations for a variance, or the time
- * of an extremum. */
+/* The value of a reduction so far, and a second number: the sum of squared deviations for a
+ * variance, or the time of an extremum. */
 typedef struct kr_accumulator {
     double value, more;
 } kr_accumulator;

@@ -1,8 +1,8 @@
-/* Sections of many tops: the states at which each top meets an event. Lanes detect events that are
- * linear in the vertical and the velocity seen from the body, such as the height of the apex. They
- * stop where the event function may have changed its sign; the last step of such a lane is searched
- * here. Tops with other events are integrated and searched in scalar runs
- * (events/event_search.c). */
+/* Sections of many tops: the states at which each top meets an event. Lanes can detect an event
+ * that is linear in the components of the vertical and the angular velocity along the axes of the
+ * body, such as the height of the apex. A lane stops where the event function may have changed its
+ * sign; this file then searches the last step of the lane. Tops with other events are integrated
+ * and searched in scalar runs (events/event_search.c). */
 #include "events/sign_changes.h"
 #include "events/event_polynomial.h"
 #include "worker.h"
@@ -57,7 +57,7 @@ static int is_condition_true(const kr_worker *worker, const kr_slot *slot, const
     return !event->condition_count ||
            kr_terms_value(scene, s, event->condition_count, event->condition) > 0.0;
 }
-/* Finishes a lane in which the event did not occur in time. */
+/* Finishes a lane in which the event did not occur within the longest time to wait. */
 static void time_out(kr_worker *worker, int lane)
 {
     kr_slot *slot = &worker->slots[lane];
@@ -69,8 +69,8 @@ static void time_out(kr_worker *worker, int lane)
     slot->last = s;
     kr_scheduler_finish(worker, lane, KR_ERR_EVENT);
 }
-/* Stores the state at an event in the last step of a lane; `place` runs from 0 to 1 over the step.
- * Returns 1 if the search of this step continues. */
+/* Stores the state at an event in the last step of a lane. `place` is the position of the event in
+ * the step, 0 .. 1. Returns 1 if the search of this step continues. */
 static int accept_event(kr_worker *worker, int lane, double place)
 {
     const kr_lanes *l = worker->lanes;

@@ -1,6 +1,6 @@
-/* A worker computes the motion of many tops. It allocates memory once, dispatches each top to the
- * lanes, to the batch of closed forms or to a scalar run, and writes the outcomes. The results of a
- * top do not depend on other tops. */
+/* A worker computes the motion of many tops. It allocates memory once, dispatches each top, and
+ * writes the outcomes. A top goes to a lane, to the batch of closed forms, or to a scalar run,
+ * which moves one kr_top outside the lanes. The results of a top do not depend on other tops. */
 #include "worker.h"
 #include "exact/dispatch.h"
 #include <stdlib.h>
@@ -22,7 +22,7 @@ int kr_worker_has_tangents(const kr_worker *worker)
 {
     return worker->lanes && worker->lanes->tangents;
 }
-/* Returns the address of the growth of a top at its k-th time, or NULL if growth is not
+/* Returns the address for the growth of a top at its k-th time, or NULL if growth is not
  * requested. */
 static double *growth_row(const kr_worker *worker, size_t top, size_t k)
 {
@@ -94,7 +94,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_accumulator *accumulators = kr_worker_scalar_accumulators(worker);
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
-    if (top == worker->exact_top) config.skip_heading = 0; /* saves nothing in closed forms */
+    if (top == worker->exact_top) config.skip_heading = 0; /* closed forms would not be faster */
     kr_status status = kr_top_init(top, scene, &config);
     if (status == KR_OK) {
         status = worker->is_section ? kr_section_record(worker, top, &slot, accumulators)
@@ -211,7 +211,8 @@ static kr_status create_scalar_tops(kr_worker *worker)
     if (worker->method != &kr_method_exact)
         status = kr_top_alloc(method, &worker->config, 0, &worker->fallback);
     if (status == KR_OK && worker->plans) {
-        /* Without a method, tops whose plan needs more memory take the Taylor series. */
+        /* If the worker has no method, tops whose closed form needs additional memory use
+         * taylor. */
         const size_t extra = worker->method ? kr_exact_extra_doubles() : 0;
         status = kr_top_alloc(&kr_method_exact, &worker->config, extra, &worker->exact_top);
     }

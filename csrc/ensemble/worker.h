@@ -14,18 +14,18 @@ typedef struct kr_slot {
     size_t top, states; /* index of the top; number of its good states */
     int64_t steps;      /* steps of a closed form; lanes count their own steps */
     double start, time_unit, rate, horizon, forward, requested;
-    double start_noise; /* sections: values up to this are zero until a first sign is known */
+    double start_noise; /* sections: until a first sign is known, smaller values count as zero */
     kr_state last;
 } kr_slot;
 
 struct kr_worker {
     kr_config config;
     const kr_method *method; /* NULL: chosen for each top */
-    kr_top *fallback;        /* top of the method, or taylor, for tops that cannot run in lanes */
-    kr_top *exact_top;       /* top of the closed form; NULL for other methods */
-    kr_exact *plans;         /* the closed forms of a batch; NULL if `exact_top` is */
-    const kr_tops *tops;     /* the tops of the current call */
-    int is_section;          /* nonzero: compute a section with `event` */
+    kr_top *fallback;    /* for tops that cannot run in lanes: a top of the method, or of taylor */
+    kr_top *exact_top;   /* a top of the closed form; NULL for other methods */
+    kr_exact *plans;     /* the closed forms of a batch; NULL if `exact_top` is NULL */
+    const kr_tops *tops; /* the tops of the current call */
+    int is_section;      /* nonzero: compute a section with `event` */
     kr_event event;
     int interrupted;
     const kr_lanes_isa *isa; /* NULL: the method has no lanes */
@@ -43,7 +43,8 @@ void kr_worker_store_state(kr_worker *worker, kr_slot *slot, kr_accumulator *acc
                            const kr_state *state);
 /* Returns 1 if each lane has a tangent. */
 int kr_worker_has_tangents(const kr_worker *worker);
-/* Writes the growth of the tangent of a lane at the next time; zeros if `row` is NULL. */
+/* Writes the growth of the tangent of a lane at the next requested time, or zeros if `row` is
+ * NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
 /* Writes the outcome and the reductions of a top, and NaN after the last good state. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
@@ -55,7 +56,7 @@ static inline kr_accumulator *kr_worker_scalar_accumulators(const kr_worker *wor
 }
 /* Integrates top i alone, in the memory of `top`. */
 void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i);
-/* Returns the config for top i, with the direction of the step given by the last time. */
+/* Returns the config for top i. The sign of the step is set by the last time of the top. */
 kr_config kr_worker_config_of(const kr_worker *worker, size_t i);
 /* Integrates all tops to their times, or to their events. */
 kr_status kr_worker_run_tops(kr_worker *worker, const kr_tops *tops);
@@ -65,8 +66,8 @@ static inline const double *kr_worker_times_of(const kr_tops *tops, size_t i)
     return tops->own_times && tops->times > 0 ? tops->t + i * tops->times : tops->t;
 }
 
-/* Computes the states of the tops with a closed form among the n tops from `from`; n is at most
- * KR_BATCH. Writes the status of kr_exact_plan for each of the n tops. */
+/* Computes the states of those tops that have a closed form, among the n tops from index `from`; n
+ * is at most KR_BATCH. Writes the status of kr_exact_plan for each of the n tops. */
 void kr_exact_batch_run(kr_worker *worker, size_t from, size_t n, kr_status status[]);
 
 /* Chooses the instruction set, order and tolerance of the lanes from the config. */
@@ -78,7 +79,7 @@ void kr_scheduler_set_kernel(kr_worker *worker, const kr_lanes_isa *isa, int ord
 void kr_scheduler_reset(kr_worker *worker);
 /* Loads top i into a lane. Until a lane is free, advances the tops in the lanes. */
 void kr_scheduler_add(kr_worker *worker, size_t i);
-/* Advances all tops in lanes to their ends. */
+/* Advances all tops in lanes to their last times or events. */
 void kr_scheduler_drain(kr_worker *worker);
 /* Returns the state of a lane at time t, which must lie in the last step of this lane. */
 kr_state kr_scheduler_sample(kr_worker *worker, int lane, double t);
@@ -98,7 +99,8 @@ static inline kr_accumulator *kr_scheduler_accumulators(const kr_worker *worker,
     return worker->accumulators + (size_t)lane * worker->reductions;
 }
 
-/* Returns the longest time to wait for the next event of a section; 0 without times. */
+/* Returns the longest time to wait for the next event of top i in a section; 0 if there are no
+ * times. */
 static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
 {
     const kr_tops *tops = worker->tops;
@@ -106,8 +108,8 @@ static inline double kr_section_max_wait(const kr_worker *worker, size_t i)
 }
 /* Returns 1 if lanes can detect the event of the current section. */
 int kr_section_suits_lanes(const kr_worker *worker);
-/* Sets the event of a lane, in the units of a step with this rate, for axes shifted cyclically by
- * `shift`. */
+/* Sets the event of a lane, in the units of a step whose unit of frequency is `rate`, along axes
+ * shifted cyclically by `shift`. */
 void kr_section_load_event(kr_worker *worker, int lane, double rate, int shift);
 /* Sets the goal of a lane to the latest time of the next event. Returns 0 and frees the lane if
  * there is no further event to search. */

@@ -1,19 +1,20 @@
-/* Event functions, sums of products of two components, as polynomials over a step. They are
- * computed by Cauchy products from the coefficients of the step. Components in the body are linear
- * in q, P and W: attitude, vertical and angular velocity. For components in space, with a unit
- * vector e in space and a vector v in the body,
+/* Event functions as polynomials over a step. An event function is a sum of products of two
+ * components, computed by Cauchy products from the coefficients of the step. A component along an
+ * axis of the body is linear in the attitude q, the vertical P and the angular velocity W. For
+ * components in space, with a unit vector e in space and a vector v in the body,
  *     <e, q v q*> = <e q, q v>,   m' = e3 x (q lever q*)
  * All numbers are in the units of the step: powers of two in which every component is at most
  * one. */
 #include "model/quantities.h"
 #include "event_polynomial.h"
 
-/* Each factor of a product is preceded and followed by zeros. */
+/* Number of zeros before the coefficients of a factor, and room for the coefficients and the zeros
+ * after them. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* A step, truncated to some order, with the names of kr_step_polynomial. The functions below add
- * their results to the coefficients c. */
+/* A step, truncated to some order, with the member names of kr_step_polynomial. Each function below
+ * named add_... adds its result to the coefficients c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;
@@ -23,8 +24,8 @@ typedef struct step_view {
 } step_view;
 
 static kr_vec3 unit_vector(int axis) { return v3(axis == 0, axis == 1, axis == 2); }
-/* Returns the unit of a component, a power of two. The first letter of its dimension distinguishes
- * momenta, rates and pure numbers. */
+/* Returns the unit of a component, a power of two. The first letter of the dimension shows whether
+ * the component is a momentum, a rate or a pure number. */
 static double component_unit(const kr_top *top, double rate, int number)
 {
     if (number == KR_COMPONENT_ONE) return 1.0;
@@ -41,7 +42,7 @@ static kr_quat attitude_coefficient(const step_view *v, int n)
     return q4(v->x[n][0], v3(v->x[n][1], v->x[n][2], v->x[n][3]));
 }
 static kr_quat pure_quaternion(kr_vec3 a) { return q4(0.0, a); }
-/* Returns the factor of a term in the units of a step with this rate. */
+/* Returns the factor of a term, in the units of a step whose unit of frequency is `rate`. */
 static double term_factor(const kr_top *top, double rate, const kr_term *t)
 {
     return t->factor * component_unit(top, rate, t->first) * component_unit(top, rate, t->second);
@@ -89,7 +90,7 @@ static void set_coefficients(padded_series s[4], int n, kr_quat q)
     s[2][PAD + n] = q.y;
     s[3][PAD + n] = q.z;
 }
-/* Returns e q, where e is the axis of space with this index. */
+/* Returns e q, where e is the axis of space with the index `axis`. */
 static kr_quat multiply_by_axis(int axis, kr_quat q)
 {
     const kr_quat products[3] = {
@@ -112,7 +113,8 @@ static void add_turned(const step_view *v, int axis, kr_vec3 body, double *c)
  * body. Valid for damped motions too. */
 static void add_turned_momentum(const step_view *v, double factor, int axis, double *c)
 {
-    /* The products in each component of q M: indices of q and M, and 1 for a negative sign. */
+    /* The three products in each component of q M, each as the index in q, the index in M, and 1
+     * for a negative sign. */
     static const int terms[4][3][3] = {{{1, 0, 1}, {2, 1, 1}, {3, 2, 1}},
                                        {{0, 0, 0}, {2, 2, 0}, {3, 1, 1}},
                                        {{0, 1, 0}, {3, 0, 0}, {1, 2, 1}},
@@ -153,8 +155,8 @@ static void add_vertical_momentum(const step_view *v, double factor, double *c)
     for (int i = 1; i < 4; i++) multiply_series(v, P[i] + PAD, M[i] + PAD, c);
 }
 
-/* Adds factor * component `axis` of q. There is such a function for each quantity with
- * KR_QUANTITY_IN_EVENTS. */
+/* Adds factor * component `axis` of q. Each quantity with KR_QUANTITY_IN_EVENTS needs a function
+ * like this. */
 static void add_q(const step_view *v, double factor, int axis, double *c)
 {
     const kr_quat axes = v->top->axes,
@@ -209,7 +211,7 @@ static void add_spin(const step_view *v, double factor, int axis, double *c)
     (void)axis;
     add_of_velocity(v, q_scale(factor, pure_quaternion(v->top->apex)), c);
 }
-/* Adds factor * the component with this number. The table needs a line for each quantity with
+/* Adds factor * the component with index `number`. The table needs a line for each quantity with
  * KR_QUANTITY_IN_EVENTS. */
 static void add_component(const step_view *v, double factor, int number, double *c)
 {
@@ -229,9 +231,9 @@ static void add_component(const step_view *v, double factor, int number, double 
         adds[component.quantity](v, factor, component.axis, c);
 }
 
-/* Returns a bound of a component relative to its unit. The unit of rates is that of a rotation
- * about the axis of the smallest moment; about the other axes, energy allows thin bodies much
- * slower rotations only. */
+/* Returns an upper bound of the size of a component, relative to its unit. The unit of rates fits
+ * rotations about the axis of the smallest moment. About the other axes, the energy of a thin body
+ * allows much slower rotations only. */
 static double component_bound(const kr_top *top, int number)
 {
     const kr_vec3 A = top->main.inertia;
@@ -287,7 +289,7 @@ static void sum_terms_of_event(const step_view *v, const kr_event *e, double *c)
                           i->first == KR_COMPONENT_ONE ? i->second : i->first, c);
     }
 }
-/* Writes the first coefficients of g at the end of the step, where the next step begins. */
+/* Writes the first coefficients of g about the end of the step, where the next step begins. */
 static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                              double *c)
 {
@@ -310,8 +312,8 @@ static void sum_event_at_end(const kr_top *top, const kr_step_polynomial *p, con
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *p, const kr_event *e,
                         double c[])
 {
-    /* Even and odd terms are summed separately, as two independent chains of operations that run in
-     * parallel. */
+    /* Even and odd terms are summed separately, because the processor can execute two independent
+     * sums in parallel. */
     const step_view v = {top, p->rate, p->order, p->x, p->w, p->product};
     const int first = e->extremum ? 1 : 0, degree = p->order - first;
     double power[2] = {1.0, p->span}, reached[2] = {0.0, 0.0}, end[ROOM];
@@ -344,8 +346,8 @@ int kr_terms_are_linear(size_t n, const kr_term terms[])
 }
 kr_linear kr_terms_linear_form(const kr_top *top, double rate, const kr_event *event)
 {
-    /* Unit vectors of the vertical, then of the velocity. The last row is zero and gives the
-     * constant. */
+    /* Values at which g is evaluated: unit vectors of the vertical, then of the velocity. The last
+     * row is zero, for which g is the constant. */
     static const double x[7][8] = {{[5] = 1.0}, {[6] = 1.0}, {[7] = 1.0}},
                         w[7][4] = {[3] = {[1] = 1.0}, [4] = {[2] = 1.0}, [5] = {[3] = 1.0}};
     double value[7], c[ROOM];

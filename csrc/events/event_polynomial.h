@@ -5,16 +5,16 @@
 
 enum { KR_TERMS_ROOM = KR_POLYNOMIAL_ORDER_MAX + 16 };
 /* Returns a bound of the function with these n terms, in the units of the step `piece`. The
- * function can be searched only if the bound is finite and not 0. */
+ * function can be searched for sign changes only if the bound is finite and not 0. */
 double kr_terms_bound(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                       const kr_term terms[]);
 /* Writes g, or dg/ds for an extremum, as a polynomial in s = 0 .. 1 over the step, and returns the
- * degree. The polynomials of successive steps agree at the common point up to rounding, whatever
- * the tolerance. c has KR_TERMS_ROOM elements. */
+ * degree. At the time where two steps meet, their polynomials agree up to rounding, whatever the
+ * tolerance. c has KR_TERMS_ROOM elements. */
 int kr_terms_polynomial(const kr_top *top, const kr_step_polynomial *piece, const kr_event *event,
                         double c[]);
-/* Values below this fraction of the function's bound count as zero. KR_TERMS_START is used at the
- * start, which may lie on the event up to rounding. */
+/* Values below this fraction of the function's bound count as zero. At the start, KR_TERMS_START is
+ * used instead, because the start may meet the event up to rounding errors. */
 #define KR_TERMS_UNSURE 0x1p-50
 #define KR_TERMS_START 0x1p-40
 /* Returns 1 if the function is linear in the vertical and the velocity seen from the body. */

@@ -1,17 +1,18 @@
-/* Advances a top from event to event. Each step is made as without events, and only then searched,
- * so that events never change the path. Each event stores the next sign change in the last step.
- * When the top has passed this sign change, the search continues after it. */
+/* Advances a top from event to event. Each step is first made as if there were no events, and then
+ * searched. Events therefore never change the path. Each event stores its next sign change in the
+ * last step. When the top has passed this sign change, the search continues after the sign
+ * change. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
-/* Returns the time t since the start in own units. */
+/* Returns the time from the start to the user's time t, in own units. */
 static double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* Converts `clock`, a time in the last step in own units, to the user's time, and rounds the result
- * into the step. */
+/* Converts `clock`, a time inside the last step in own units, to the user's time. If rounding has
+ * moved the result out of the step, moves it back by one double. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,
@@ -24,7 +25,7 @@ static double user_time_in_step(const kr_top *top, double clock)
                : t;
 }
 
-/* Returns 1 if the sign changes of the terms can be searched on this top. */
+/* Returns 1 if the sum of the terms can be searched for sign changes on this top. */
 static int are_valid_terms(const kr_top *top, const kr_step_polynomial *piece, size_t n,
                            const kr_term terms[])
 {
@@ -67,8 +68,8 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     return KR_OK;
 }
 
-/* Finds the next sign change of an event in the last step after its mark. Sets the sign of the
- * event to 0 if there is none. */
+/* Finds the next sign change of an event in the last step, after the position own.mark. Sets
+ * own.sign to 0 if there is no such sign change. */
 static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
 {
     double coefficients[KR_TERMS_ROOM];
@@ -91,8 +92,8 @@ static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, 
     own->mark = search.mark;
 }
 /* Finds the first sign change of an event in the last step, unless this step was searched already.
- * The sign at the end of the previous step is reused, unless an event was found there or that step
- * was not searched. */
+ * The sign at the end of the previous step is reused, unless an event was found there or the
+ * previous step was not searched. */
 static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
 {
     kr_event_search *own = &event->own;
@@ -129,7 +130,7 @@ static int is_condition_true(const kr_top *top, const kr_event *event)
            kr_terms_value(&top->scene, &top->now, event->condition_count, event->condition) > 0.0;
 }
 /* Advances to the next event in the last step, up to the time t. Sets hit->index to -1 if there is
- * none. */
+ * no such event. */
 static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);

@@ -1,17 +1,18 @@
 /* All changes of sign of a polynomial. In Bernstein's basis the coefficients of a polynomial
- * enclose its values, and their differences enclose its slope. An interval in which all
- * coefficients have one sign contains no root; one in which all differences have one sign contains
- * no extremum. Any other interval is halved (de Casteljau; Lane and Riesenfeld 1981) until the
- * values cannot be distinguished from zero. Only values above the rounding noise have a sign. Two
- * roots between which the polynomial stays below the noise are a contact, not a change of sign. A
- * zero at the border of two steps is found once, from the sign before it to the sign after it. */
+ * enclose its values, and their differences enclose its slope. If all coefficients on an interval
+ * have one sign, the interval contains no root. If all differences have one sign, it contains no
+ * extremum. Any other interval is halved (de Casteljau; Lane and Riesenfeld 1981) until the values
+ * cannot be distinguished from zero. Only values above the rounding noise have a sign. If the
+ * polynomial stays below the noise between two roots, the roots count as a contact, not as changes
+ * of sign. A root at the common point of two steps is found exactly once, because the last sign of
+ * one step is carried over to the next. */
 #include "sign_changes.h"
 
 typedef enum search_outcome { NO_ROOT, ROOT_FOUND, UNDECIDED } search_outcome;
 enum { MAX_NEWTON_STEPS = 60 };
 static const double RESOLUTION = 0x1p-54; /* absolute error of a root */
 static const double NARROWEST = 0x1p-48;  /* shortest interval that is halved */
-static const double NARROW = 0x1p-5;      /* the same while the last terms are omitted */
+static const double NARROW = 0x1p-5;      /* as NARROWEST, while the last terms are omitted */
 static const double TAIL_SHARE =
     0x1p-10; /* largest fraction of the slopes of all terms that may be omitted */
 
@@ -33,8 +34,8 @@ static double evaluate_with_slope(const double *c, int degree, double s, double 
     *slope = d;
     return p;
 }
-/* Returns a root between `low` and `high` by Newton's method, or by bisection where Newton's step
- * would leave the interval. The polynomial has the sign r->side at `low`. */
+/* Returns a root between `low` and `high`, by Newton's method. If a Newton step would leave the
+ * interval, the interval is bisected instead. The polynomial has the sign r->side at `low`. */
 static double refine(const kr_sign_search *r, double low, double high)
 {
     double s = 0.5 * (low + high);
@@ -52,7 +53,7 @@ static double refine(const kr_sign_search *r, double low, double high)
     return s;
 }
 /* Records the sign of the value p at s. Returns 1 if the sign has certainly changed since the
- * mark. */
+ * position r->mark. */
 static int note_sign(kr_sign_search *r, double p, double s)
 {
     if (!(fabs(p) > (r->side ? r->noise : r->start_noise))) return 0;
@@ -62,8 +63,8 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the value at the end of the interval shows whether the sign changes in it. This is
- * so if the polynomial has one sign, is monotonic, or is zero up to noise. */
+/* Returns 1 if the value at the end of the interval shows whether the sign changes in it. It does
+ * if the polynomial has one sign, is monotonic, or is zero up to noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;
@@ -114,8 +115,8 @@ static search_outcome search_polynomial(kr_sign_search *r)
         for (int i = n; i >= k; i--) b[i] += b[i - 1];
     return search_interval(r, b, 0.0, 1.0);
 }
-/* Omits the last terms while their slopes are negligible. The sum of the omitted terms bounds the
- * error; an undecided search is repeated with all terms. */
+/* Omits the last terms while their slopes are negligible. The error is bounded by the sum of the
+ * omitted terms. A search that cannot decide is repeated with all terms. */
 static void truncate_polynomial(kr_sign_search *r)
 {
     double slopes = 0.0;

@@ -6,12 +6,12 @@
 typedef struct kr_sign_search {
     const double *c;    /* sum c[n] s^n */
     int degree;         /* at most KR_POLYNOMIAL_ORDER_MAX */
-    double noise;       /* values up to this count as zero */
-    double start_noise; /* the same, before the first sign is known */
-    int sought;         /* sign after the sought changes; 0: either sign */
-    int side;           /* last sign that was certain; 0: none so far */
+    double noise;       /* values up to this size count as zero */
+    double start_noise; /* as `noise`, until a first sign is known */
+    int sought;         /* seek changes to this sign only; 0: to either sign */
+    int side;           /* the last sign known with certainty; 0: none so far */
     double mark;        /* where the search continues */
-    double root;        /* last change of sign to `side`, if it was sought */
+    double root;        /* the position of the change of sign to `side`, if it was sought */
     int used;           /* number of terms in use, minus one */
     double tail;        /* bound of the sum of the omitted terms */
     double tail_slope;  /* bound of the slope of the omitted terms */

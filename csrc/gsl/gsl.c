@@ -1,10 +1,11 @@
 /* GSL's Runge-Kutta pair of Prince and Dormand and GSL's semi-implicit Bulirsch-Stoer method, as
  * references. They integrate
  *     q' = q W / 2,    I W' = I W x W + P x lever,    P = q* e3 q
- * with the angular velocity W and the vertical P seen from the body. The methods conserve nothing.
- * This file replaces gsl_odeiv2_evolve, and uses GSL's own step and control. Unlike there, the
- * length of a step is exactly the difference of the times at its ends, the end time may be
- * infinite, and a failed step does not change the state. */
+ * where W and P are the components of the angular velocity and the vertical along the axes of the
+ * body. The methods conserve nothing. This file uses GSL's step and control, and replaces
+ * gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the length of a step is exactly the difference of
+ * the times at its ends. The end time may be infinite, and a failed step does not change the
+ * state. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>
@@ -12,12 +13,13 @@
 #include "gsl.h"
 
 enum { MAX_TRIES = 1000 };
-/* Largest rotation of the top in a step [rad]. Whole turns inside a step would deceive the error
- * estimate of the semi-implicit method, which damps what it does not resolve. (extrapolation.h
- * needs no such limit.) */
+/* Largest rotation of the top in a step [rad]. The semi-implicit method damps a rotation that it
+ * does not resolve. With whole turns inside a step, its error estimate would therefore be too
+ * small. (extrapolation.h needs no such limit.) */
 static const double most_turn = 4.0;
-/* Largest h^2 a and h a of a step h, where a bounds the rate of W due to gravity. Beyond them the 1
- * in 1 - h J is lost to rounding, and GSL reads uninitialized memory if this matrix is singular. */
+/* Largest allowed h^2 a and h a of a step h, where a is a bound of |W'| due to gravity. Beyond
+ * these limits, rounding removes the 1 from the matrix 1 - h J. If this matrix is singular, GSL
+ * reads uninitialized memory. */
 static const double most_fall = 1e12, most_pull = 1e14;
 
 typedef struct {
@@ -38,7 +40,7 @@ static void put_vector_at(double y[], kr_quat q, kr_vec3 W)
     v_put(y + 1, q_vec(q));
     v_put(y + 4, W);
 }
-/* Returns GSL_EBADFUNC if a number is not finite, because GSL would take an error of NaN for an
+/* Returns GSL_EBADFUNC if a number is not finite, because GSL would treat an error of NaN like an
  * error of 0. */
 static int check_finite(const double *a, int n)
 {
@@ -58,8 +60,8 @@ int kr_gsl_rates(double t, const double y[], double rate[], void *params)
     motion->stats.evaluations++;
     return check_finite(rate, GSL_SIZE);
 }
-/* Each column is the derivative of the rates in the direction (dq, dW), with dP = 2 vec(q* e3
- * dq). */
+/* Each column of the Jacobian is the derivative of the rates along one variable (dq, dW), with dP =
+ * 2 vec(q* e3 dq). */
 int kr_gsl_jacobian(double t, const double y[], double *jacobian, double rate_t[], void *params)
 {
     kr_motion *motion = params;
@@ -133,7 +135,7 @@ static double longest_step(const kr_motion *motion, double rate)
     return fmin(most_turn / rate, fmin(sqrt(most_fall / a), most_pull / a));
 }
 /* Tries a step of length h from p. Writes the result and the length of the following step to
- * `next`. Returns 0 if the control rejects the step; next->h is then the length to try instead. */
+ * `next`. Returns 0 if the control rejects the step. The length to try instead is then next->h. */
 static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *next)
 {
     const gsl_odeiv2_system system = {kr_gsl_rates, kr_gsl_jacobian, GSL_SIZE, motion};
@@ -150,7 +152,7 @@ static int try_step(kr_motion *motion, double h, const ode_work *p, ode_work *ne
 static kr_status ode_step(kr_motion *motion, double until)
 {
     ode_work *p = (ode_work *)motion->work, next = *p;
-    /* No step in doubles can meet a tolerance below the rounding error. */
+    /* In doubles, no step can meet a tolerance below the rounding error. */
     if (tolerance(motion) < DBL_EPSILON) return KR_ERR_STEP;
     const double longest = longest_step(motion, v_length(ode_velocity(p->y)));
     for (int rejected = 0; rejected < MAX_TRIES; rejected++) {

@@ -8,7 +8,7 @@
 #define KR_DD_H
 #include <math.h>
 
-/* A dd_part is hi or lo; a dd_truth is the result of comparing two parts. */
+/* A dd_part is the type of hi and lo; a dd_truth is the result of comparing two of them. */
 #if defined KR_DD_LANES
 #  include "simd.h"
 typedef wide dd_part;
@@ -90,7 +90,7 @@ static inline dd dd_add(dd a, dd b)
     s = two_sum_ordered(s.hi, s.lo + t.hi);
     return two_sum_ordered(s.hi, s.lo + t.lo);
 }
-/* Returns a + b with an error of 2^-104 (|a| + |b|), in half the time of dd_add. */
+/* Returns a + b with an error of at most 2^-104 * (|a| + |b|), in half the time of dd_add. */
 static inline dd dd_add_near(dd a, dd b)
 {
     const dd s = two_sum(a.hi, b.hi);
@@ -123,8 +123,8 @@ static inline dd dd_div(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest / b.hi);
 }
-/* Returns a / b like dd_div, but faster, by one division instead of two. 1 / b must be a normal
- * double. */
+/* Returns a / b like dd_div, but faster: with one division of doubles instead of two. 1 / b must be
+ * a normal double. */
 static inline dd dd_over(dd a, dd b)
 {
     const dd_part inverse = 1.0 / b.hi, q = a.hi * inverse;
@@ -132,8 +132,8 @@ static inline dd dd_over(dd a, dd b)
     const dd_part rest = ((a.hi - p.hi) - p.lo) + (a.lo - q * b.lo);
     return two_sum_ordered(q, rest * inverse);
 }
-/* Returns the square root of a, and zero for a < 0, because a negative argument is a zero with a
- * rounding error. */
+/* Returns the square root of a. Returns 0 for a < 0: such an argument is a zero with a rounding
+ * error. */
 static inline dd dd_sqrt(dd a)
 {
     const dd_part x = part_sqrt(a.hi);

@@ -6,7 +6,7 @@
 #include "dd.h"
 
 /* Returns first (1 + z/a(a+1) + z^2/a(a+1)(a+2)(a+3) + ...) with z = square and a = from. The sum
- * ends where the first factor of a pair reaches `to`. */
+ * ends when the factor that begins a pair, a + 2 k, reaches `to`. */
 static inline dd dd_series(dd first, int from, int to, dd square)
 {
     dd term = first, sum = first;
@@ -39,8 +39,8 @@ static inline void dd_sincos(dd a, dd *s, dd *c)
     *s = sn;
     *c = cs;
 }
-/* Returns the angle of the point (x, y): that of atan2, improved by one step of Newton's method,
- * which squares the error. */
+/* Returns the angle of the point (x, y). The result of atan2 is improved by one step of Newton's
+ * method, which squares the error. */
 static inline dd dd_atan2(dd y, dd x)
 {
     const double guess = atan2(y.hi, x.hi);

@@ -1,13 +1,13 @@
-/* Support for files that are compiled once for each instruction set. KR_NAME makes the names of
- * their exports. CMakeLists.txt passes -DKR_ISA=avx2 etc., and defines KR_X86 if the instruction
- * sets of x86 are compiled in. */
+/* Support for files that are compiled once for each instruction set. KR_NAME makes the names of the
+ * functions that such a file exports. CMakeLists.txt passes -DKR_ISA=avx2 etc., and defines KR_X86
+ * if the instruction sets of x86 are compiled in. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
-/* A kernel is one loop without calls: a call would spill the vector registers. APART marks code
- * that a kernel rarely needs. KR_SMALL makes the code small: the compiler then decides about
- * inlining. */
+/* A kernel is one loop without function calls, because a call would save all vector registers to
+ * memory. APART marks functions that a kernel rarely needs and may call. If KR_SMALL is defined,
+ * the compiler decides about inlining, for smaller code. */
 #if defined __GNUC__ && !defined KR_SMALL
 #  define INLINE static inline __attribute__((always_inline))
 #  define APART static __attribute__((noinline))
@@ -16,8 +16,9 @@
 #  define APART static
 #endif
 
-/* Vectors need a compiler with __builtin_shufflevector; KR_PLAIN code does not. Every aarch64
- * processor has NEON, so the base instruction set is named after it there. */
+/* Vectors need a compiler with __builtin_shufflevector. If KR_PLAIN is defined, the code is plain
+ * C99 without vectors. Every aarch64 processor has NEON, so the base instruction set is called neon
+ * there. */
 #if !defined KR_PLAIN && (!defined __GNUC__ || (!defined __clang__ && __GNUC__ < 12))
 #  define KR_PLAIN
 #endif
@@ -27,7 +28,8 @@
 #else
 #  define KR_BASE_NAME "base"
 #endif
-/* KR_FUSED: the hardware has fused multiply-add. The bits of results depend on this alone. */
+/* KR_FUSED: the hardware has fused multiply-add. The bits of the results depend only on KR_FUSED,
+ * not on the instruction set. */
 #if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
 #  define KR_FUSED
 #endif

@@ -1,9 +1,9 @@
-/* Vectors of doubles with independent lanes: each lane belongs to one top, and its bits are the
- * same at every width. A `wide` has as many lanes as the vectors of the instruction set (x86-64-v4:
- * 8, v3: 4, SSE2 and NEON: 2, plain C99: 1), or one lane with KR_ONE_LANE. The operators + - * /
- * and unary - work on wides, also between a wide and a double. A `mask` holds one truth value for
- * each lane. Only wide_fma fuses a product and a sum, if the hardware can. This header is compiled
- * once for each instruction set. */
+/* Vectors of doubles with independent lanes. Each lane belongs to one top. The bits of a lane are
+ * the same for every width of the vectors. A `wide` has as many lanes as the vectors of the
+ * instruction set (x86-64-v4: 8, v3: 4, SSE2 and NEON: 2, plain C99: 1), or one lane with
+ * KR_ONE_LANE. The operators + - * / and unary - work on wides, also between a wide and a double. A
+ * `mask` holds one truth value for each lane. Only wide_fma fuses a product and a sum, if the
+ * hardware has fused multiply-add. This header is compiled once for each instruction set. */
 #ifndef KR_SIMD_H
 #define KR_SIMD_H
 #include <stdint.h>
@@ -110,7 +110,7 @@ INLINE wide wide_load(const double *p)
     return a;
 }
 INLINE void wide_store(double *p, wide a) { memcpy(p, &a, sizeof a); }
-/* wide_bits and wide_of_bits convert between doubles and their bits. */
+/* The functions wide_bits and wide_of_bits convert between doubles and their bits. */
 INLINE wide_integer wide_bits(wide a)
 {
     wide_integer r;
@@ -123,7 +123,8 @@ INLINE wide wide_of_bits(wide_integer a)
     memcpy(&r, &a, sizeof r);
     return r;
 }
-/* Ends the use of wide vectors. Otherwise narrower instructions of other code would be slow. */
+/* Ends the use of wide vectors. Without this call, code with narrower instructions would be slow
+ * afterwards. */
 INLINE void wide_leave(void)
 {
 #if defined __AVX__ && !defined KR_ONE_LANE && !defined KR_PLAIN

@@ -1,7 +1,7 @@
 /* Sums of products without cancellation errors: all products are exact, and their sum is as
  * accurate as in arithmetic with four times the digits of a double (Ogita, Rump, Oishi, SIAM J.
- * Sci. Comput. 26, 2005, SumK). The sums of the three components of a vector are interleaved,
- * because each sum must wait for the result of the one before it. */
+ * Sci. Comput. 26, 2005, SumK). The sums of the three components of a vector are interleaved, so
+ * that the processor can work on one while it waits for the results of the others. */
 #ifndef KR_SPLIT_DOUBLE_H
 #define KR_SPLIT_DOUBLE_H
 #include "su2_dd.h"
@@ -36,7 +36,8 @@ static inline split_vec split_sum(double x[][3], int n)
     }
     return sum;
 }
-/* Writes a * b * component `from` of v as a sum of 4 * v->count doubles to component `to` of x. */
+/* Writes the product a * b * (component `from` of v) to component `to` of x, as a sum of 4 *
+ * v->count doubles. */
 static inline void split_product(double a, double b, const split_vec *v, int from, double x[][3],
                                  int to)
 {

@@ -1,6 +1,7 @@
 /* Vectors and unit quaternions (SU(2)), passed by value. Functions on vectors begin with v_,
  * functions on quaternions with q_. A unit quaternion q rotates v to q v q*. In the notation of the
- * thesis, an element of su(2) is half the quaternion of a vector, and Phi^-1 is q. */
+ * thesis (Bodack 2008), an element of su(2) is half the quaternion of a vector, and q is called
+ * Phi^-1. */
 #ifndef KR_SU2_H
 #define KR_SU2_H
 #include "kreisel.h"
@@ -12,7 +13,8 @@ static inline kr_vec3 v3(double x, double y, double z)
     v.x = x, v.y = y, v.z = z;
     return v;
 }
-/* v_of and v_put read and write a vector among the variables y of a differential equation. */
+/* The functions v_of and v_put read and write a vector among the variables y of a differential
+ * equation. */
 static inline kr_vec3 v_of(const double *y) { return v3(y[0], y[1], y[2]); }
 static inline void v_put(double *y, kr_vec3 v)
 {
@@ -23,8 +25,8 @@ static inline void v_put(double *y, kr_vec3 v)
 static inline kr_vec3 v_add(kr_vec3 a, kr_vec3 b) { return v3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline kr_vec3 v_sub(kr_vec3 a, kr_vec3 b) { return v3(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline kr_vec3 v_scale(double s, kr_vec3 a) { return v3(s * a.x, s * a.y, s * a.z); }
-/* v_times and v_over multiply and divide component by component, for example by the principal
- * moments of inertia. */
+/* The functions v_times and v_over multiply and divide component by component, for example by the
+ * principal moments of inertia. */
 static inline kr_vec3 v_times(kr_vec3 a, kr_vec3 b) { return v3(a.x * b.x, a.y * b.y, a.z * b.z); }
 static inline kr_vec3 v_over(kr_vec3 a, kr_vec3 b) { return v3(a.x / b.x, a.y / b.y, a.z / b.z); }
 /* Returns s * a + b. */
@@ -35,8 +37,8 @@ static inline kr_vec3 v_axpy(double s, kr_vec3 a, kr_vec3 b)
 static inline double v_dot(kr_vec3 a, kr_vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline double v_length(kr_vec3 a) { return sqrt(v_dot(a, a)); }
 static inline double v_largest(kr_vec3 a) { return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z))); }
-/* Returns the unit vector along a, which must not be zero. Tiny vectors are scaled first, because
- * the reciprocal of their size would overflow. */
+/* Returns the unit vector along a, which must not be zero. A tiny vector is scaled first, because
+ * the reciprocal of its length would overflow. */
 static inline kr_vec3 v_unit(kr_vec3 a)
 {
     const double size = v_largest(a), up = size < 0x1p-1000 ? 0x1p200 : 1.0;
@@ -70,16 +72,16 @@ static inline kr_quat q_add(kr_quat a, kr_quat b)
     return q4(a.w + b.w, v_add(q_vec(a), q_vec(b)));
 }
 static inline double q_dot(kr_quat a, kr_quat b) { return a.w * b.w + v_dot(q_vec(a), q_vec(b)); }
-/* Returns q or -q, which are the same attitude: the one nearer to `last`, so that the quaternion
- * changes continuously. */
+/* Returns q or -q, whichever is nearer to `last`. Both are the same attitude; the choice makes the
+ * quaternion change continuously. */
 static inline kr_quat q_near(kr_quat q, kr_quat last)
 {
     return q_dot(q, last) < 0.0 ? q_scale(-1.0, q) : q;
 }
 static inline kr_quat q_unit(kr_quat q) { return q_scale(1.0 / sqrt(q_dot(q, q)), q); }
-/* Returns q with unit length, if only rounding errors have changed its length. One step of Newton's
- * method suffices and needs no square root. The correction is added, because a factor near 1 would
- * itself be rounded with a bias: over 1e6 steps the energy would drift by 1e-12. */
+/* Returns q with unit length. Requires that |q| differs from 1 by rounding errors only. One step of
+ * Newton's method suffices and needs no square root. The correction is added, because a factor near
+ * 1 would itself be rounded with a bias: over 1e6 steps the energy would drift by 1e-12. */
 static inline kr_quat q_renew(kr_quat q)
 {
     const double e = 0.5 - 0.5 * q_dot(q, q);
@@ -93,7 +95,7 @@ static inline kr_quat q_mul(kr_quat a, kr_quat b)
                  a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x));
 }
 
-/* Returns q v q*. If q is an attitude, v is rotated from the body into space. */
+/* Returns q v q*. If q is an attitude, this rotates v from the body into space. */
 static inline kr_vec3 q_turn(kr_quat q, kr_vec3 v)
 {
     const kr_vec3 u = q_vec(q), s = v_scale(2.0, v_cross(u, v));
@@ -137,8 +139,8 @@ static inline kr_quat q_mul_z(kr_quat q, double c, double s)
     return q4(c * q.w - s * q.z, v3(c * q.x + s * q.y, c * q.y - s * q.x, c * q.z + s * q.w));
 }
 
-/* Returns the shortest rotation from the third axis to the unit vector a. If a.z < -1/2, returns
- * instead a half turn about the first axis, followed by the shortest rotation from there. */
+/* Returns the shortest rotation from the third axis to the unit vector a. If a.z < -1/2, returns a
+ * half turn about the first axis, followed by the shortest rotation from -e3 to a. */
 static inline kr_quat q_tilt(kr_vec3 a)
 {
     if (a.z < -0.5) return q_mul(q_tilt(v3(-a.x, -a.y, -a.z)), q4(0.0, v3(1.0, 0.0, 0.0)));

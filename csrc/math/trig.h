@@ -1,15 +1,16 @@
 /* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp. The
- * functions of libm differ in their last bits between libraries, and so would all states computed
- * from them. With the functions below, a scene gives the same bits with every compiler and libm,
- * and in WebAssembly. They sum power series, without tables and fused multiply-add. */
+ * functions of different versions of libm differ in their last bits. All states computed with them
+ * would therefore differ, too. With the functions below, a scene gives the same bits with every
+ * compiler and libm, and in WebAssembly. The functions sum power series, without tables or fused
+ * multiply-add. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
 
-/* Writes cos(x) - 1 and sin(x)/x for z = x^2 <= (pi/4)^2, without square roots and divisions. z = 0
- * needs no special case. */
+/* Writes cos(x) - 1 to `c` and sin(x)/x to `s`, for z = x^2 <= (pi/4)^2, without square roots or
+ * divisions. z = 0 needs no special case. */
 static inline void less_one_sinc_small(double z, double *c, double *s)
 {
     const double z2 = z * z, z4 = z2 * z2;
@@ -32,7 +33,7 @@ static inline void cos_sinc_small(double z, double *c, double *s)
  * which causes a smaller error than the rounding of x itself. */
 static inline void sin_cos(double x, double *sine, double *cosine)
 {
-    /* Adding 1.5 * 2^52 leaves the nearest integer in the low bits. */
+    /* Adding 1.5 * 2^52 to a number leaves the nearest integer in the low bits of the sum. */
     const double to_integer = 6755399441055744.0;
     double turns, r, s, c;
     uint64_t quadrant;

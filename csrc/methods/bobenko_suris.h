@@ -3,10 +3,10 @@
  *     drift  q <- Cay(h m / I1) q R,    Cay(v) = (1, v/2) / sqrt(1 + |v|^2/4)
  *     kick   m <- m + k e3 x a
  *     twist  R = (cos s, 0, 0, sin s),  2 s = h c / I3 - 2 atan(h c / 2 I1),   c = <m, a>
- * The twist R is a constant rotation about the axis of the body, which makes the total rotation
- * about this axis exact. (Theorem 4.2 of the thesis has 2 atan(h c / 2 I3) instead of h c / I3.) R
- * commutes with drift and kick. R^n is therefore stored separately and applied only when a state is
- * read. */
+ * The twist R is a constant rotation about the axis of the body. With R the total rotation about
+ * this axis is exact. (Theorem 4.2 of the thesis, Bodack 2008, has 2 atan(h c / 2 I3) instead of h
+ * c / I3.) R commutes with drift and kick. R^n is therefore stored separately and applied only when
+ * a state is read. */
 #ifndef KR_BOBENKO_SURIS_H
 #define KR_BOBENKO_SURIS_H
 #include "method.h"
@@ -18,8 +18,8 @@ typedef struct bobenko_suris_orbit {
     double s, cos_s, sin_s; /* half the angle of the twist R */
     double n, cosine, sine; /* the number of steps; cos(n s) and sin(n s) */
 } bobenko_suris_orbit;
-/* cos(n s) and sin(n s) are updated in each step by the addition theorems, which is cheap. They are
- * computed anew every BOBENKO_SURIS_SEED steps to limit rounding errors. */
+/* cos(n s) and sin(n s) are updated in each step by the addition theorems, which is cheap. To limit
+ * rounding errors, both are computed anew every BOBENKO_SURIS_SEED steps. */
 enum { BOBENKO_SURIS_WORK = sizeof(bobenko_suris_orbit) / sizeof(double), BOBENKO_SURIS_SEED = 64 };
 
 /* Returns the momentum after a kick of strength k. */
@@ -59,7 +59,7 @@ static inline void bobenko_suris_begin(bobenko_suris_orbit *o, const kr_motion *
     bobenko_suris_set_twist(o, 0.5 * h * c / motion->inertia.z -
                                    arc_tangent(0.5 * h * c / motion->inertia.x));
 }
-/* Returns 1 if the number of steps in the orbit, the first member of the work, is valid. */
+/* Returns 1 if `work` begins with an orbit that has a valid number of steps. */
 static inline int bobenko_suris_is_valid(const void *work)
 {
     bobenko_suris_orbit o;

@@ -1,10 +1,11 @@
 /* Coefficients of symmetric compositions of kicks and drifts, and their order in a step
  *     kick b_0, drift a_1, kick b_1, drift a_2, ... drift a_s, kick b_s      in parts of the step.
- * Both sequences are palindromes: the table holds the first halves, and the middle coefficients
- * follow from the sums 1. A row without kicks composes any symmetric step of order 2, such as
- * Strang's, by b_i = (a_i + a_(i+1)) / 2. Orders 6 and 8 cost less than with Suzuki's row repeated.
- * A row with kicks begins and ends with a drift (b_0 = 0). If the drift is exact and the kick does
- * not change q, only Nystrom's order conditions are needed, which are fewer. */
+ * Both sequences are palindromes with the sum 1. The table holds the first halves, and the middle
+ * coefficients follow from the sums. A row without kicks composes any symmetric step of order 2,
+ * such as Strang's, by b_i = (a_i + a_(i+1)) / 2. These rows of orders 6 and 8 cost less than a
+ * repeated composition with Suzuki's row. A row with kicks begins and ends with a drift (b_0 = 0).
+ * If the drift is exact and the kick does not change q, only the order conditions of Nystrom's case
+ * must hold. There are fewer of them. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 
@@ -39,8 +40,8 @@ static const struct {
 };
 
 /* The sequence of a step is drift[0], kick[0], drift[1], ... kick[stages - 1], as fractions of the
- * step. The last kick is combined with the first one of the next step. Between steps m is therefore
- * ahead by a kick of b_0 (`ahead`). */
+ * step. The last kick is combined with the first one of the next step. Between steps, m is
+ * therefore ahead by a kick of b_0 (`ahead`). */
 typedef struct composition {
     int stages;
     double ahead, drift[COMPOSE_MOST], kick[COMPOSE_MOST];

@@ -1,5 +1,5 @@
 /* Extrapolation with control of order and step (extrapolation.h), on the twelve equations in the
- * rest frame (thesis 3.9, rest_frame.h). The method conserves nothing. */
+ * rest frame (Bodack 2008, 3.9; rest_frame.h). The method conserves nothing. */
 #include "extrapolation.h"
 #include "rest_frame.h"
 

@@ -1,10 +1,11 @@
 /* Gragg-Bulirsch-Stoer extrapolation with control of order and step, for twelve equations in any
- * form. The error of the midpoint rule with n_j = 2 j substeps and Gragg's smoothing, T(j,1), has
- * even powers of 1 / n_j only; hence, by Aitken and Neville,
+ * form. T(j,1) is the result of the midpoint rule with n_j = 2 j substeps and Gragg's smoothing.
+ * Its error has even powers of 1 / n_j only. By Aitken and Neville, better results are therefore
  *     T(j,k+1) = T(j,k) + (T(j,k) - T(j-1,k)) / ((n_j / n_(j-k))^2 - 1).
- * A step is accepted at the row j if T(j,j) - T(j,j-1) is within tol in the norm of the thesis
- * (4.1.1). The target of the next step is the row with the least work per unit of time. Logic and
- * constants are those of ODEX (Hairer, Norsett, Wanner, II.9). The method conserves nothing. */
+ * A step is accepted at the row j if T(j,j) - T(j,j-1) is at most tol in the norm of the thesis
+ * (Bodack 2008, 4.1.1). The target of the next step is the row with the least work per unit of
+ * time. The rules and constants of the control are those of ODEX (Hairer, Norsett, Wanner, II.9).
+ * The method conserves nothing. */
 #ifndef KR_EXTRAPOLATION_H
 #define KR_EXTRAPOLATION_H
 #include <float.h>
@@ -42,8 +43,8 @@ typedef struct {
     double rate[GBS_SIZE], speed; /* the rates at y, and their norm */
     double tol, h, err;
     double table[GBS_ROWS + 1][GBS_SIZE]; /* after row j, table[k] is T(j, j + 1 - k) */
-    double length[GBS_ROWS + 1];          /* length of the next step that a row suggests */
-    double work[GBS_ROWS + 1];            /* work of such steps per unit of time */
+    double length[GBS_ROWS + 1];          /* length of the next step, suggested by each row */
+    double work[GBS_ROWS + 1];            /* work per unit of time of steps with this length */
     int row;                              /* the last row that was computed */
 } gbs_attempt;
 
@@ -53,7 +54,7 @@ static inline int gbs_least(int a, int b) { return a < b ? a : b; }
 static inline double gbs_square(double x) { return x * x; }
 
 /* Returns the root mean square of (a - b) / (1 + max(|y|, |z|)). Divided by tol, this is the norm
- * of the thesis. */
+ * of the thesis (Bodack 2008). */
 static inline double gbs_norm(const double a[GBS_SIZE], const double b[GBS_SIZE],
                               const double y[GBS_SIZE], const double z[GBS_SIZE])
 {
@@ -88,7 +89,7 @@ static inline int gbs_midpoint(gbs_attempt *a, int row)
         a->table[row][i] = 0.5 * ((before[i] + now[i]) + h * rate[i]);
     return 1;
 }
-/* Replaces the previous row of the table by `row`, column by column. */
+/* Replaces the previous row of the table by the row with index `row`, column by column. */
 static inline void gbs_extrapolate(gbs_attempt *a, int row)
 {
     for (int k = row; k > 1; k--) {
@@ -98,8 +99,8 @@ static inline void gbs_extrapolate(gbs_attempt *a, int row)
         for (int i = 0; i < GBS_SIZE; i++) worse[i] = better[i] + (better[i] - worse[i]) / divisor;
     }
 }
-/* Computes a row, its error, and the step that it suggests. Returns 0 if the rows do not converge
- * or are not finite. */
+/* Computes a row, the error of the row, and the next step that the row suggests. Returns 0 if the
+ * rows do not converge or are not finite. */
 static inline int gbs_add_row(gbs_attempt *a, int row)
 {
     const double exponent = 1.0 / (2 * row - 1), shrink = pow(0.02, exponent), last = a->err;
@@ -188,9 +189,9 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     p->next = next;
     return KR_OK;
 }
-/* Accepts an attempted step that ends at the internal time `end`. The top may turn by more than
- * half a turn in a step. Of q and -q, the one nearer to a rotation with the mean velocity is
- * therefore chosen. */
+/* Accepts an attempted step that ends at the internal time `end`. Of q and -q, chooses the
+ * quaternion nearer to a rotation with the mean velocity. The previous q would be no guide, because
+ * the top may turn by more than half a turn in a step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;
@@ -231,7 +232,7 @@ static inline kr_status gbs_step(kr_motion *motion, double until, const gbs_form
     }
     return KR_ERR_STEP;
 }
-/* Returns 1 if the target row of the next step lies in the table, and the length of this step is
+/* Returns 1 if the target row of the next step lies in the table and the length of the next step is
  * positive. */
 static inline int gbs_is_valid(const void *work)
 {

@@ -1,10 +1,11 @@
-/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization: explicit,
- * birational, integrable. With W the angular velocity and M the momentum, both seen from the body,
+/* The discrete Euler top of Hirota and Kimura, which is Kahan's discretization. The map is
+ * explicit, birational and integrable. With the components of the angular velocity W and the
+ * momentum M along the axes of the body,
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
  * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). The map conserves two rational
- * integrals, which differ by O(h^2) from functions of the energy and |m|, but not m itself. It
- * applies to free tops only. For the Lagrange top, |P| = 1 would not be conserved, where P is the
- * vertical seen from the body, and P would not determine the attitude. */
+ * integrals, which differ by O(h^2) from functions of the energy and |m|, but not m itself. The map
+ * applies to free tops only. For the Lagrange top, the map would also step the vertical P seen from
+ * the body. |P| = 1 would then not be conserved, and P would not determine the attitude. */
 #include "method.h"
 
 typedef struct {

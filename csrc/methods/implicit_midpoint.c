@@ -1,10 +1,11 @@
 /* The implicit midpoint rule on (q, m), for comparison on stiff scenes:
  *     (q' - q) / h = q_ V / 2,    q_ = (q + q') / 2,    which is, up to the norm of q_,
  *     q_ = q r,    q' = q r^2,    r = (1, h V / 4) / norm,    m' = m + h p x a_ M
- * with the angular velocity V = J^-1 q_* (m + m')/2 q_ at the midpoint, seen from the body, the
- * centre of mass a_ at the midpoint, the mass M, and the vector p of gravity. The equation is
- * solved for V by Newton's iteration (Hairer, Lubich, Wanner, VII.5). The method conserves |q| and
- * <m,p>. If h |V| is small, it also conserves <m,a> and the energy up to a bounded O(h^2). */
+ * with the angular velocity V = J^-1 q_* (m + m')/2 q_ at the midpoint (its components in the
+ * body), the centre of mass a_ at the midpoint, the mass M, and the vector p of gravity. The
+ * equation is solved for V by Newton's iteration (Hairer, Lubich, Wanner, VII.5). The method
+ * conserves |q| and <m,p>. If h |V| is small, the errors of <m,a> and of the energy are bounded and
+ * O(h^2). */
 #include "method.h"
 
 enum { MOST = 30 };
@@ -21,8 +22,8 @@ typedef struct {
     kr_vec3 residual; /* J V - M */
 } attempt;
 
-/* Returns the attempted step with V, from the momentum M and the vertical P at its start, seen from
- * the body. */
+/* Returns the attempted step with the guess V. M and P are the momentum and the vertical at the
+ * start of the step, seen from the body. */
 static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, kr_vec3 V)
 {
     attempt a = {.y = v_scale(0.25 * motion->step, V)};
@@ -32,8 +33,8 @@ static attempt evaluate_attempt(const kr_motion *motion, kr_vec3 M, kr_vec3 P, k
     a.residual = v_sub(v_times(motion->inertia, V), a.M);
     return a;
 }
-/* Returns the correction to be subtracted from the guess V, by Newton's method. Each column is the
- * derivative of the residual along an axis. */
+/* Returns the correction to be subtracted from the guess V, by Newton's method. Each column of the
+ * linear system is the derivative of the residual along one axis. */
 static kr_vec3 newton_correction(const kr_motion *motion, const attempt *a)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

@@ -1,12 +1,12 @@
 /* The modified kick of Takahashi and Imada, which gives order 4 up to a change of variables.
  *     kick h:  m += h e3 x q L q*,   L = A + k A x J^-1 (P x A),   P = q* e3 q,   k = -h^2/12
- * (A: the lever) is a kick by the potential minus h^2/24 <torque, J^-1 torque>. The step half kick,
- * drift, half kick is conjugate to a method of order 4. The conjugation, called processor, is the
- * flow of G = k d(potential)/dt with the rates
+ * with the lever A. It is the kick of a modified potential: the potential minus h^2/24 <torque,
+ * J^-1 torque>. A step (half kick, drift, half kick) is conjugate to a method of order 4. The
+ * conjugating map, called processor, is the flow of G = k d(potential)/dt with the rates
  *     Om = k J^-1 (A x P),   dm = q (k P x (J^-1 M x A)) q*   (Om, M, P: seen from the body)
  * evaluated at the midpoint, so that -k inverts +k (Takahashi and Imada 1984; Rowlands 1991). The
  * processor is applied only when a state is set (-k) or read (+k). <m,e3> is conserved, and for a
- * Lagrange top the axial momentum. */
+ * Lagrange top also the axial momentum. */
 #ifndef KR_MODIFIED_KICK_H
 #define KR_MODIFIED_KICK_H
 #include <float.h>
@@ -31,8 +31,8 @@ static inline modified_kick modified_kick_begin(const kr_motion *motion)
                                 -h * h / 12.0, lagrange};
     return kick;
 }
-/* Returns q L q*. For a Lagrange top returns (A - k A^2 <a,e3> / I1) a instead, which costs less
- * and has the same vector product with e3. */
+/* Returns q L q*. For a Lagrange top, returns (A - k A^2 <a,e3> / I1) a instead. This vector costs
+ * less and has the same vector product with e3. */
 static inline kr_vec3 modified_kick_lever(const modified_kick *kick, kr_quat q)
 {
     const kr_vec3 A = kick->lever;
@@ -60,15 +60,15 @@ static inline int modified_kick_within(const modified_kick *kick, const kr_state
                                        double most)
 {
     const kr_vec3 M = q_turn_back(start->q, start->m), A = kick->lever;
-    /* potential energy of the start above the minimum */
+    /* potential energy of the start minus the smallest potential energy */
     const double above = v_dot(A, q_vertical(start->q)) + v_length(A);
     const double rate2 =
         (v_dot(M, v_times(kick->inverse, M)) + 2.0 * above) * v_largest(kick->inverse);
     return kick->h * kick->h * rate2 <= most * most;
 }
 /* Applies the flow of G, or its inverse if sign is -1. Returns KR_ERR_STEP_SIZE if h^2 |A| /
- * (smallest moment) is above 2, because the modification of the potential is then not small. Above
- * 12 the iteration for the midpoint would not converge. */
+ * (smallest moment) is above 2, because the modification of the potential is not small then. If the
+ * ratio were above 12, the iteration for the midpoint would not converge. */
 static inline kr_status modified_kick_process(const modified_kick *kick, double sign, kr_quat *q,
                                               kr_vec3 *m)
 {

@@ -1,18 +1,19 @@
 /* Kick and drift: the flows of the potential and of the kinetic energy.
  *     H = potential + |m|^2/2I_B + (1/I_N - 1/I_B) <m,N>^2/2 + (1/I_T - 1/I_B) <m,T>^2/2.
  * A kick changes only m, a drift only q (McLachlan 1993, Reich 1994). The flow of the |m|^2 part is
- * a rotation about m and commutes with the others. The drift of a symmetric body (I_N = I_B) is
- * therefore exact, with two rotations. A general body needs four, with rotations about N before and
- * after that about T. Their error is of third order, and smallest if B has the middle moment. The
- * rounding error of each sum is kept and added to the next one (Kahan 1965). The rounding errors of
- * the energy are then those of the changes, not those of the state. */
+ * a rotation about m. It commutes with the flows of the other two kinetic parts. The drift of a
+ * symmetric body (I_N = I_B) is therefore exact, with two rotations. A general body needs four:
+ * about m, and about N, T and N again. The error of the drift is of third order in the step. It is
+ * smallest if B is the axis of the middle moment. The rounding error of each sum is kept and added
+ * to the next sum (Kahan 1965). The rounding errors of the energy are then as small as those of the
+ * changes of q and m, not as large as those of q and m. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>
 #include "method.h"
 
 typedef struct splitting {
-    kr_quat q, low_q; /* q, and the rounding error of its sums */
+    kr_quat q, low_q; /* the attitude, and the rounding errors of the sums in q */
     kr_vec3 m, low_m;
     double round;    /* step / I_B */
     double n, t;     /* step (1/I_N - 1/I_B) / 2, step (1/I_T - 1/I_B) / 2 */
@@ -28,8 +29,8 @@ static inline void splitting_begin(splitting *s, const kr_motion *motion, const 
     if (fabs(I.y - I.x) > 4.0 * DBL_EPSILON * I.y)
         s->n = 0.5 * motion->step * ((I.y - I.x) / (I.x * I.y));
     else if (motion->lever.x == 0.0 && motion->lever.y == 0.0) {
-        /* This rotation is the same in each step and commutes with all others. It is applied when a
-         * state is read. */
+        /* This rotation is the same in each step and commutes with all others. It is therefore
+         * applied only when a state is read. */
         s->s = s->t * v_dot(start->m, q_axis(start->q));
         s->t = 0.0;
     }
@@ -48,14 +49,14 @@ static inline void splitting_push(splitting *s, kr_vec3 change)
     s->m.x = splitting_sum(s->m.x, change.x, &s->low_m.x);
     s->m.y = splitting_sum(s->m.y, change.y, &s->low_m.y);
 }
-/* Kicks for the fraction `part` of a step. */
+/* Applies a kick for the fraction `part` of a step. */
 static inline void splitting_kick(splitting *s, const kr_motion *motion, double part)
 {
     splitting_push(s, v_scale(part * motion->step, motion_torque(motion, s->q)));
 }
 
-/* The product of the rotations about N and T so far, minus one (r), and the momentum seen from the
- * body (m), which rotates in the opposite direction. */
+/* The momentum m seen from the body, and the product of the rotations about N and T so far, minus
+ * one (r). The momentum rotates in the opposite direction. */
 typedef struct splitting_body {
     kr_vec3 m;
     kr_quat r;
@@ -84,8 +85,8 @@ static inline void splitting_turn(double half, double *m1, double *m2, double *w
     *r1 = p + (c * p + s * q);
     *r2 = q + (c * q - s * p);
 }
-/* Rotates about N. Not inline, because symmetric bodies do not need this function and are faster
- * with shorter code. */
+/* Rotates about N. This function is not inline: symmetric bodies do not need it, and their code is
+ * faster if it is shorter. */
 static void splitting_turn_n(splitting_body *b, double rate)
 {
     splitting_turn(rate * b->m.x, &b->m.y, &b->m.z, &b->r.w, &b->r.x, &b->r.y, &b->r.z);
@@ -95,8 +96,8 @@ static inline void splitting_turn_t(splitting_body *b, double rate)
     splitting_turn(rate * b->m.z, &b->m.x, &b->m.y, &b->r.w, &b->r.z, &b->r.x, &b->r.y);
 }
 /* Applies the rotations `b` about N and T, unless b is NULL, and the rotation about m for the
- * fraction `part` of a step. Then corrects |q| = 1 by the error that q had before, whatever the
- * angle of rotation. */
+ * fraction `part` of a step. Then corrects the length of q by the deviation from |q| = 1 that q had
+ * before the rotation, whatever the angle of the rotation. */
 static inline void splitting_rotate(splitting *s, const splitting_body *b, double part)
 {
     const kr_vec3 turn = v_scale(part * s->round, s->m);
@@ -110,7 +111,7 @@ static inline void splitting_rotate(splitting *s, const splitting_body *b, doubl
     s->q.y = splitting_sum(s->q.y, change.y, &s->low_q.y);
     s->q.z = splitting_sum(s->q.z, change.z, &s->low_q.z);
 }
-/* Drifts for the fraction `part` of a step. */
+/* Applies a drift for the fraction `part` of a step. */
 static inline void splitting_drift(splitting *s, double part)
 {
     splitting_body b;
@@ -124,8 +125,8 @@ static inline void splitting_drift(splitting *s, double part)
     if (s->n != 0.0) splitting_turn_n(&b, 0.5 * part * s->n);
     splitting_rotate(s, &b, part);
 }
-/* Writes the state: undoes the fraction `part` of a kick, and applies the postponed rotation about
- * T. */
+/* Writes the state to `out`, after undoing the fraction `part` of a kick and applying the postponed
+ * rotation about T. */
 static inline void splitting_read(const splitting *s, const kr_motion *motion, double part,
                                   kr_state *out)
 {

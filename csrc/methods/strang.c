@@ -1,9 +1,9 @@
 /* Half kick, free drift, half kick: the splitting of second order (splitting.h). The two half kicks
- * between successive steps are combined. The method conserves <m,e3>, <m,T> for Lagrange tops and
- * free symmetric bodies, and the energy up to a bounded O(h^2). */
+ * between successive steps are combined. The method conserves <m,e3>, and for Lagrange tops and
+ * free symmetric bodies also <m,T>. The error of the energy is a bounded O(h^2). */
 #include "splitting.h"
 
-/* Between steps m is half a kick ahead. */
+/* Between steps, m is half a kick ahead. */
 static kr_status strang_reset(kr_motion *motion, const kr_state *start)
 {
     splitting *s = (splitting *)motion->work;

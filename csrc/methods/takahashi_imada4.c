@@ -1,16 +1,16 @@
 /* Half of a modified kick (modified_kick.h), free drift, half of a modified kick: order 4 with one
- * kick per step. The drift must be of order 4 too. It is exact for symmetric bodies (splitting.h);
- * for other bodies it is Suzuki's composition of the rotations about N and T, which needs no kick.
- * The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy up to a bounded
- * O(h^4). The steps are symplectic; the processor changes the symplectic form of the states that
- * are read by a bounded O(h^7). A step in which the top may turn by more than 2.5 rad is refused,
- * except for Lagrange tops, whose drift is exact. */
+ * kick per step. The drift must be of order 4, too. It is exact for symmetric bodies (splitting.h);
+ * for other bodies the drift is Suzuki's composition of the rotations about N and T, without kicks.
+ * The method conserves <m,e3>, and for Lagrange tops also the axial momentum. The error of the
+ * energy is a bounded O(h^4). The steps are symplectic; the processor changes the symplectic form
+ * by a bounded O(h^7) in the states that are read. A step in which the top may turn by more than
+ * 2.5 rad is refused, except for Lagrange tops, whose drift is exact. */
 #include "compose.h"
 #include "modified_kick.h"
 #include "splitting.h"
 
 typedef struct {
-    splitting s; /* m is half a kick ahead; m and q are not processed */
+    splitting s; /* m is half a kick ahead; the processor is not applied to m and q */
     modified_kick kick;
     composition c;
 } takahashi_state;

@@ -2,8 +2,8 @@
  * a unit quaternion rho = (r0, r),
  *     h M / 2 = r0 I r + r x I r,    q' = q rho
  * (Moser and Veselov 1991; quaternions as in Hairer and Vilmart 2006). The equation is solved for r
- * by Newton's iteration. m is constant. The energy of the free body and, if I_N = I_B, <m,T> are
- * conserved up to the tolerance of the iteration in each step: over 10^6 steps they change by 1e-12
+ * by Newton's iteration. m is constant. In each step, the energy of the free body, and <m,T> if I_N
+ * = I_B, are conserved up to the tolerance of the iteration. Over 10^6 steps both change by 1e-12
  * to 1e-10. */
 #ifndef KR_VESELOV_H
 #define KR_VESELOV_H
@@ -11,7 +11,7 @@
 
 enum { VESELOV_MOST = 20 };
 
-/* Returns r after one step of Newton's method; F is the residual at r. */
+/* Returns r after one more step of Newton's method. F is the residual at the given r. */
 static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir, kr_vec3 F)
 {
     const kr_vec3 axes[3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
@@ -23,7 +23,7 @@ static inline kr_vec3 veselov_newton(kr_vec3 I, double r0, kr_vec3 r, kr_vec3 Ir
     }
     return v_sub(r, v_solve(columns, F));
 }
-/* Drifts for a step. *r is the initial guess on entry, and the solution on return. */
+/* Applies the drift of a step. *r is the initial guess on entry, and the solution on return. */
 static inline kr_status veselov_drift(kr_motion *motion, kr_vec3 I, kr_vec3 m, kr_quat *q,
                                       kr_vec3 *r)
 {

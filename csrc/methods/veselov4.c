@@ -4,21 +4,21 @@
  *     1/I~_j = (1 + h^2 s) / I_j + h^2 d,
  *     s = S C / 6 - (1/I_N + 1/I_B + 1/I_T) H / 3,    d = S H / 6 - P C / 3,
  *     C = |M|^2/2,    H = M J^-1 M / 2,    P = 1 / I_N I_B I_T,    S = (I_N + I_B + I_T) P
- * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H; kicks change them. The
- * method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free bodies. A
- * step in which the top may turn by more than 1.25 rad is refused, because the series in h is then
- * useless. */
+ * (Hairer and Vilmart, J. Phys. A 39, 2006). A drift conserves C and H, but a kick changes both.
+ * The method conserves <m,e3>, the axial momentum of Lagrange tops, and the energy of free bodies.
+ * A step in which the top may turn by more than 1.25 rad is refused, because the series in h does
+ * not approximate the moments then. */
 #include "modified_kick.h"
 #include "veselov.h"
 
 typedef struct {
     kr_quat q;
-    kr_vec3 m; /* half a kick ahead; m and q are not processed */
+    kr_vec3 m; /* half a kick ahead; the processor is not applied to m and q */
     kr_vec3 r; /* solution of the last step, the initial guess for the next one */
     modified_kick kick;
 } veselov4_state;
 
-/* Returns the moments I~ defined at the head of this file. */
+/* Returns the moments I~, which are defined at the beginning of this file. */
 static kr_vec3 preprocess_moments(const veselov4_state *p)
 {
     const kr_vec3 M = q_turn_back(p->q, p->m), i = p->kick.inverse, one = v3(1.0, 1.0, 1.0);

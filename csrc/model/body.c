@@ -1,10 +1,10 @@
-/* Bodies: inertia at the fixed point, principal axes, and kind. J = J_com + mass (|a|^2 1 - a a^t),
- * thesis 2.14. The principal axes are found by Jacobi's rotations, which are accurate for equal
- * moments too. */
+/* Bodies: inertia at the fixed point, principal axes, and kind. J = J_com + mass * (|a|^2 1 - a
+ * a^t), with the centre of mass a (Bodack 2008, 2.14). The principal axes are found by Jacobi's
+ * rotations, which are accurate even if moments are equal. */
 #include "body.h"
 
-/* Returns 1 if the moments satisfy the triangle inequality up to the relative tolerance `rounded`,
- * or KR_INPUT_RTOL if that is larger. */
+/* Returns 1 if the moments satisfy the triangle inequality up to a relative tolerance: the larger
+ * of `rounded` and KR_INPUT_RTOL. */
 static int moments_are_physical(kr_vec3 i, double rounded)
 {
     const double one = 1.0 + fmax(rounded, KR_INPUT_RTOL);
@@ -20,8 +20,8 @@ kr_status kr_body_check(const kr_body *b)
     return moments_are_physical(b->inertia, b->rounded) ? KR_OK : KR_ERR_BODY;
 }
 /* The mass of a body has the second moments S = (tr J / 2) 1 - J about the fixed point, and S -
- * mass com com^t about the centre of mass. The latter cannot be negative: com S^-1 com <= 1 /
- * mass. */
+ * mass * com com^t about the centre of mass. The second matrix must be positive semidefinite, which
+ * is equivalent to com S^-1 com <= 1 / mass. */
 int kr_body_is_physical(const kr_body *b)
 {
     const kr_vec3 i = b->inertia, c = b->com;
@@ -32,7 +32,7 @@ int kr_body_is_physical(const kr_body *b)
         b->mass * c.x * (c.x / s.x) + b->mass * c.y * (c.y / s.y) + b->mass * c.z * (c.z / s.z);
     return !(needed > 1.0);
 }
-/* Copies a body to `out` if it is valid. Returns the status of the check. */
+/* Checks the body `b`, and copies it to `out` if it is valid. Returns the status of the check. */
 static kr_status check_and_copy(const kr_body *b, kr_body *out)
 {
     const kr_status status = out ? kr_body_check(b) : KR_ERR_ARGUMENT;
@@ -44,15 +44,15 @@ static int is_equal(double a, double b, double rtol)
 {
     return fabs(a - b) <= rtol * fmax(fabs(a), fabs(b));
 }
-/* Rotations that take T to N, to B and to T; the other axes follow in cyclic order. */
+/* Rotations that permute the axes cyclically. They take T to N, T to B, and T to T. */
 static const kr_quat axis_cycles[3] = {
     {0.5, 0.5, 0.5, 0.5}, {0.5, -0.5, -0.5, -0.5}, {1.0, 0.0, 0.0, 0.0}};
 /* Returns component i of v. */
 static double component_at(kr_vec3 v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; }
 
-/* Returns the index of the odd axis of a body: the moments about the other two axes are equal.
- * Returns -1 if there is none. For a spherical body, returns the axis nearest the centre of
- * mass. */
+/* Returns the index of the odd axis of a body: the axis such that the moments about the other two
+ * axes are equal. Returns -1 if the body has no odd axis. For a spherical body, returns the axis
+ * nearest the centre of mass. */
 static int odd_axis(const kr_body *b, double rtol)
 {
     int axis = -1;
@@ -100,8 +100,8 @@ int kr_body_last_axis(const kr_body *b)
     const int middle = (i.x < i.y) != (i.x < i.z) ? 0 : (i.y < i.x) != (i.y < i.z) ? 1 : 2;
     return (middle + 1) % 3;
 }
-/* Returns working axes of a spherical body, with T through the centre of mass. The moments are
- * replaced by their mean, because these axes are not the principal axes of the given moments. */
+/* Returns working axes of a spherical body, with T through the centre of mass. The given moments
+ * belong to other axes, and are replaced by their mean. */
 static kr_working tilt_axes(const kr_body *b, kr_vec3 damping)
 {
     const kr_vec3 i = b->inertia;
@@ -130,8 +130,8 @@ kr_working kr_body_working(const kr_body *b)
     return kr_body_working_damped(b, v3(0.0, 0.0, 0.0));
 }
 
-/* Makes the element a[p][p + 1] (index modulo 3) zero by a rotation about the third axis, and
- * updates `axes`. */
+/* Makes the element a[p][p + 1] zero (indices modulo 3) by a rotation about the axis with index p +
+ * 2, and updates `axes`. */
 static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 {
     const int q = (p + 1) % 3, r = (p + 2) % 3;
@@ -151,8 +151,8 @@ static void jacobi_rotation(double a[3][3], kr_quat *axes, int p)
 /* Returns axis i of the frame with the quaternion q. */
 static kr_vec3 axis_column(kr_quat q, int i) { return q_turn(q, v3(i == 0, i == 1, i == 2)); }
 
-/* Returns the frame nearest the frame of description among the 24 right-handed frames along
- * `axes`. */
+/* Returns one of the 24 right-handed frames whose axes are parallel to `axes`: the one nearest to
+ * the frame of description. */
 static kr_quat nearest_axes(kr_quat axes)
 {
     static const double r = 0.70710678118654752;
@@ -177,7 +177,7 @@ static double tensor_element(const double j[9], kr_vec3 u, kr_vec3 v)
     return v_dot(u, v3(j[0] * v.x + j[1] * v.y + j[2] * v.z, j[3] * v.x + j[4] * v.y + j[5] * v.z,
                        j[6] * v.x + j[7] * v.y + j[8] * v.z));
 }
-/* Sets the axes of `b`, and its moments and centre of mass along them. */
+/* Sets the axes of `b`, and the moments and the centre of mass along these axes. */
 static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
 {
     b->axes = axes;
@@ -187,7 +187,8 @@ static void set_axes(kr_body *b, kr_quat axes, const double j[9], kr_vec3 com)
                     tensor_element(j, axis_column(axes, 2), axis_column(axes, 2)));
 }
 /* Returns 1 if the distance of the centre of mass from the odd axis can be due to rounding errors.
- * Rounding errors of a tensor rotate its axes more if the moments differ less. */
+ * The nearer the moments are to each other, the more the rounding errors of a tensor rotate the
+ * axes. */
 static int is_axis_through_com(const kr_body *b, int odd)
 {
     const double lone = component_at(b->inertia, odd),
@@ -198,8 +199,8 @@ static int is_axis_through_com(const kr_body *b, int odd)
     return across * (fabs(lone - pair) / fmax(lone, pair)) <= KR_KIND_RTOL * reach;
 }
 /* Returns the principal axes that differ least from the frame of description, for a body with two
- * equal moments. The odd axis passes through the centre of mass if this agrees with the tensor up
- * to rounding. */
+ * equal moments. If rounding errors of the tensor permit, the odd axis passes exactly through the
+ * centre of mass. */
 static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
@@ -214,8 +215,8 @@ static kr_quat choose_nearest_axes(const kr_body *b, kr_vec3 com)
     return q_mul(q_mul(axis_cycles[odd], q_tilt(q_turn_back(axis_cycles[odd], a))),
                  q_conj(axis_cycles[odd]));
 }
-/* Makes moments equal that differ by rounding errors alone. Likewise moves the centre of mass to
- * the odd axis. */
+/* Makes two moments equal if they differ by rounding errors only. Moves the centre of mass to the
+ * odd axis if its distance is a rounding error. */
 static void merge_equal_moments(kr_body *b)
 {
     const int odd = odd_axis(b, KR_KIND_RTOL);
@@ -228,8 +229,8 @@ static void merge_equal_moments(kr_body *b)
         b->com = v3(odd == 0 ? a.x : 0.0, odd == 1 ? a.y : 0.0, odd == 2 ? a.z : 0.0);
 }
 
-/* Returns 1 if the smallest moment is so small that rounding errors of the largest moment spoil
- * it. */
+/* Returns 1 if the smallest moment is so small that rounding errors of the largest moment make it
+ * inaccurate. */
 static int is_ill_conditioned(const kr_body *b)
 {
     return fmin(b->inertia.x, fmin(b->inertia.y, b->inertia.z)) <

@@ -4,14 +4,16 @@
 #include "math/su2.h"
 
 typedef struct kr_working {
-    /* Working -> principal axes. T is the odd axis of a symmetric body, and passes through the
-     * centre of mass of a spherical body. For other bodies B is the axis of the middle moment. */
+    /* Working -> principal axes. For a symmetric body, T is the odd axis, whose moment differs from
+     * the other two. For a spherical body, T passes through the centre of mass. For other bodies, B
+     * is the axis of the middle moment. */
     kr_quat axes;
     kr_vec3 inertia, com, damping;
-    int tilted; /* nonzero: spherical body with T through the centre of mass; rounded */
+    int tilted; /* nonzero: T of a spherical body was rotated to pass through com */
 } kr_working;
-/* Returns the working axes, and the data of `body` along these axes. A spherical body with unequal
- * `damping` keeps its principal axes, because only along these is the damping diagonal. */
+/* Returns the working axes, and the moments, com and damping of `body` along these axes. A
+ * spherical body with unequal `damping` keeps its principal axes, because only along these is the
+ * damping diagonal. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 /* Returns the working axes of a body without damping. */
 kr_working kr_body_working(const kr_body *body);

@@ -1,7 +1,8 @@
 /* The quantities of a state. With the attitude R of the principal axes and M = R* m R:
  *     T = M J^-1 M / 2,   U = mass gravity <com, R* e3 R>
- * K and G: thesis (5.1), (5.2), with axis 1 along -com, for which the potential is that of the
- * thesis. Euler's angles are z-x-z, of the frame r = q tilt, whose third axis is the apex:
+ * The integrals K and G are defined by (5.1) and (5.2) of the thesis (Bodack 2008). Axis 1 is along
+ * -com, so that the potential has the same sign as in the thesis. Euler's angles are z-x-z. They
+ * describe the frame r = q tilt, whose third axis is the apex:
  *     r = exp(e3 precession_angle) exp(e1 nutation) exp(e3 spin_angle) */
 #include "quantities.h"
 #include "body.h"
@@ -68,8 +69,9 @@ double kr_state_spin(const kr_scene *scene, const kr_state *s)
     return v_dot(kr_state_velocity(scene, s), kr_state_apex(scene, s));
 }
 
-/* Writes half the sum and half the difference of precession_angle and spin_angle. If the apex is at
- * a pole, one of the two is undetermined and set to 0; adding 0.0 removes negative zeros. */
+/* Writes half the sum and half the difference of precession_angle and spin_angle. If the apex is
+ * vertical, one of the two results is undetermined and set to 0. Adding 0.0 removes negative
+ * zeros. */
 static void half_angles(const kr_scene *scene, const kr_state *s, double *sum, double *difference)
 {
     static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
@@ -125,8 +127,9 @@ double kr_state_axial_momentum(const kr_scene *scene, const kr_state *s)
     return v_dot(s->m, kr_state_apex(scene, s));
 }
 
-/* Writes momentum / I1 and mass * gravity * |com| / I1 * vertical, along three axes: -com, the odd
- * axis x -com, and the odd axis. */
+/* Writes momentum / I1 to `m`, and mass * gravity * |com| / I1 * vertical to `p`. Both have
+ * components along three axes: -com, o x (-com) and o, where o is the axis of the moment that
+ * differs from the other two. */
 static void fourth_integral_frame(const kr_scene *scene, const kr_state *s, kr_vec3 *m, kr_vec3 *p)
 {
     const kr_working w = kr_body_working(&scene->body);
@@ -151,7 +154,7 @@ double kr_state_goryachev_chaplygin(const kr_scene *scene, const kr_state *s)
     kr_vec3 m, p;
     if (kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN) return NAN;
     fourth_integral_frame(scene, s, &m, &p);
-    /* 2 p in the thesis is mass * gravity * |com| / I1 here */
+    /* mass * gravity * |com| / I1 is called 2 p in the thesis */
     return m.z * (m.x * m.x + m.y * m.y) + m.x * p.z;
 }
 double kr_state_modified_energy(const kr_scene *scene, const kr_state *s, double step)

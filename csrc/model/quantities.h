@@ -9,7 +9,7 @@ enum {
 #undef Q
     KR_QUANTITIES,
     KR_QUANTITY_DOUBLES_MAX = 9, /* largest number of doubles of a quantity */
-    KR_AXES = 16                 /* component numbers reserved for each quantity */
+    KR_AXES = 16                 /* number of component indices reserved for each quantity */
 };
 struct kr_quantity {
     const char *name, *dimension, *text;
@@ -19,7 +19,8 @@ struct kr_quantity {
 };
 extern const kr_quantity kr_quantities[KR_QUANTITIES];
 
-/* kr_state_<name> computes a quantity. The type of the result depends on the number of doubles. */
+/* The function kr_state_<name> computes a quantity. The number of doubles determines the type of
+ * the result. */
 #define FUNCTION_1(name) double kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_3(name) kr_vec3 kr_state_##name(const kr_scene *scene, const kr_state *s);
 #define FUNCTION_4(name) kr_quat kr_state_##name(const kr_scene *scene, const kr_state *s);

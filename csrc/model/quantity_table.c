@@ -3,7 +3,7 @@
 #include <string.h>
 #include "quantities.h"
 
-/* values_of_<name> writes the values of a quantity at n states. */
+/* The function values_of_<name> writes the values of a quantity at n states. */
 #define PUT_1(name) out[i] = kr_state_##name(scene, &s[i])
 #define PUT_3(name) ((kr_vec3 *)out)[i] = kr_state_##name(scene, &s[i])
 #define PUT_4(name) ((kr_quat *)out)[i] = kr_state_##name(scene, &s[i])
@@ -74,7 +74,8 @@ int kr_component_is_valid(int number)
     return c.quantity < KR_QUANTITIES && kr_quantities[c.quantity].flags & KR_QUANTITY_IN_EVENTS &&
            (size_t)c.axis < kr_quantities[c.quantity].doubles;
 }
-/* The third component of a vector in space is vertical and does not change with the heading. */
+/* The third component of a vector in space is vertical. It does not change when the top is rotated
+ * about the vertical. */
 int kr_component_is_turned(int number)
 {
     const kr_component c = kr_component_of(number);

@@ -1,15 +1,15 @@
-/* The rates of bobenko_suris4 and the energy that this map conserves, in units with I1 = 1 and
- * without the energy of the spin. Let u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest possible
- * torque, and b = e^2 g / 4. The map with step e
+/* The rates of bobenko_suris4, and the energy that this map conserves. The units are such that I1 =
+ * 1, and energies omit the energy of the spin. Let u = <a,e3>, c = <m,a>, l = <m,e3>, g the largest
+ * possible torque, and b = e^2 g / 4. The map with step e
  *     half kick m += (e/2) V'(u) e3 x a,    a' = Cay(e m) a,    half kick,
  *     V'(u) = g (1 - b u) / (1 + b^2 u^2)
  * conserves c, l and
  *     I = (1 + b^2 u^2) (|m|^2/2 + V' (u + e^2 c l / 4) - e^2 V'^2 (1 - u^2) / 8)
  *         + e^2 g^2 (1 + u^2) / 8
- * which equals H + e^2 g l c / 4 + O(e^4). Adding e^2 g^2 to I would also give a conserved
- * quantity, but an error of order e^4 in the rates. The map follows the orbit of the top, but at
- * another rate. To first order in g and to all orders in e |m|, a step e of the map equals a step h
- * of the top, rotated by -e g c om about e3 and by -e g l om about a, with
+ * which equals H + e^2 g l c / 4 + O(e^4). I + e^2 g^2 would also be conserved, but would cause an
+ * error of order e^4 in the rates. The map follows the orbit of the top, but at another rate. To
+ * first order in g and to all orders in e |m|, a step e of the map equals a step h of the top,
+ * rotated by -e g c om about e3 and by -e g l om about a, with
  *     z = e^2 I / 2,    h = e (A + g l c e^4/8 (B + (1 + z) B')),    om = e^2 B / 4
  *     A = atan(sqrt z) / sqrt z,    B = (1 - A) / z
  * All these numbers are constant on an orbit. (Derived for this library; no earlier source is
@@ -20,7 +20,7 @@
 #include "math/su2.h"
 
 typedef struct resummed {
-    /* e, I; NaN if 2 h^2 |I| > 1 or h^2 |g| > 1, where the rates need not exist */
+    /* e and I; NaN if 2 h^2 |I| > 1 or h^2 |g| > 1, because the rates need not exist then */
     double step, energy;
     double precession, spin; /* rotation angles of a step: -e g c om, -e g l om */
 } resummed;

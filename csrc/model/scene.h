@@ -1,5 +1,6 @@
-/* Own units of a top. They are powers of two. If the user's units of mass, length and time change
- * by powers of two, the results therefore change by exact powers of two. */
+/* Own units of a top. Each own unit is a power of two times the user's unit. If the user changes
+ * the units of mass, length and time by powers of two, all results therefore change by exact powers
+ * of two. */
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"
@@ -10,8 +11,8 @@ typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along working axes */
 } kr_units;
-/* Scaled factors of the lever: lever = mass * gravity * com * 2^power, which may exceed the range
- * of doubles. */
+/* The factors of the lever = mass * gravity * com * 2^power, scaled because the lever may exceed
+ * the range of doubles. */
 typedef struct kr_pull {
     double mass, gravity;
     kr_vec3 com;
@@ -20,20 +21,20 @@ typedef struct kr_pull {
 /* Returns the scaled mass, gravity and `com` of a scene. */
 kr_pull kr_scene_pull(const kr_scene *scene, kr_vec3 com);
 
-/* Checks a scene like kr_scene_check, except for the body. */
+/* Checks a scene like kr_scene_check, but does not check the body. */
 kr_status kr_scene_check_start(const kr_scene *scene);
 
-/* Constants that determine the unit of time: the unit of moments, its reciprocal, and the rate of a
- * pendulum [T^-1]. */
+/* Constants that determine the unit of time: the unit of moments, the reciprocal of this unit, and
+ * the rate of the top as a pendulum [T^-1]. */
 typedef struct kr_swing {
     double moment, per_moment, rate;
 } kr_swing;
 /* Returns the constants that determine the unit of time. */
 kr_swing kr_scene_swing(const kr_scene *scene, const kr_working *working);
-/* Smallest unit whose reciprocal is finite. */
+/* The smallest unit allowed, so that its reciprocal is finite. */
 static const double kr_min_unit = 0x1p-1020;
-/* Writes the exponent of the unit of time, a power of two, for a given largest component of the
- * momentum. Returns 0 if the units exceed the range of doubles. */
+/* Writes the exponent `power` of the unit of time 2^power. `momentum` is the largest component of
+ * the momentum. Returns 0 if the units exceed the range of doubles. */
 static inline int kr_swing_time(const kr_swing *swing, double momentum, int *power)
 {
     const double turn = momentum * swing->per_moment,
@@ -46,6 +47,6 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 }
 /* Writes the own units of a scene. Returns KR_ERR_ARGUMENT if they exceed the range of doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns kr_scene_horizon, computed from known units and working axes. */
+/* Returns the same as kr_scene_horizon, from units and working axes that are already known. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

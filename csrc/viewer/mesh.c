@@ -1,10 +1,10 @@
-/* Points for the page's picture of a top: see mesh.h. */
+/* Points for the page's picture of a top (see mesh.h). */
 #include <math.h>
 #include "mesh.h"
 #include "math/su2.h"
 
 /* Writes the cuboid of the given mass with the inertia and the product mass * com of the body.
- * Returns the volume, or 0 if there is no such cuboid. */
+ * Returns the volume of the cuboid, or 0 if there is no such cuboid. */
 static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
 {
     const kr_vec3 c = v_scale(body->mass / mass, body->com), i = body->inertia;
@@ -17,7 +17,7 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     if (kr_body_from_tensor(mass, about_com, v3(0.0, 0.0, 0.0), &b) != KR_OK) return 0.0;
     const kr_vec3 j = b.inertia, twice = v3(j.y + j.z - j.x, j.z + j.x - j.y, j.x + j.y - j.z);
     const kr_vec3 squares = v_scale(1.5 / mass, twice);
-    /* an edge of length 0, of a plate, is given a small thickness */
+    /* the edge of length 0 of a plate is replaced by a short edge */
     const double thin = 1e-8 * v_largest(squares);
     if (!(fmin(squares.x, fmin(squares.y, squares.z)) > -thin && thin > 1e-16 * square)) return 0.0;
     box->half =
@@ -28,10 +28,11 @@ static double fit_cuboid(const kr_body *body, double mass, kr_box *box)
     box->density = mass / volume;
     return volume;
 }
-/* Writes a cuboid of any mass, preferably of density 1, otherwise the largest one. The largest
- * cuboid is found by ternary search, because the logarithm of the volume is concave in 1 / mass.
- * The density increases with the mass. The margin 1.001 is needed for the cuboid of the thesis,
- * which has density 1 and is also the largest. */
+/* Writes a cuboid with a free choice of mass: one of density 1 if possible, otherwise the largest
+ * one. The largest cuboid is found by ternary search, which works because the logarithm of the
+ * volume is concave in 1 / mass. The density increases with the mass. The margin 1.001 is needed
+ * for the cuboid of the thesis (Bodack 2008): it has density 1 and is at the same time the largest
+ * cuboid. */
 static void fit_largest_cuboid(const kr_body *body, kr_box *box)
 {
     double low = 0.0, high = 1.0 / body->mass;
@@ -102,8 +103,8 @@ int kr_mesh_trail(const kr_body *body, const kr_trail *trail, double radius, flo
 
 /* Writes the half axes of the rod's cross section, along the two principal axes farther from the
  * apex. The stiffness against bending in a direction is proportional to the square of the thickness
- * in that direction. With the power 0.5 it is proportional to the body's moment about the other
- * axis. */
+ * in that direction. With `power` = 0.5 the stiffness is therefore proportional to the body's
+ * moment of inertia about the other axis. */
 static void cross_section(const kr_body *body, kr_vec3 apex, double radius, double power,
                           kr_vec3 side[2])
 {

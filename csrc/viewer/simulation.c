@@ -1,8 +1,8 @@
-/* The page's simulation: see simulation.h. */
+/* The page's simulation (see simulation.h). */
 #include <math.h>
 #include "simulation.h"
 
-/* Largest step in ticks, so that a product of two steps fits in 64 bits. */
+/* Largest step in ticks. The product of two such steps fits in 64 bits. */
 enum { LARGEST = INT32_MAX };
 
 /* Converts a number of ticks to a time. */
@@ -37,7 +37,8 @@ static int is_integral(const kr_quantity *quantity)
 {
     return (kr_quantity_flags(quantity) & KR_QUANTITY_CONSERVED) != 0;
 }
-/* Writes the measures of top i: all of them, or integrals and errors only. */
+/* Writes the measures of top i: all measures if `all` is nonzero, otherwise integrals and errors
+ * only. */
 static void measure_top(const kr_simulation *simulation, int i, int all, double measure[])
 {
     const kr_simulation_slot *a = &simulation->slots[i];
@@ -59,8 +60,8 @@ void kr_simulation_measure(const kr_simulation *simulation, int i,
 {
     measure_top(simulation, i, 1, measure);
 }
-/* Chooses the quantities to be measured: those that are not NaN at the start. Integrals of other
- * kinds of bodies are NaN. */
+/* Chooses the quantities to be measured: those that are not NaN at the start. (An integral that
+ * exists only for another kind of body is NaN.) */
 static void choose_quantities(kr_simulation_slot *a)
 {
     for (int k = 0; k < KR_SIMULATION_ERROR; k++) {
@@ -87,7 +88,8 @@ static void begin_row(kr_simulation *simulation)
         for (int k = 0; k < KR_SIMULATION_MEASURES; k++)
             row->at[i][k] = row->low[i][k] = row->high[i][k] = NAN;
 }
-/* Merges pairs of rows. The extremes since the last row move along with it. */
+/* Merges each pair of rows into one, to halve the record. Also moves the row after the last one,
+ * which holds the extremes since then. */
 static void halve_record(kr_simulation *simulation)
 {
     for (int64_t k = 1; 2 * k <= simulation->rows; k++) {
@@ -99,13 +101,14 @@ static void halve_record(kr_simulation *simulation)
     simulation->rows /= 2;
     simulation->stride *= 2;
 }
-/* Returns 1 if the simulation is at one of `times` equidistant times between two rows. */
+/* Returns 1 if the current time is one of `times` equidistant times between two rows. */
 static int is_sample_time(const kr_simulation *simulation, int times)
 {
     const int64_t part = simulation->stride / times;
     return simulation->clock % (part > simulation->common ? part : simulation->common) == 0;
 }
-/* Measures all tops at the times of a sample, and adds a row at the times of a row. */
+/* Measures all tops if the current time is the time of a sample. Adds a row to the record if the
+ * current time is the time of a row. */
 static void record_measures(kr_simulation *simulation)
 {
     if (!simulation->common || !is_sample_time(simulation, KR_SIMULATION_SAMPLES)) return;
@@ -128,8 +131,8 @@ void kr_simulation_clear(kr_simulation *simulation)
     simulation->count = 0;
     simulation->clock = simulation->common = simulation->rows = 0;
 }
-/* Prepares the slot after the last one for a new top. Returns KR_OK, or the reason why the top
- * cannot be added. */
+/* Prepares the slot after the last one for a new top. Returns KR_OK, or the status that tells why
+ * the top cannot be added. */
 static kr_status prepare_top(kr_simulation *simulation, const kr_scene *scene, int64_t step,
                              int against)
 {
@@ -208,7 +211,7 @@ kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *sce
 static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
 {
     const int64_t k = a->steps + 1;
-    simulation->cost = a->restarts ? 1 : 256; /* number of steps of the method between two polls */
+    simulation->cost = a->restarts ? 1 : 256; /* steps of the method between two calls of poll */
     if (a->track) {
         a->status = k < a->length ? KR_OK : KR_ERR_LIMIT;
         if (a->status == KR_OK) a->now = a->track[k];
@@ -225,8 +228,8 @@ static int take_step(kr_simulation *simulation, kr_simulation_slot *a)
     }
     return 1;
 }
-/* Returns the end of the next step in ticks, and writes the top that makes this step. Returns
- * INT64_MAX if no top can continue. */
+/* Returns the time in ticks at which the next step ends, and writes the top that makes this step to
+ * `next`. Returns INT64_MAX if no top can continue. */
 static int64_t next_step(kr_simulation *simulation, kr_simulation_slot **next)
 {
     int64_t first = INT64_MAX;
@@ -254,7 +257,7 @@ int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t
         simulation->is_late = !take_step(simulation, next);
         if (simulation->is_late) break;
         tick = next_step(simulation, &next);
-        if (tick == reached || tick == INT64_MAX) continue; /* other tops step to `reached` too */
+        if (tick == reached || tick == INT64_MAX) continue; /* another step ends at `reached` */
         simulation->clock = reached;
         record_measures(simulation);
     }

@@ -1,15 +1,15 @@
 /* A simulation: several tops with a common time, and a record of their measures. Time is counted in
  * integer ticks, so that multiples of different steps can be equal exactly. The states of a top are
- * those at multiples of its own step. Tops are compared only at common multiples of their steps;
+ * computed at multiples of its own step. Tops are compared only at common multiples of their steps;
  * otherwise the difference between their times would appear as an error. Results do not depend on
- * how the time is divided into calls. Memory is bounded. */
+ * how the time is divided into calls. The size of the memory is fixed. */
 #ifndef KR_SIMULATION_H
 #define KR_SIMULATION_H
 #include "kreisel.h"
 
 /* The measures of a top: the scalar quantities that do not change with the heading, in the order of
- * their table; the attitude error against a reference, in radians; and the modified energy that
- * bobenko_suris conserves. */
+ * the table of quantities; the attitude error [rad] relative to a reference; and the modified
+ * energy that bobenko_suris conserves. */
 enum {
 #define Q(name, doubles, flags, dimension, text) +((doubles) == 1 && !((flags) & KR_QUANTITY_TURNS))
     KR_SIMULATION_ERROR =
@@ -26,19 +26,19 @@ enum {
     /* Largest number of rows of the record. When the record is full, every second row is
      * removed. */
     KR_SIMULATION_ROWS = 1024,
-    /* Number of measurements of integrals and errors between two rows, if there are that many
-     * common times; */
+    /* Number of measurements of integrals and errors between two rows of the record. It is smaller
+     * if there are fewer times that all tops share. */
     KR_SIMULATION_SAMPLES = 64,
-    /* number of measurements of the other quantities, which cost more. */
+    /* The same number for the other quantities, which take longer to compute. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
-    /* Special values of `reference`: none, or this top is itself a reference. A reference is
-     * advanced only while another top can continue. */
+    /* Special values of `reference`: the top has no reference, or the top is itself a reference. A
+     * reference is advanced only while another top can continue. */
     KR_SIMULATION_NO_REFERENCE = -1,
     KR_SIMULATION_REFERENCE = -2,
-    /* Largest number of steps of the methods in one call: a constant, and a number for each step of
-     * the simulation. Calls for few steps thus return within milliseconds, however fast a top
-     * turns. */
+    /* In a call for n steps of the simulation, the methods make at most KR_SIMULATION_BUDGET +
+     * KR_SIMULATION_BUDGET_PER_STEP * n steps. A call for few steps therefore returns within
+     * milliseconds, even if a top turns very fast. */
     KR_SIMULATION_BUDGET = 32,
     KR_SIMULATION_BUDGET_PER_STEP = 4
 };
@@ -55,9 +55,10 @@ typedef struct kr_simulation_slot {
     int has_modified_energy; /* nonzero: the method conserves a modified energy */
     int reference;           /* index of the reference, which may be added later */
     kr_status status;        /* the top is advanced only while this is KR_OK */
-    /* measured quantities; NULL if a quantity is NaN at the start */
+    /* the measured quantities; NULL for a quantity that is NaN at the start */
     const kr_quantity *quantity[KR_SIMULATION_ERROR];
-    kr_quat trace[KR_SIMULATION_TRACE]; /* after step k at index k % KR_SIMULATION_TRACE */
+    /* The attitude after step k is at index k % KR_SIMULATION_TRACE. */
+    kr_quat trace[KR_SIMULATION_TRACE];
 } kr_simulation_slot;
 
 typedef struct kr_record_row {
@@ -74,9 +75,10 @@ typedef struct kr_simulation {
     int64_t common; /* the least common multiple of the steps; 0 if too large for 64 bits */
     int64_t stride; /* ticks between two rows of the record */
     int64_t rows;   /* number of rows */
-    kr_record_row record[KR_SIMULATION_ROWS + 1]; /* the row after the last: extremes since then */
+    /* The row after the last one holds the extremes since the last one. */
+    kr_record_row record[KR_SIMULATION_ROWS + 1];
     kr_simulation_slot slots[KR_SIMULATION_TOPS];
-    int64_t budget, cost; /* remaining steps in this call; steps between two polls */
+    int64_t budget, cost; /* remaining steps in this call; steps between two calls of poll */
     int is_late;          /* 1 if the last call ended because the budget was used up */
 } kr_simulation;
 
@@ -87,8 +89,8 @@ const kr_quantity *kr_simulation_quantity(int k);
  * change while it has tops. */
 void kr_simulation_clear(kr_simulation *simulation);
 /* Adds a top at its start and clears the record. An adaptive method without dense output is
- * restarted after each step, as in the thesis (Bodack 2008). Otherwise the states would not depend
- * on the step. */
+ * restarted after each step of the simulation, as in the thesis (Bodack 2008). Without the restarts
+ * the states would not depend on `step`. */
 kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
                             const kr_method *method, int64_t step, double tol, int against);
 /* Adds a top with given states, one for each step, beginning with the start. The array `track` must
@@ -96,9 +98,9 @@ kr_status kr_simulation_add(kr_simulation *simulation, const kr_scene *scene,
 kr_status kr_simulation_add_track(kr_simulation *simulation, const kr_scene *scene,
                                   const kr_state track[], int64_t length, int64_t step,
                                   int against);
-/* Advances all tops to their last steps not after `target`, by at most `most` steps in total.
- * Returns the time reached. If the budget is used up inside a step of a fast top, sets `is_late`;
- * the next call continues this step. */
+/* Advances each top to the end of its last step not after `target`, by at most `most` steps in
+ * total. Returns the time reached. If the budget is used up inside a step of a fast top, sets
+ * `is_late`; the next call continues this step. */
 int64_t kr_simulation_advance(kr_simulation *simulation, int64_t target, int64_t most);
 /* Writes the current measures of top i. All measures of a failed top are NaN. The error is NaN if
  * there is no reference, or if the reference is at another time. */

@@ -1,6 +1,6 @@
-/* Functions for the page, in addition to kreisel.h: the simulation, its picture, and constants from
- * which the page is built. Compiled for WebAssembly only. The simulation is global, because a page
- * has exactly one. */
+/* Functions for the browser page, in addition to kreisel.h: the simulation, the picture of the
+ * tops, and constants from which the page is built. Compiled for WebAssembly only. The simulation
+ * is global, because a page has exactly one. */
 #include <math.h>
 #include <stddef.h>
 #include "exact/goryachev_chaplygin.h"
@@ -9,8 +9,8 @@
 #include "viewer/simulation.h"
 #include "taylor/taylor.h"
 
-/* The driver refers to kernels for 20 and 30 digits and for tangents, which are large. The page
- * uses neither and is built without them: empty tables, which are never read, replace these
+/* The driver refers to large kernels for 20 and 30 digits and for tangents. The page uses neither
+ * 20 and 30 digits nor tangents. Empty tables, which are never read, therefore replace these
  * kernels. */
 #ifdef __wasm__
 const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
@@ -32,14 +32,15 @@ void kr_chaplygin_many_base(const kr_chaplygin_plan *plan, size_t n, const doubl
 }
 #endif
 
-/* Begins a function for the page. No header declares such a function, because nothing in C calls
- * it; the macro adds the declaration that compilers require. */
+/* Begins a function for the page. No header declares these functions, because no C code calls them.
+ * The macro therefore adds the declaration that compilers require. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
 /* The page reads and writes these structures as arrays of doubles, with each member at a fixed
- * index. A wrong index gives an array of negative size, which does not compile. */
+ * index. If an index is wrong, the type declared here is an array of negative size, which does not
+ * compile. */
 #define PLACE(type, part, place)                                                                   \
     typedef char place_of_##type##_##part[offsetof(type, part) == 8 * (place) ? 1 : -1]
 #define SIZE(type, doubles) typedef char size_of_##type[sizeof(type) == 8 * (doubles) ? 1 : -1]
