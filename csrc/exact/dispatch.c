@@ -55,8 +55,7 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
 static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_X86
-    if (kr_has_avx2())
-        return &kr_exact_maps_avx2; /* untaken: a processor always gives the same answer */
+    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: all calls give one answer */
 #endif
     return &kr_exact_maps_base;
 }

@@ -23,8 +23,7 @@ int kr_exact_resolves(const kr_scene *scene)
                  push = fmax(fabs(scene->start.m.x), fabs(scene->start.m.y));
     kr_units units;
     if ((lean == 0.0 && push == 0.0) || scene->gravity == 0.0 || v_largest(w.com) == 0.0) return 1;
-    if (kr_scene_units(scene, &w, &units) != KR_OK)
-        return 1; /* other functions report this error */
+    if (kr_scene_units(scene, &w, &units) != KR_OK) return 1; /* reported by other functions */
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 

@@ -191,8 +191,8 @@ static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
     }
     return sum;
 }
-/* Returns the largest error of a plan in own units. The state is compared at the start; e3, the
- * momentum and the heading are compared a short time later, `moment`. */
+/* Returns the largest error of a plan in own units. The attitude is compared at the start. e3,
+ * the momentum and the growth of the heading are compared a short time later. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
 {

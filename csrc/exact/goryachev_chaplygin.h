@@ -53,12 +53,12 @@ typedef struct kr_chaplygin_plan {
     kr_angle_series angle[2];
     double tau_rate; /* mean of d tau/dt */
     double mean;     /* mean of |m| over tau */
-    double most_slip, slip,
-        tolerance; /* slip: tau minus tau_rate * t; its bound, start, accuracy */
-    double heading_start, heading_more,
-        heading_value; /* psi/2 [turns] and its series at the start */
-    int is_even;       /* psi is an odd function of both angles */
-    int wide;          /* terms of the longest row, counted from the first multiple */
+    /* The slip is tau minus tau_rate * t: its bound, its start, and its accuracy. */
+    double most_slip, slip, tolerance;
+    /* psi/2 at the start [turns] in two words, and the series of psi/2 there. */
+    double heading_start, heading_more, heading_value;
+    int is_even; /* psi is an odd function of both angles */
+    int wide;    /* terms of the longest row, counted from the first multiple */
     int rows, slow_terms;
     kr_heading_row row[HEADING_ROWS];
     kr_slow_term slow[SLOW_TERMS];

@@ -29,16 +29,15 @@ typedef struct chaplygin_curve {
     dd H, G;
     int pair; /* 1 if roots 4 and 5 are complex: root[4] +- i root[5] */
     dd root[CURVE_ROOTS];
-    int order[CURVE_ROOTS],
-        real; /* indices of the real roots in ascending order, and their number */
+    int order[CURVE_ROOTS], real; /* indices of the real roots, ascending; their number */
 } chaplygin_curve;
 
 /* An arc from the root `high` at x = 0 to the root `low` at x = pi. */
 typedef struct chaplygin_arc {
     dd A, B, C;
     int low, high;
-    dd a[CURVE_ROOTS],
-        b[CURVE_ROOTS];   /* N - root D = a sin^2 + b cos^2; the real part for complex roots */
+    /* N - root D = a sin^2 + b cos^2. For complex roots a and b have the real part. */
+    dd a[CURVE_ROOTS], b[CURVE_ROOTS];
     dd p, q;              /* averages of P and |u| P */
     int points;           /* number of intervals used */
     double sine[2][GRID]; /* sine series of the integrals of P and |u| P minus their averages */

@@ -199,9 +199,7 @@ static void transform_heading(series_work *w, const kr_angle_series angle[2], co
 {
     const int width = M[1] + 1, sine = !angle[0].is_sine[0];
     for (int g = 0; g < 2; g++) {
-        const int one =
-            g ? !sine
-              : sine; /* the term c of the first angle times s of the second, or s times c */
+        const int one = g ? !sine : sine; /* c of angle 1 times s of angle 2, or s times c */
         double *v = w->grid[g];
         for (int i = 0; i <= M[0]; i++) {
             double *row = v + i * width;
