@@ -1,5 +1,5 @@
-/* Averages of a Kowalewski top over its two arcs, and the frequencies that follow from them. The frequency of the heading follows from the periods
- * of l w dw/(2 (w^2 + c) F). The poles of
+/* Averages of a Kowalewski top over its two arcs, and the frequencies that follow from them.
+ * The frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of
  * this integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the
  * part near each pole is therefore integrated in closed form:
  *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2.

@@ -59,7 +59,7 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the smallest distance between two branch points, relative to k. */
+/* Returns the smallest distance between two branch points, relative to 1 + k. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -242,8 +242,8 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
     kowalewski_curve *o = &w->curve;
     theta_work *t = &w->theta;
     set_constants(o, top->state, top->l);
-    if (!(fabs(o->h.hi) < 1e10))
-        return KR_KOWALEWSKI_COINCIDENT; /* relative to k^2, c is too small */
+    /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
+    if (!(fabs(o->h.hi) < 1e10)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
     if (!(least_distance(o) > 1e-16)) return KR_KOWALEWSKI_COINCIDENT;
     if (!(separatrix_error(o) < 1e-16)) return KR_KOWALEWSKI_SEPARATRIX;
