@@ -29,7 +29,7 @@ static kr_exact lagrange_closed_form(const exact_top *top)
     }
     return s.exact;
 }
-/* Computes the closed form of a user's scene. If `own` is nonzero, the closed form stays in working
+/* Sets up the closed form of a user's scene. If `own` is nonzero, the closed form stays in working
  * axes and own units, and begins at time 0. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
 {

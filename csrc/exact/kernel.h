@@ -1,8 +1,8 @@
-/* The state of the closed form at a time. The same kernel evaluates single times and many times. It
- * has no branches and calls nothing but sqrt, so compilers can vectorize a loop over times. It
+/* The state of the closed form at time t. The same kernel evaluates single times and many times. It
+ * has no branches and calls no function but sqrt, so compilers can vectorize a loop over times. It
  * gives the same bits for every width of vectors. This header is compiled once for each instruction
- * set, because the loop uses the vectors of that instruction set. In formulas e is the closed form;
- * a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
+ * set, because the loop uses the vectors of that instruction set. In the formulas e is the closed
+ * form; a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 #include "lane_types.h"
@@ -36,7 +36,7 @@ INLINE wide nearest(wide x)
 }
 /* Returns a phase at time t [turns], up to whole turns. The high word lies between 0 and 2.
  * two_sum_ordered is exact here, because |start| >= 1/2. The low word holds the rounding error of
- * the high word, which would otherwise be half of a state's error. */
+ * the high word. Without it, this error would be half of the error of a state. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -129,10 +129,10 @@ typedef struct factors {
     dd first, second;
 } factors;
 
-/* Sums the theta series at time t. If `dual` is nonzero, the series are those in the dual nome.
- * They have hyperbolic functions instead of sine and cosine. Jacobi's transformation to them adds a
- * phase that is linear in the phase of the nutation (`slope`). If `euler` is nonzero, beta is a
- * theta4 instead of a theta2. */
+/* Sums the theta series at time t. If `dual` is nonzero, the series are those in the dual nome,
+ * with hyperbolic functions in place of sine and cosine. Jacobi's transformation to the dual nome
+ * adds a phase that is linear in the phase of the nutation (`slope`). If `euler` is nonzero, beta
+ * is a theta4 instead of a theta2. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -186,8 +186,8 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
         sincos_turns(f.second, &s2, &c2);
     const quat_lanes q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
                           n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};
-    /* This is 0, or NaN if the attitude is NaN, so that the constant momentum then becomes NaN as
-     * well. */
+    /* 0, or NaN if the attitude is NaN. Added to the constant momentum, it makes the momentum NaN
+     * as well. */
     const wide none = q.w - q.w;
     vec3_lanes m = {e->constant.x - none, e->constant.y - none, e->constant.z - none};
     if (!euler) {
