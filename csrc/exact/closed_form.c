@@ -50,7 +50,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     *exact = made;
     return KR_OK;
 }
-/* Returns 1 if the body is symmetric about its apex. */
+/* Returns 1 if the body is symmetric about the direction of its centre of mass. */
 static int turns_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia;

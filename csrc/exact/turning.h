@@ -1,5 +1,5 @@
-/* Turning points: the heights between which the apex of a closed form rises and falls, and its
- * precession there. With m3 = <m, e3>, c = <m, apex> and the nutation th
+/* Turning points: the nutation angles between which the apex of a closed form rises and falls, and
+ * its precession. With m3 = <m, e3>, c = <m, apex> and the nutation th
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
  * pole. A free body is treated as a top with u3 at infinity, because only g u3 is used. This header
