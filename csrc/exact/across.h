@@ -1,8 +1,8 @@
 /* Conversion of a user's scene to the axes and units of the closed form, for Kowalewski and
  * Goryachev-Chaplygin tops. Their bodies have two equal moments, and the centre of mass is
- * perpendicular to the third principal axis, the odd axis. Axis 3 is the odd axis. Axis 1 is the
- * direction of the centre of mass, times `side` and the sign of gravity. In these units mass *
- * |gravity| * |com| = 1.
+ * perpendicular to the odd axis, which is the principal axis of the third, different moment. Axis 3
+ * of the closed form is the odd axis. Axis 1 is the direction of the centre of mass, times `side`
+ * and the sign of gravity. In these units mass * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_EXACT_ACROSS_H
@@ -19,13 +19,13 @@ typedef struct across_body {
 /* The conversion from the axes and units of the closed form back to the scene. */
 typedef struct across_way {
     dd time;                       /* unit of time divided by `units.time`, a power of two */
-    double momentum, own_momentum; /* the unit of momentum, in the user's units and in `units` */
+    double momentum, own_momentum; /* unit of momentum: in the user's units, in units of `units` */
     kr_units units;
     kr_quat attitude; /* attitude of the closed form's axes at the start */
     kr_quat turn;     /* closed form's axes -> working axes */
     kr_quat axes;     /* closed form's axes -> frame of description */
 } across_way;
-/* A start in the body frame. */
+/* The start of a scene, along the axes and in the units of the closed form. */
 typedef struct across_start {
     dd momentum[3], up[3]; /* the angular momentum, and e3 */
     dd vertical;           /* <m, e3> */
@@ -109,8 +109,9 @@ static void scale_phases(kr_phase turn[], int count, const across_way *way, int 
         turn[i].slow = turns.lo / unit;
     }
 }
-/* Returns the largest relative deviation of a body's equal moments from `ratio` times the odd one,
- * and of its centre of mass from the plane perpendicular to the odd axis. */
+/* Returns the largest relative error with which a body fits the closed form. The equal moments
+ * should be `ratio` times the odd moment, and the centre of mass should lie in the plane
+ * perpendicular to the odd axis. */
 static double mismatch_of(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia, c = body->com;

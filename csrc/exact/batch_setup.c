@@ -1,6 +1,6 @@
-/* The closed forms of many tops. Heavy tops are computed in lanes, each with the bits of a single
- * top (lane_types.h). All other tops are computed one by one, among them free tops, tops at rest at
- * a pole, and invalid ones. This file is compiled once for each instruction set. */
+/* The closed forms of many tops. Heavy tops are computed in lanes, and get the same bits in a lane
+ * as alone (lane_types.h). All other tops are computed one by one, among them free tops, tops at
+ * rest at a pole, and invalid ones. This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
@@ -10,7 +10,7 @@
 /* If tops have more than FEW_TIMES times, the states of each top are evaluated separately. GROUPS
  * vectors of tops are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles of a closed form without its frame. They are the first members of a
+/* Number of doubles of a closed form without its frame. These doubles are the first members of a
  * kr_exact. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 typedef char form_is_laid_out[FORM * sizeof(double) == offsetof(kr_exact, frame) ? 1 : -1];
@@ -20,7 +20,7 @@ typedef struct body_data {
     kr_body body;
     int fits; /* 1 if lanes can handle the body */
     kr_working working;
-    kr_vec3 apex;       /* in the frame of description, up to its sign */
+    kr_vec3 apex;       /* the apex in the frame of description, up to its sign */
     double per_inertia; /* 1 / I1 */
     double mass, reach; /* mass and |com| without powers of two */
     int power;          /* sum of the exponents of these powers */
@@ -49,7 +49,7 @@ enum {
     BEGIN,
     NUMBERS
 };
-/* Tops waiting until a full set can be computed. */
+/* Tops that wait until GROUPS vectors are full. */
 typedef struct batch_queue {
     int count, turned[2]; /* number of tops; 1 if AXES, or the working axes, matter */
     size_t index[MANY];
@@ -206,8 +206,8 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns the mask of the lanes with gravity whose axis is tilted or moves enough for
- * lagrange_moving and kr_exact_resolves. */
+/* Returns the mask of the lanes that have gravity and can be set up by lagrange_moving. In these
+ * lanes the axis is tilted or moves so much that kr_exact_resolves also returns 1. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -366,7 +366,7 @@ static void finish_group(const batch_job *j, group g, setting *s)
     }
     write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
-/* Computes all queued tops. Lanes without a top repeat the first one. */
+/* Computes all queued tops. Lanes without a top repeat the first top. */
 APART void flush(const batch_job *j, batch_queue *w)
 {
     setting s[GROUPS];

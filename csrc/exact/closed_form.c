@@ -6,7 +6,7 @@
 #include "turning.h"
 #include "scaling.h"
 
-/* Returns the closed form of a Lagrange top, in its own units. */
+/* Returns the closed form of a Lagrange top, in own units. */
 static kr_exact lagrange_closed_form(const exact_top *top)
 {
     const int below = top->lever.hi < 0.0;

@@ -1,11 +1,11 @@
-/* Set-up of the free top's closed form. Let a be the axis of the largest or smallest moment (the
- * 3rd) about which m circulates in the body. In the frame with m along e3 in space and with a along
- * -e3 in the body, u = -a.e3 = c dn(X). There alpha and beta are theta1 and theta4 in the square of
- * the nome, with the common rate
+/* Set-up of the free top's closed form. Let a, axis 3, be the axis about which m circulates in the
+ * body. It has the largest or the smallest moment. The closed form uses a frame in which m is along
+ * e3 in space and a is along -e3 in the body. In this frame u = -a.e3 = c dn(X). The functions
+ * alpha and beta are theta1 and theta4 in the square of the nome, with the common rate
  *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2,
- * or an equivalent expression for small c (common_rate). D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1|
- * are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This header
- * is compiled once for each instruction set, because double-doubles are faster with fused
+ * For small c an equivalent expression is used (common_rate). D3 = |2T I3 - m^2| and D1 = |m^2 - 2T
+ * I1| are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This
+ * header is compiled once for each instruction set, because double-doubles are faster with fused
  * multiply-add. */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
@@ -215,7 +215,7 @@ static void set_up_asymmetric_motion(kr_exact *exact, const body_axes *a, kr_qua
      * along -e3. */
     exact->spin = -exact->spin;
 }
-/* Returns the closed form of a body without torque, in its own units. */
+/* Returns the closed form of a body without torque, in own units. */
 static kr_exact euler_closed_form(const exact_top *top)
 {
     const double moments[3] = {top->inertia.x, top->inertia.y, top->inertia.z};

@@ -53,8 +53,8 @@ INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes sine and cosine of x turns. The low bits of u hold x rounded to whole quarter turns. The
- * polynomials are evaluated at the remainder y, which is at most an eighth of a turn. */
+/* Writes sine and cosine of x turns. The low bits of u hold the number of quarter turns nearest to
+ * x. The polynomials are evaluated at the remainder y, which is at most an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -141,7 +141,8 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* The low bits of u hold x rounded to whole half turns; |y| is at most a quarter. */
+        /* The low bits of u hold the number of half turns nearest to x. The remainder |y| is at
+         * most a quarter of a turn. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
         const wide z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
@@ -202,8 +203,8 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
 
 /* For longer times, exact products overflow if they are computed without fma. */
 static const double longest = 0x1p990;
-/* Returns 1 if the kernel can be used at the time `span` after the beginning: a double resolves
- * fractions of up to 2^50 turns. */
+/* Returns 1 if the kernel can be used at the time `span` after the beginning: doubles resolve the
+ * fractional part of a phase of at most 2^50 turns. */
 INLINE mask is_within(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);

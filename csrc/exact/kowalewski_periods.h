@@ -3,7 +3,7 @@
  *   B    Row j is 2 |Im int v| from the end of arc j to the root at the other end of the adjacent
  *        gap. If only three roots are real, the integral ends at a complex root instead.
  *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
- *        w^2 = k^2 - 1 of the heading, where F = i l. Rows of B/2 may be missing in the sum.
+ *        w^2 = k^2 - 1 of the heading, where F = i l. The sum is determined only up to rows of B/2.
  * A path leads from a root at x = 0 towards another root at x = pi. On a path w = N/D as on the
  * arcs, but the coefficients are complex, so a path is part of a circle or of a line.
  *

@@ -221,9 +221,9 @@ static double find_spinor(theta_work *w, const double beta[2])
     find_sizes(w);
     return better;
 }
-/* Tries four classes of b: b plus multiples of the rows of B/2. In each class it uses the multiples
- * for which the sums are smallest. Returns 1 plus the index of the first class that fits, or 0 if
- * none fits. */
+/* Tries four values of b, which differ by rows of B/2. To each value, multiples of the rows of B
+ * are added that make the sums smallest. Returns 1 plus the index of the first value that fits, or
+ * 0 if none fits. */
 static int find_spinor_class(theta_work *w)
 {
     const kowalewski_matrix *m = &w->matrix;

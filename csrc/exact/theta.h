@@ -147,8 +147,9 @@ static inline dd newton_cubic(dd lead, const dd c[3], wide start)
     return x;
 }
 
-/* These are sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x) as
- * polynomials in sin^2 x: row j holds the coefficients in ascending order. */
+/* The functions sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x), as
+ * polynomials in sin^2 x. Row j of each table holds the coefficients of one polynomial in ascending
+ * order. */
 static const double SIN_ODD[][KR_THETA_TERMS] = {{1}, {3, -4}, {5, -20, 16}, {7, -56, 112, -64}};
 static const double COS_ODD[][KR_THETA_TERMS] = {{1}, {1, -4}, {1, -12, 16}, {1, -24, 80, -64}};
 static const double COS_EVEN[][KR_THETA_TERMS] = {

@@ -36,8 +36,8 @@ static double turning_angle(dd minus, dd plus)
                  high = plus.hi > least ? plus.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession at the height u, given 1 - u and 1 + u; returns 0 if the
- * precession is at most `tol` relative to its terms. */
+/* Returns the sign of the precession at the height u, given 1 - u and 1 + u. Returns 0 if the size
+ * of the precession is at most `tol` times the size of the terms in it. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
