@@ -76,7 +76,7 @@ int kr_exact_resolves(const kr_scene *scene);
  * under gravity. The closed forms of these tops are plans in separate memory. Returns
  * KR_KIND_GENERAL for all other tops. */
 kr_kind kr_exact_torus(const kr_scene *scene);
-/* Returns the largest number of doubles that the method `exact` needs after its kr_exact for such a
- * scene. */
+/* Returns the largest number of doubles that the method `exact` needs after its kr_exact, for a
+ * Kowalewski or a Goryachev-Chaplygin top. */
 size_t kr_exact_extra_doubles(void);
 #endif

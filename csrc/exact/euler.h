@@ -2,7 +2,7 @@
  * body. It has the largest or the smallest moment. The closed form uses a frame in which m is along
  * e3 in space and a is along -e3 in the body. In this frame u = -a.e3 = c dn(X). The functions
  * alpha and beta are theta1 and theta4 in the square of the nome, with the common rate
- *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2,
+ *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
  * For small c an equivalent expression is used (common_rate). D3 = |2T I3 - m^2| and D1 = |m^2 - 2T
  * I1| are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This
  * header is compiled once for each instruction set, because double-doubles are faster with fused

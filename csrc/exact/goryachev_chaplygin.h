@@ -19,21 +19,22 @@ enum {
     SLOW_TERMS = 64
 };
 
-/* The series in one angle. The terms belong to the integer multiples of the angle, or to the
- * integers plus 1/2. */
+/* The series in one angle. The terms belong to the multiples k of the angle, or to the multiples k
+ * + 1/2, for integers k >= 0. */
 typedef struct kr_angle_series {
     int count[2], times; /* numbers of terms: of c and s, and of the time */
     int is_sine[2], is_whole[2];
-    double part[2][ANGLE_TERMS];                      /* coefficients of c and s */
-    double time[ANGLE_TERMS], time_rate[ANGLE_TERMS]; /* of the time; the same times k */
-    double rate;                                      /* d angle/d tau */
-    double half_turns;                                /* rate of half of the angle [turns] */
+    double part[2][ANGLE_TERMS]; /* coefficients of c and s */
+    double time[ANGLE_TERMS],
+        time_rate[ANGLE_TERMS]; /* coefficients of the time, and k times these */
+    double rate;                /* d angle/d tau */
+    double half_turns;          /* rate of half of the angle [turns] */
 } kr_angle_series;
 /* The terms of the heading for one multiple of the first angle. Each pair has the coefficients of
  * the cosine and of the sine of one multiple of the second angle. These multiples are `from`, from
  * + 1, ... */
 typedef struct kr_heading_row {
-    int first, from, count; /* `first` numbers the multiple; multiples may be skipped */
+    int first, from, count; /* `first` is the index of the multiple; some have no row */
 } kr_heading_row;
 /* A term of the heading whose frequency is nearly zero. It is integrated from the start, because
  * its coefficient in the series would be very large. */

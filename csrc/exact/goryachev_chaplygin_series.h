@@ -1,13 +1,13 @@
 /* The series of a Goryachev-Chaplygin top: those in one angle, and the series of the heading in
  * both angles. The angles grow at constant rates in tau. Functions of an angle are sampled at the
  * multiples of pi/M from 0 to pi. Each function is even or odd about 0, and even or odd about pi.
- * Each series therefore has only sines or only cosines, either of integer multiples of the angle or
- * of the integers plus 1/2.
+ * Each series therefore has only sines or only cosines, either of the multiples k of the angle or
+ * of the multiples k + 1/2, for integers k.
  *
- * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). Integration
- * divides each term by a sum or difference of two multiples of the rates. If this makes a term
- * large, the term is integrated from the start instead (kr_slow_term). No resonance therefore loses
- * digits.
+ * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). The integral of
+ * each term has a sum or difference of multiples of the two rates as its divisor. If this makes a
+ * term large, the term is integrated from the start instead (kr_slow_term). No resonance therefore
+ * loses digits.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H

@@ -1,5 +1,6 @@
-/* The closed form of a Kowalewski top, as a plan in memory of a fixed size. The attitude (w, x, y,
- * z) (working axes -> space) and the angular velocity in working axes are
+/* The closed form of a Kowalewski top, as a plan in memory of a fixed size. The axes are those of
+ * kowalewski_curve.h. The attitude (w, x, y, z) of these axes in space, and the angular velocity
+ * (p, q, r) along them, are
  *     w + iz = i (S - T) e/2D,   x + iy = (S + T) e/2D,   p = P/D,   q = Q/D,   r = R/D,
  *     S, T, P, Q, R = sum of c[k1, k2] exp(i (k1 theta1 + k2 theta2)/2),  2 D^2 = |S|^2 + |T|^2.
  * theta1 and theta2 grow linearly with time, and e is a complex number of modulus 1 whose phase
@@ -23,7 +24,7 @@ typedef struct kr_theta_sums {
     kr_kowalewski head;
     double begin;     /* [T] */
     double momentum;  /* unit of momentum [M L^2 T^-1] */
-    kr_quat frame;    /* frame of description -> working axes */
+    kr_quat frame;    /* frame of description -> axes of the closed form */
     kr_phase turn[3]; /* theta1/2, theta2/2 and the phase of e */
     int wide[2];      /* the largest |k1| and |k2| */
     int rows[SUMS];   /* numbers of rows of the sums */

@@ -95,7 +95,7 @@ static void sort_real_roots(kowalewski_curve *o)
         o->order[at] = i;
     }
 }
-/* Computes the roots of phi and sorts all real branch points. */
+/* Computes the branch points: the roots of phi, and k and -k. Sorts the real ones. */
 static void find_roots(kowalewski_curve *o)
 {
     const dd lone = find_lone_root(o), sum = dd_add(o->h, lone),

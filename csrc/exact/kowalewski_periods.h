@@ -41,8 +41,8 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
     return cx_of(re.hi, im);
 }
-/* Returns the point nearest to zero on the segment from a to b. If a point of the segment is
- * divided by it, the quotient has a positive real part. */
+/* Returns the point nearest to zero on the segment from a to b. Each point of the segment, divided
+ * by this nearest point, has a positive real part. */
 static cx nearest_on_segment(cx a, cx b)
 {
     const cx way = cx_sub(b, a);
@@ -250,7 +250,8 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     double shift[2];
     if (most == 0.0) return 1;
     if (!integrate_path(p, most, r)) return 0;
-    /* The integrals contain w - root, but the periods contain w minus the real part of the root. */
+    /* The integrals over the path contain w - root, but the periods contain w minus the real part
+     * of the root. */
     r[1] = cx_add(r[1], cx_mul(cx_of(0.0, root_of(o, from).im), r[0]));
     const double c = 1.0 / (1.0 + most), s = most < INFINITY ? most * c : 1.0;
     const cx D = path_at(p, s, c, v),
@@ -260,7 +261,7 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
     return 1;
 }
-/* Returns the straight path from a root to the number `to`. */
+/* Returns the straight path in the plane of w from a root to the number `to`. */
 static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx to)
 {
     kowalewski_path p = {.infinite = 1, .E = {1.0, 0.0}, .A = cx_sub(to, root_of(o, from))};
@@ -273,10 +274,10 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx t
     finish_path(&p);
     return p;
 }
-/* Adds the integral to a real pole. The path begins at the root above the gap with the pole. If the
- * pole is beyond the complex pair, the path begins at the complex root instead. The integral from
- * the arc of w1 to the complex root, or across the upper of two gaps to the lower one, is half a
- * row of B. */
+/* Adds to b the integral from the arc of w1 to a real pole. The path begins at the root above the
+ * gap with the pole. If the pole is beyond the complex pair, the path begins at the complex root
+ * instead. The integral from the arc of w1 to the complex root, or across the upper of two gaps to
+ * the lower one, is half a row of B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {
@@ -298,9 +299,9 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                  up = fmax(-root_less_pole(o, low, pole).hi, 0.0);
     return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
 }
-/* Adds the integrals to the complex pole i y and its conjugate, which are equal. The path to i y
- * begins at the complex root and follows the circle through i y and the conjugate root. If all
- * roots are real, it is a straight path from the root nearest to zero. */
+/* Adds to b the integrals that end at the complex pole i y and at its conjugate. Both are equal.
+ * The path to i y begins at the complex root and follows the circle through i y and the conjugate
+ * root. If all roots are real, it is a straight path from the root nearest to zero. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                             const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {
