@@ -234,7 +234,8 @@ static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_
     plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
     plan->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Reads a checked scene. Its vertical momentum is treated as zero. */
+/* Converts a checked scene to the axes and units of the closed form. The vertical component of the
+ * momentum is treated as zero. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
                                 across_way *way)
 {

@@ -25,10 +25,10 @@ typedef struct kr_angle_series {
     int count[2], times; /* numbers of terms: of c and s, and of the time */
     int is_sine[2], is_whole[2];
     double part[2][ANGLE_TERMS]; /* coefficients of c and s */
-    double time[ANGLE_TERMS],
-        time_rate[ANGLE_TERMS]; /* coefficients of the time, and k times these */
-    double rate;                /* d angle/d tau */
-    double half_turns;          /* rate of half of the angle [turns] */
+    /* Coefficients of the time series, and these coefficients times k. */
+    double time[ANGLE_TERMS], time_rate[ANGLE_TERMS];
+    double rate;       /* d angle/d tau */
+    double half_turns; /* rate of half of the angle [turns] */
 } kr_angle_series;
 /* The terms of the heading for one multiple of the first angle. Each pair has the coefficients of
  * the cosine and of the sine of one multiple of the second angle. These multiples are `from`, from

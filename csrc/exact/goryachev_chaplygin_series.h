@@ -250,8 +250,8 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* The two terms of a pair of multiples, for their sum and their difference. Each is `value` times a
- * cosine or sine, and its integral is divided by `rate`. */
+/* The two terms for a multiple of each angle: one for the sum of the multiples, one for the
+ * difference. A term is `value` times a cosine or sine. Its integral has the divisor `rate`. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;

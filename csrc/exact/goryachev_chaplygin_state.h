@@ -167,7 +167,7 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
                c2 = part_at(&plan->angle[1], 0, &a[1]), s2 = part_at(&plan->angle[1], 1, &a[1]);
     const wide size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
     const wide grown = (sum_heading(plan, a) - plan->heading_value) + sum_slow_terms(plan, a, tau);
-    /* psi/2 [turns]. The low word of the product is negligible beside the rounding error of the
+    /* psi/2 [turns]. The low word of the product is smaller than the rounding error of the
      * series. */
     const wide half = 0.5 * (grown * turn.hi);
     dd heading = two_sum(wide_splat(plan->heading_start), half - nearest(half));
@@ -175,7 +175,8 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
     wide s, c;
     sincos_turns(heading, &s, &c);
     const wide n = wide_sqrt(wide_splat(0.5)) / wide_sqrt(size);
-    /* The product (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k). Below it is rotated by the heading. */
+    /* The product (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k). The rotation by the heading follows
+     * below. */
     const wide uw = -n * (c2 + s1), ux = n * (c1 + s2), uy = n * (c2 - s1), uz = n * (c1 - s2);
     const quat_lanes q = {c * uw - s * uz, c * ux - s * uy, c * uy + s * ux, c * uz + s * uw};
     const wide unit = plan->momentum * size;

@@ -102,8 +102,8 @@ static void mend_end(samples *v, int end, int stride)
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
 /* Averages the integrands over an arc. Doubles the number of intervals until this changes each
- * average by at most the rounding error of a double. The error of the last average is the square of
- * this change. Returns 0 if GRID intervals do not suffice. */
+ * average by at most the rounding error of a double. The relative error of the last average is then
+ * about the square of the relative change. Returns 0 if GRID intervals do not suffice. */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {

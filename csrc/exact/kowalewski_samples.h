@@ -149,7 +149,7 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Writes sine and cosine of x/2 at the value w of the arc's variable. */
+/* Writes sine and cosine of x/2 at the point of an arc where Kowalewski's variable is w. */
 static void half_angle_at(const kowalewski_arc *arc, dd w, dd *s, dd *c)
 {
     const dd up = dd_max(dd_sub(arc->B, dd_mul(w, arc->E)), dd_of(0.0)),
@@ -157,8 +157,9 @@ static void half_angle_at(const kowalewski_arc *arc, dd w, dd *s, dd *c)
     *s = dd_sqrt(dd_div(up, both));
     *c = dd_sqrt(dd_div(down, both));
 }
-/* Computes the point of an arc at the value w. The later value `next` gives the direction of the
- * motion. Returns 0 if sine or cosine of x/2 is at most `least`. */
+/* Computes the point of an arc where Kowalewski's variable is w. The later value `next` of this
+ * variable gives the direction of the motion. Returns 0 if sine or cosine of x/2 is at most
+ * `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd w, dd next,
                          double least, arc_point *out)
 {
@@ -249,7 +250,7 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     }
     return INFINITY;
 }
-/* Computes the point of an arc at step `i` of its variable, in steps of pi/SAMPLE_STEPS. */
+/* Computes the point of an arc where the arc's variable is i * pi/SAMPLE_STEPS. */
 static void make_sample(const kowalewski_curve *o, const kowalewski_arc *arc, const cosine_table *t,
                         int i, arc_point *out)
 {

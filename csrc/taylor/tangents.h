@@ -26,7 +26,7 @@ typedef struct kr_tangent {
     double up[4], down[4];          /* next(c), -prev(c) */
     double lever[8];                /* (0, b); in a batch component k of each b, for k < 3 */
     double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
-    double moment[8];               /* in a batch: the k-th of xx, yy, zz, yz, zx, xy of each B */
+    double moment[8];               /* in a batch: element k of each B (xx, yy, zz, yz, zx, xy) */
     double t;                       /* time of the expansion */
     double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
     double truncation;              /* largest relative size of a last term so far */
