@@ -1,6 +1,6 @@
 /* The closed form of a scene's Goryachev-Chaplygin top. This file is compiled once for each
- * instruction set, because double-double products are three times as fast with fused multiply-
- * add. */
+ * instruction set, because double-double products are three times as fast with fused
+ * multiply-add. */
 #include "across.h"
 #include "goryachev_chaplygin_series.h"
 #include "math/trig.h"
