@@ -1,8 +1,8 @@
 /* The heavy top as a Taylor series. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
- *     P' = P x W                  P = q* e3 q: the vertical seen from the body
- *     A W' = AW x W + P x c - D W W: angular velocity in the body; A: moments; c: mass gravity com;
- *                                 D: damping
+ *     P' = P x W                  P = q* e3 q: the vertical in the body frame
+ *     A W' = AW x W + P x c - D W W: angular velocity in the body; A: moments of inertia;
+ *                                 c: mass * gravity * com; D: damping
  * Every right side consists of products of two unknowns and of linear terms. The coefficients of
  * x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
@@ -42,8 +42,8 @@ typedef struct kr_series {
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
     double w[KR_TAYLOR_MAX + 1][4]; /* coefficients of W: (0, x, y, z) */
     double end_w[4], at_w[4];
-    double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
-    double drag[4];              /* -Dx / Ax; and cyclic */
+    double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
+    double drag[4];              /* -Dx / Ax; and cyclic permutations */
     double t, end, at, damped;
     double fall; /* shortest time in which a fall can grow by a factor e */
     double unused[7];
