@@ -323,8 +323,8 @@ static inline void lagrange_start(exact_lanes *exact, const initial *s, const tu
     phase_start(&exact->first, dd_choose(by_second, dd_sub(both, second), first));
     phase_start(&exact->second, dd_choose(by_first, dd_sub(both, first), second));
 }
-/* Returns 1 if the axis rests at a pole. Otherwise the axis leans or moves by more than the limit of
- * kr_exact_resolves. */
+/* Returns 1 if the axis rests at a pole. Otherwise the axis leans or moves by more than the limit
+ * of kr_exact_resolves. */
 static inline mask is_resting_at_pole(const initial *s)
 {
     const wide least = wide_splat(1e-150), wh = s->w[0].hi * s->w[0].hi + s->w[1].hi * s->w[1].hi;

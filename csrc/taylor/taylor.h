@@ -1,8 +1,8 @@
 /* The heavy top as a Taylor series. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
  *     P' = P x W                  P = q* e3 q: the vertical in the body frame
- *     A W' = AW x W + P x c - D W W: angular velocity in the body; A: moments of inertia;
- *                                 c: mass * gravity * com; D: damping
+ *     A W' = AW x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
+ *                                    c: mass * gravity * com; D: damping
  * Every right side consists of products of two unknowns and of linear terms. The coefficients of
  * x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
