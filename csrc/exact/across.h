@@ -1,7 +1,8 @@
-/* Bodies with two equal moments and the centre of mass perpendicular to the third axis, the odd
- * one: conversion of a user's scene to the axes and units of the closed form. Axis 3 is the odd
- * axis. Axis 1 is the direction of the centre of mass times `side` and the sign of gravity. In
- * these units mass * |gravity| * |com| = 1.
+/* Conversion of a user's scene to the axes and units of the closed form, for Kowalewski and
+ * Goryachev-Chaplygin tops. Their bodies have two equal moments, and the centre of mass is
+ * perpendicular to the odd axis, which is the principal axis of the third, different moment. Axis 3
+ * of the closed form is the odd axis. Axis 1 is the direction of the centre of mass, times `side`
+ * and the sign of gravity. In these units mass * |gravity| * |com| = 1.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_EXACT_ACROSS_H
@@ -12,19 +13,19 @@
 /* A body's odd axis, and the direction and distance of its centre of mass. */
 typedef struct across_body {
     int odd;
-    double com[2];  /* along the axes after the odd one, divided by a power of two */
-    dd reach, c, s; /* |com|, also divided, and the direction of axis 1 in this plane */
+    double com[2];  /* components along the two other axes, divided by a power of two */
+    dd reach, c, s; /* |com| divided by this power; axis 1 in the plane of these axes */
 } across_body;
 /* The conversion from the axes and units of the closed form back to the scene. */
 typedef struct across_way {
-    dd time;                       /* the unit of time, in units of the power of two `units.time` */
-    double momentum, own_momentum; /* the unit of momentum, in the user's units and in `units` */
+    dd time;                       /* unit of time divided by `units.time`, a power of two */
+    double momentum, own_momentum; /* unit of momentum: in the user's units, in units of `units` */
     kr_units units;
-    kr_quat attitude; /* attitude of these axes at the start */
-    kr_quat turn;     /* these axes -> working axes */
-    kr_quat axes;     /* these axes -> frame of description */
+    kr_quat attitude; /* attitude of the closed form's axes at the start */
+    kr_quat turn;     /* closed form's axes -> working axes */
+    kr_quat axes;     /* closed form's axes -> frame of description */
 } across_way;
-/* A start in the body frame. */
+/* The start of a scene, along the axes and in the units of the closed form. */
 typedef struct across_start {
     dd momentum[3], up[3]; /* the angular momentum, and e3 */
     dd vertical;           /* <m, e3> */
@@ -61,8 +62,8 @@ static void seen_from_body(const dd q[4], const dd v[3], const across_body *b, d
     out[1] = dd_sub(dd_mul(b->c, r[1]), dd_mul(b->s, r[0]));
     out[2] = r[2];
 }
-/* Converts a scene that has been checked to these axes and units. The unit of moment is `factor`, a
- * power of two, times the odd moment. */
+/* Converts a checked scene to the axes and units of the closed form. The unit of moment is
+ * `factor`, a power of two, times the odd moment. */
 static kr_status read_across(const kr_scene *scene, double side, double factor, across_start *start,
                              across_way *way)
 {
@@ -97,8 +98,8 @@ static kr_status read_across(const kr_scene *scene, double side, double factor, 
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Converts the phases of a plan to the user's unit of time or, if `own` is nonzero, to that of
- * `units`. */
+/* Converts the phases of a plan to the user's unit of time. If `own` is nonzero, converts them to
+ * the unit of time of `units` instead. */
 static void scale_phases(kr_phase turn[], int count, const across_way *way, int own)
 {
     const double unit = own ? 1.0 : way->units.time;
@@ -108,8 +109,9 @@ static void scale_phases(kr_phase turn[], int count, const across_way *way, int 
         turn[i].slow = turns.lo / unit;
     }
 }
-/* Returns the largest relative deviation of a body's equal moments from `ratio` times the odd one,
- * and of its centre of mass from the plane perpendicular to the odd axis. */
+/* Returns the largest relative error with which a body fits the closed form. The equal moments
+ * should be `ratio` times the odd moment, and the centre of mass should lie in the plane
+ * perpendicular to the odd axis. */
 static double mismatch_of(const kr_body *body, double ratio)
 {
     const kr_vec3 i = body->inertia, c = body->com;

@@ -7,8 +7,8 @@
 #  include <emmintrin.h>
 #endif
 
-/* The states of a block, with one array for each number. A block has as many states as fit in the
- * first-level cache. */
+/* The states of a block, with one array for each number of a state. A block has as many states as
+ * fit in the first-level cache. */
 enum { BATCH = 64 };
 typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
@@ -62,8 +62,8 @@ INLINE int is_stream(size_t n, const kr_state out[]) { return (void)n, (void)out
 INLINE void stream(const batch *b, int n, kr_state *out) { write(b, n, out); }
 INLINE void end_stream(void) {}
 #endif
-/* Computes a block. Its length is rounded up to a multiple of eight, so that no remainder loop is
- * needed. */
+/* Computes a block. The length of the block is rounded up to a multiple of eight, so that no
+ * remainder loop is needed. */
 static void states(const kr_exact *exact, batch *b, int count)
 {
     /* No store can change a local copy, so the compiler can keep its numbers in registers. */
@@ -85,8 +85,8 @@ static void states(const kr_exact *exact, batch *b, int count)
     }
     if (e.framed) frame(&e, b, n);
 }
-/* Replaces the states at times beyond the range of the kernel. Most blocks have no such times,
- * which a loop without branches detects. */
+/* Replaces the states at times beyond the range of the kernel. Most blocks have no such times. A
+ * loop without branches finds out whether a block has any. */
 static void replace_beyond(const kr_exact *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},

@@ -1,6 +1,6 @@
-/* The closed forms of many tops. Heavy tops are computed in lanes, each with the bits of a single
- * top (lane_types.h). All other tops are computed one by one, among them free tops, tops at rest at
- * a pole, and invalid ones. This file is compiled once for each instruction set. */
+/* The closed forms of many tops. Heavy tops are computed in lanes, and get the same bits in a lane
+ * as alone (lane_types.h). All other tops are computed one by one, among them free tops, tops at
+ * rest at a pole, and invalid ones. This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "dispatch.h"
 #include "frame.h"
@@ -10,7 +10,7 @@
 /* If tops have more than FEW_TIMES times, the states of each top are evaluated separately. GROUPS
  * vectors of tops are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
-/* Number of doubles of a closed form without its frame. They are the first members of a
+/* Number of doubles of a closed form without its frame. These doubles are the first members of a
  * kr_exact. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
 typedef char form_is_laid_out[FORM * sizeof(double) == offsetof(kr_exact, frame) ? 1 : -1];
@@ -18,18 +18,18 @@ typedef char form_is_laid_out[FORM * sizeof(double) == offsetof(kr_exact, frame)
 /* Data that are common to tops with the same body and gravity. */
 typedef struct body_data {
     kr_body body;
-    int fits; /* lanes can handle the body */
+    int fits; /* 1 if lanes can handle the body */
     kr_working working;
-    kr_vec3 apex;       /* in the frame of description, up to its sign */
+    kr_vec3 apex;       /* the apex in the frame of description, up to its sign */
     double per_inertia; /* 1 / I1 */
-    double mass, reach; /* fractions of mass and |com| */
-    int power;          /* the sum of their exponents */
-    int turned; /* whether `axes`, working axes -> frame of description, is not the identity */
+    double mass, reach; /* mass and |com| without powers of two */
+    int power;          /* sum of the exponents of these powers */
+    int turned;         /* 1 if `axes`, working axes -> frame of description, is not the identity */
     kr_quat axes;
-    int framed[2]; /* whether the frames of tops seen from above, and from below, are computed */
+    int framed[2]; /* 1 if frame[0], or frame[1] with up and down exchanged, is set */
     kr_quat frame[2][4];
     double gravity, gravity_fraction;
-    int gravity_power; /* its exponent minus that of the unit of moment */
+    int gravity_power; /* exponent of gravity minus that of the unit of moment */
     kr_swing swing;
 } body_data;
 
@@ -49,9 +49,9 @@ enum {
     BEGIN,
     NUMBERS
 };
-/* Tops waiting until a full set can be computed. */
+/* Tops that wait until GROUPS vectors are full. */
 typedef struct batch_queue {
-    int count, turned[2]; /* number of tops; whether some of the two axes are not the identity */
+    int count, turned[2]; /* number of tops; 1 if AXES, or the working axes, matter */
     size_t index[MANY];
     int framed[MANY];
     kr_quat frame[MANY][4];
@@ -80,8 +80,8 @@ static void analyse_body(const kr_body *body, body_data *known)
     known->turned = !is_one(axes);
     known->framed[0] = known->framed[1] = 0;
 }
-/* Writes the frame of a top with this body, seen from below if `below` is nonzero. Returns 0 if the
- * top needs no frame. */
+/* Writes the frame of a top with this body. If `below` is nonzero, the closed form is that of the
+ * top with up and down exchanged. Returns 0 if the top needs no frame. */
 static int get_frame(body_data *known, int below, kr_quat out[4])
 {
     kr_quat *frame = known->frame[below];
@@ -120,11 +120,12 @@ static void analyse_gravity(const kr_scene *scene, body_data *known)
 }
 static double larger(double a, double b) { return a > b ? a : b; }
 
-/* Guesses whether u3 is the root that lone_root returns, from the cubic in u of the same motion,
+/* Guesses whether u3 is the root that lone_root returns. The guess uses the cubic in u of this
+ * motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
- * Tops with the same guess are set up together, so that few lanes need the branches of the other
- * case. Nothing else depends on the guess. `lever` is in own units; m is in the user's units except
- * for the unit of time. */
+ * Tops with the same guess are set up together. Few vectors then need both branches of the set-up.
+ * Nothing else depends on the guess. `lever` is in own units; m is in the user's units except for
+ * the unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -162,7 +163,7 @@ static int add_to_queue(batch_queue queues[2], const kr_scene *scene, size_t ind
 /* The lanes of one group. */
 typedef struct group {
     const batch_queue *all;
-    int first; /* index of its first top in the queue */
+    int first; /* index of the group's first top in the queue */
 } group;
 
 INLINE wide in_lanes(group w, int number) { return wide_load(&w.all->in[number][w.first]); }
@@ -205,8 +206,8 @@ INLINE exact_top read_lanes(group w)
     top.lever = dd_make(scale * lever.hi, scale * lever.lo);
     return top;
 }
-/* Returns the mask of the lanes with gravity whose axis is tilted or moves enough for
- * lagrange_moving and kr_exact_resolves. */
+/* Returns the mask of the lanes that have gravity and can be set up by lagrange_moving. In these
+ * lanes the axis is tilted or moves so much that kr_exact_resolves also returns 1. */
 INLINE mask is_moving(const exact_top *top)
 {
     const wide least = wide_splat(1e-10);
@@ -216,8 +217,8 @@ INLINE mask is_moving(const exact_top *top)
     return mask_and(wide_less(wide_splat(LEAST_LEVER), wide_abs(top->lever.hi)),
                     wide_less(least, wide_max(wide_min(side, up), push)));
 }
-/* Results of a group, one bit for each lane: whether the top must be planned alone, and whether it
- * is refused because a rate exceeds the range of doubles. */
+/* Results of a group, one bit for each lane. `alone` marks tops that must be set up one by one.
+ * `refused` marks tops with a rate beyond the range of doubles. */
 typedef struct group_result {
     unsigned alone, refused;
 } group_result;
@@ -280,7 +281,7 @@ static const double *times_of(const kr_exact_request *request, size_t index)
 {
     return request->own_times ? request->t + index * request->times : request->t;
 }
-/* Returns the states of all lanes at one time each, without the frames. */
+/* Returns the state of each lane at the lane's time, without the frame. */
 static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
 {
     const dd span = two_sum(time, -exact->begin);
@@ -293,7 +294,7 @@ static state_lanes states_in_lanes(const exact_lanes *exact, wide time)
     }
     return r;
 }
-/* Writes the k-th state of each lane of a group whose bit in `good` is set. */
+/* Writes the k-th states of the lanes whose bits in `good` are set. */
 static void read_states(const batch_job *j, group g, const exact_lanes *exact, unsigned good,
                         size_t k)
 {
@@ -335,7 +336,7 @@ static void plan_scalar(const batch_job *j, size_t index)
         KR_NAME(kr_exact_evaluate)(&one, request->times, times_of(request, index),
                                    request->states + index * request->times);
 }
-/* Writes the results of the lanes of a group whose bits in `good` are set. */
+/* Writes the closed forms and states of the lanes whose bits in `good` are set. */
 static void write_group(const batch_job *j, group g, const exact_lanes *exact, unsigned good)
 {
     const kr_exact_request *request = j->request;
@@ -365,7 +366,7 @@ static void finish_group(const batch_job *j, group g, setting *s)
     }
     write_group(j, g, &s->exact, ~(b.alone | b.refused) & ((1u << count) - 1));
 }
-/* Computes all queued tops. Lanes without a top repeat the first one. */
+/* Computes all queued tops. Lanes without a top repeat the first top. */
 APART void flush(const batch_job *j, batch_queue *w)
 {
     setting s[GROUPS];

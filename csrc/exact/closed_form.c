@@ -6,7 +6,7 @@
 #include "turning.h"
 #include "scaling.h"
 
-/* Returns the closed form of a Lagrange top, in its own units. */
+/* Returns the closed form of a Lagrange top, in own units. */
 static kr_exact lagrange_closed_form(const exact_top *top)
 {
     const int below = top->lever.hi < 0.0;
@@ -29,7 +29,7 @@ static kr_exact lagrange_closed_form(const exact_top *top)
     }
     return s.exact;
 }
-/* Computes the closed form of a user's scene. If `own` is nonzero, the closed form stays in working
+/* Sets up the closed form of a user's scene. If `own` is nonzero, the closed form stays in working
  * axes and own units, and begins at time 0. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
 {
@@ -50,7 +50,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     *exact = made;
     return KR_OK;
 }
-/* Returns 1 if the body is symmetric about its apex. */
+/* Returns 1 if the body is symmetric about the direction of its centre of mass. */
 static int turns_about_apex(const kr_body *body, kr_kind kind)
 {
     const kr_vec3 i = body->inertia;

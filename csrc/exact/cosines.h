@@ -1,15 +1,16 @@
 /* Samples of even functions of an angle at equal intervals: a table of cosines in double-double,
- * and the sine series of an integral. Averages by the trapezoidal rule converge exponentially.
+ * and the sine series of an integral. Averages by the trapezoidal rule converge exponentially for
+ * such functions.
  *
- * This header is compiled once for each instruction set, in files that define GRID, the largest
- * number of intervals between 0 and pi. */
+ * This header is compiled once for each instruction set. The files that include it define GRID, the
+ * largest number of intervals between 0 and pi. */
 #ifndef KR_EXACT_COSINES_H
 #define KR_EXACT_COSINES_H
 #include "math/dd.h"
 
 static inline dd dd_plus(dd a, double b) { return dd_add(a, dd_of(b)); }
 
-/* The cosines of pi * i / GRID, for multiples i of `stride`. */
+/* The values cos(pi * i / GRID), computed for the multiples i of `stride`. */
 typedef struct cosine_table {
     int stride;
     dd c[GRID + 1];
@@ -33,8 +34,8 @@ static void refine_cosines(cosine_table *t, int stride)
             t->c[i] = dd_mul(scale, dd_add(t->c[i - s], t->c[i + s]));
     }
 }
-/* Computes the sine series of the integral of an even function minus its average, from samples at
- * n + 1 angles between 0 and pi. */
+/* Computes the sine series of the integral of an even function minus its average. `v` has the
+ * samples of the function at n + 1 angles between 0 and pi. */
 static void integrate_samples(const dd v[], const cosine_table *table, int n, double out[])
 {
     const int stride = GRID / n;

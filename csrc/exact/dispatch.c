@@ -55,7 +55,7 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
 static const kr_exact_maps *widest_maps(void)
 {
 #ifdef KR_X86
-    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: a processor always answers alike */
+    if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: all calls give one answer */
 #endif
     return &kr_exact_maps_base;
 }
@@ -67,7 +67,7 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
     return widest_maps()->state(map, k);
 }
-/* The batches have a table of their own, so that programs for single tops do not link them. */
+/* The batches have a separate table, so that programs for single tops do not link them. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {

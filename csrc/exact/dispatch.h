@@ -1,6 +1,6 @@
-/* Parts of the closed form that each instruction set compiles; dispatch.c chooses at run time. All
- * instruction sets have the same bits: only two_product uses fused multiply-add, and it is exact
- * either way. */
+/* Parts of the closed form that are compiled for each instruction set. dispatch.c chooses among
+ * them at run time. All instruction sets give the same bits, because only two_product uses fused
+ * multiply-add, and its result is exact with and without it. */
 #ifndef KR_EXACT_DISPATCH_H
 #define KR_EXACT_DISPATCH_H
 #include "kreisel.h"
@@ -13,18 +13,20 @@ typedef struct kr_exact_scalar {
     kr_state (*state)(const kr_exact *exact, double t);
     kr_status (*turning)(const kr_scene *scene, kr_turning *out);
 } kr_exact_scalar;
-/* Functions of map.c: the same for the Bobenko-Suris map. */
+/* Functions of map.c for the closed form of the Bobenko-Suris map: set up one scene, evaluate one
+ * state. */
 typedef struct kr_exact_maps {
     kr_status (*plan)(const kr_scene *scene, double step, kr_exact_map *map);
     kr_state (*state)(const kr_exact_map *map, int64_t k);
 } kr_exact_maps;
 /* Evaluates many states (batch_eval.c). */
 typedef void kr_exact_evaluate(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
-/* A request for many tops. `plans`, if not NULL, gets their closed forms. `states` gets their
- * states at `times` times, if that is not 0: at t[0], t[1], ... or, with `own_times`, at t[i times]
- * and on for top i. The states of top i begin at states[i times]. `status` gets the result of
- * kr_exact_plan for each top; nothing else is written for a refused top. All bits are those of
- * kr_exact_plan and kr_exact_state. */
+/* A request for n tops. If `plans` is not NULL, it receives their closed forms. `states` receives
+ * the states of each top at `times` times; the states of top i begin at states[i * times]. All tops
+ * have the times t[0], t[1], ..., unless `own_times` is nonzero. Then the times of top i begin at
+ * t[i * times]. `status` receives the result of kr_exact_plan for each top. Nothing else is written
+ * for a refused top. All results have the same bits as those of kr_exact_plan and
+ * kr_exact_state. */
 typedef struct kr_exact_request {
     size_t n;
     const kr_scene *scenes;
@@ -35,7 +37,8 @@ typedef struct kr_exact_request {
     kr_state *states;
     kr_status *status;
 } kr_exact_request;
-/* Processes a request (batch_setup.c); `one` handles tops one by one. */
+/* Processes a request (batch_setup.c). `one` has the functions for tops that lanes cannot
+ * handle. */
 typedef void kr_exact_batch(const kr_exact_scalar *one, const kr_exact_request *request);
 typedef struct kr_exact_batch_isa {
     const char *name;
@@ -43,7 +46,7 @@ typedef struct kr_exact_batch_isa {
     const kr_exact_scalar *scalar;
     kr_exact_batch *batch;
 } kr_exact_batch_isa;
-/* Returns the i-th instruction set that batches were compiled for, the widest first; NULL beyond
+/* Returns the i-th instruction set that batches were compiled for, the widest first, or NULL after
  * the last. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i);
 /* Processes a request with the widest instruction set of this processor. */
@@ -60,17 +63,20 @@ typedef struct kr_exact_isa {
     const kr_exact_scalar *scalar;
     kr_exact_evaluate *evaluate;
 } kr_exact_isa;
-/* Returns the i-th instruction set that was compiled in, the widest first; NULL beyond the last. */
+/* Returns the i-th instruction set that was compiled in, the widest first, or NULL after the
+ * last. */
 const kr_exact_isa *kr_exact_isa_at(int i);
 /* Computes the closed form in working axes and own units from time 0, for the method `exact`. */
 kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact *exact);
-/* Returns 1 if the closed form of a checked scene resolves the tilt and motion of the axis at the
- * start. From an unstable upright start, the time of the fall depends on the logarithm of the tilt,
- * whose fourth power underflows below 1e-77. */
+/* Returns 1 if the closed form can resolve the tilt and the motion of the axis at the start of a
+ * checked scene. From an unstable upright start, the time of the fall depends on the logarithm of
+ * the tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
 int kr_exact_resolves(const kr_scene *scene);
-/* Returns the kind of a top whose closed form is a plan in memory of its own, a Kowalewski or a
- * Goryachev-Chaplygin top under gravity, else KR_KIND_GENERAL; the scene was checked. */
+/* Returns the kind of a checked scene's top if it is a Kowalewski or a Goryachev-Chaplygin top
+ * under gravity. The closed forms of these tops are plans in separate memory. Returns
+ * KR_KIND_GENERAL for all other tops. */
 kr_kind kr_exact_torus(const kr_scene *scene);
-/* Returns the doubles that the method `exact` needs behind its work for such a scene. */
+/* Returns the largest number of doubles that the method `exact` needs after its kr_exact, for a
+ * Kowalewski or a Goryachev-Chaplygin top. */
 size_t kr_exact_extra_doubles(void);
 #endif

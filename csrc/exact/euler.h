@@ -1,11 +1,11 @@
-/* Set-up of the free top's closed form. Let a be the axis of the largest or smallest moment (the
- * 3rd) about which m circulates in the body. In the frame with m along e3 in space and with a along
- * -e3 in the body, u = -a.e3 = c dn(X). There alpha and beta are theta1 and theta4 in the square of
- * the nome, with the common rate
- *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2,
- * or an equivalent expression for small c (common_rate). D3 = |2T I3 - m^2| and D1 = |m^2 - 2T I1|
- * are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This header
- * is compiled once for each instruction set, because double-doubles are faster with fused
+/* Set-up of the free top's closed form. Let a, axis 3, be the axis about which m circulates in the
+ * body. It has the largest or the smallest moment. The closed form uses a frame in which m is along
+ * e3 in space and a is along -e3 in the body. In this frame u = -a.e3 = c dn(X). The functions
+ * alpha and beta are theta1 and theta4 in the square of the nome, with the common rate
+ *     k = (m / I3 + e sum Q_n / 2) / 2,   e = 2T/m - m/I3,   p0^2 = 1/c^2.
+ * For small c an equivalent expression is used (common_rate). D3 = |2T I3 - m^2| and D1 = |m^2 - 2T
+ * I1| are computed as sums of terms of equal sign (Jacobi 1849; Whittaker, Dynamics, 69). This
+ * header is compiled once for each instruction set, because double-doubles are faster with fused
  * multiply-add. */
 #ifndef KR_EXACT_EULER_H
 #define KR_EXACT_EULER_H
@@ -18,7 +18,7 @@
 typedef struct body_axes {
     dd inertia[3], momentum[3], square; /* [M L^2], [M L^2 T^-1], m^2 */
     dd d1, d3;                          /* D1, D3 */
-    dd dm;                              /* the distance from the separatrix */
+    dd dm;                              /* a measure of the distance from the separatrix */
     double sense; /* 1 if I3 is the largest moment, -1 if it is the smallest */
     kr_quat turn; /* the attitude of these axes in the body */
 } body_axes;
@@ -73,7 +73,7 @@ static body_axes body_axes_of(const double inertia[3], const dd m[3])
     r.turn = frame_of(high, middle, reverse);
     return r;
 }
-/* Returns a rotation that takes m to the direction of e3. */
+/* Returns a rotation that takes the direction of m to e3. */
 static kr_quat rotation_to_e3(kr_vec3 m)
 {
     const double h = v_length(m) + fabs(m.z);
@@ -86,7 +86,7 @@ static int set_up_steady_motion(kr_exact *exact, const double inertia[3], const 
                                 kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
-    /* Components below this count as zero, because their squares are negligible. */
+    /* Smaller components count as zero, because their squares are negligible. */
     const double least = 1e-75 * size.hi;
     int k = 2, still = 0;
     for (int i = 0; i < 3; i++) still += fabs(m[i].hi) <= least;
@@ -122,7 +122,7 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
 }
 /* Sets the theta series of alpha and beta. The imaginary part y of their argument is an incomplete
  * elliptic integral of the first kind. Their scales follow from their sizes at the turning heights:
- * `above` is the largest |beta|, `below` the largest |alpha|. */
+ * `above` is the largest |beta|, and `below` is the largest |alpha|. */
 static void euler_series(kr_exact *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
@@ -155,9 +155,9 @@ static void euler_series(kr_exact *exact, const body_axes *a, double c2, double 
 #define LEAST_SQUARE 1e-280
 #define CLOSE 1e-36
 
-/* Returns the phase at the start [turns], whose cn and sn are M1 and M2 up to constants. Near the
- * middle axis, where sn = +-1, the phase is measured from that axis by sn(K - x) = cn/dn, because a
- * difference of two long times would cancel. */
+/* Returns the phase at the start [turns]. Its cn and sn are M1 and M2 up to constant factors. Near
+ * the middle axis, where sn = +-1, the phase is measured from this axis by sn(K - x) = cn/dn.
+ * Otherwise the difference of two long times would lose digits. */
 static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mean)
 {
     const double pi = 3.14159265358979323846, way = a->sense < 0.0 ? -1.0 : 1.0;
@@ -205,16 +205,17 @@ static void set_up_asymmetric_motion(kr_exact *exact, const body_axes *a, kr_qua
              second = turns_between(f[2], f[3], target.x, target.y);
     phase_start(&exact->first, first);
     phase_start(&exact->second, first);
-    /* alpha and beta use the same phase, so the lead of beta becomes a rotation of the frame about
-     * m. */
+    /* alpha and beta use the same phase. The constant difference of their phases becomes a rotation
+     * of the frame about m. */
     sin_cos(pi * dd_sub(second, first).hi, &s, &c);
     set_frame(exact, q_mul(left, q4(c, v3(0.0, 0.0, s))),
               q_mul(q4(c, v3(0.0, 0.0, -s)), q_conj(turn)));
     set_rates(exact, dd_mul(lambda, mean).hi, k.hi, k.hi);
-    /* The mean spin refers to the axis on the momentum's side, but here the axis lies along -e3. */
+    /* The mean spin is defined for the axis on the side of the momentum, but here the axis lies
+     * along -e3. */
     exact->spin = -exact->spin;
 }
-/* Returns the closed form of a body without torque, in its own units. */
+/* Returns the closed form of a body without torque, in own units. */
 static kr_exact euler_closed_form(const exact_top *top)
 {
     const double moments[3] = {top->inertia.x, top->inertia.y, top->inertia.z};

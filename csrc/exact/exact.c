@@ -1,16 +1,18 @@
-/* The closed form as a method, for Lagrange, Kowalewski and Goryachev-Chaplygin tops and any body
- * on which no torque acts: it needs no steps, and its error does not grow. A step goes wherever it
- * is asked to; a step without an end takes one period of the nutation, or of the first angle of a
- * torus. Klein and Sommerfeld (Theorie des Kreisels) give it for the Lagrange top, Jacobi (1849)
- * for the free body, Kowalevski (1889) and Koetter (1893) for her top and Chaplygin (1901) for his,
- * up to the heading. It keeps every one of the integrals. */
+/* The closed form as a method, for Lagrange, Kowalewski and Goryachev-Chaplygin tops, and for any
+ * body without torque. It needs no intermediate steps, its error does not grow, and it conserves
+ * all integrals. A step ends at the requested time. Without a requested end, a step is one period
+ * of the nutation, or one period of the first angle for a Kowalewski or Goryachev-Chaplygin top.
+ * Sources: Klein and Sommerfeld (Theorie des Kreisels) for the Lagrange top; Jacobi (1849) for the
+ * free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski top; Chaplygin (1901) for the
+ * Goryachev-Chaplygin top, except for its heading. */
 #include "dispatch.h"
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"
 #include "method.h"
 #include "model/scene.h"
 
-/* Values of `curve` in a kr_exact, behind the kinds of its series: the plan stands elsewhere. */
+/* Further values of `curve` in a kr_exact, after the kinds of its series. They mean that the closed
+ * form is a plan stored behind the kr_exact. */
 enum { KOWALEWSKI = 16, CHAPLYGIN };
 
 int kr_exact_resolves(const kr_scene *scene)
@@ -21,12 +23,13 @@ int kr_exact_resolves(const kr_scene *scene)
                  push = fmax(fabs(scene->start.m.x), fabs(scene->start.m.y));
     kr_units units;
     if ((lean == 0.0 && push == 0.0) || scene->gravity == 0.0 || v_largest(w.com) == 0.0) return 1;
-    if (kr_scene_units(scene, &w, &units) != KR_OK) return 1; /* other functions report this */
+    if (kr_scene_units(scene, &w, &units) != KR_OK) return 1; /* reported by other functions */
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
-/* The work is a kr_exact. For a top with a torus, only the period there is in use; behind it stand
- * its plan, and the memory in which a plan is made. */
+/* The work of the method begins with a kr_exact. For a Kowalewski or Goryachev-Chaplygin top, only
+ * the members `curve` and `period` of the kr_exact are used. The plan follows it, and then the
+ * memory in which a new plan is set up. */
 static const kr_exact *exact_of(const kr_motion *motion) { return (const kr_exact *)motion->work; }
 static void *plan_of(const kr_motion *motion) { return (kr_exact *)motion->work + 1; }
 kr_kind kr_exact_torus(const kr_scene *scene)
@@ -36,7 +39,7 @@ kr_kind kr_exact_torus(const kr_scene *scene)
     return kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN ? kind
                                                                              : KR_KIND_GENERAL;
 }
-/* Returns the doubles that plan and memory of a kind of torus take. */
+/* Returns the number of doubles in the plan and the set-up memory of a kind of top. */
 static size_t torus_doubles(kr_kind kind)
 {
     return (kind == KR_KIND_KOWALEWSKI
@@ -44,7 +47,7 @@ static size_t torus_doubles(kr_kind kind)
                 : sizeof(kr_chaplygin_plan) + kr_goryachev_chaplygin_size()) /
            sizeof(double);
 }
-/* Returns the doubles behind the work that a scene needs. */
+/* Returns the number of doubles that a scene needs after the kr_exact. */
 static size_t extra_doubles_of(const kr_scene *scene)
 {
     const kr_kind kind = kr_exact_torus(scene);
@@ -57,7 +60,8 @@ size_t kr_exact_extra_doubles(void)
     return one > other ? one : other;
 }
 
-/* Marks the work as a torus whose first angle has half this rate, in turns. */
+/* Writes a kr_exact for a Kowalewski or Goryachev-Chaplygin top. `half_turns` is half of the first
+ * angle's rate, in turns per unit of time. */
 static void set_torus(kr_motion *motion, int curve, double half_turns)
 {
     kr_exact form = {0};
@@ -65,7 +69,8 @@ static void set_torus(kr_motion *motion, int curve, double half_turns)
     form.period = 0.5 / half_turns;
     memcpy(motion->work, &form, sizeof form);
 }
-/* Both make a plan beside the one in use, which stays where the new one is refused. */
+/* Both functions set up a new plan in separate memory. If the scene is refused, the old plan stays
+ * in use. */
 static kr_status reset_kowalewski(kr_motion *motion)
 {
     kr_theta_sums *sums = plan_of(motion), *made = sums + 1;
@@ -86,7 +91,7 @@ static kr_status reset_chaplygin(kr_motion *motion)
 }
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
-    (void)start; /* It was rounded on its way to working axes; the scene was not. */
+    (void)start; /* `start` was rounded by the conversion to working axes; the scene was not. */
     const kr_kind kind = kr_exact_torus(motion->scene);
     if (kind == KR_KIND_KOWALEWSKI) return reset_kowalewski(motion);
     if (kind == KR_KIND_GORYACHEV_CHAPLYGIN) return reset_chaplygin(motion);

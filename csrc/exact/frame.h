@@ -21,13 +21,14 @@ static inline void fill_frame(kr_quat frame[4], kr_quat left, kr_quat right)
     const kr_quat columns[4] = {left, {-x, w, z, -y}, {-y, -z, w, x}, {-z, y, -x, w}};
     for (int i = 0; i < 4; i++) frame[i] = q_mul(columns[i], right);
 }
-/* Writes the frame of a closed form that was computed for the top as seen from below. */
+/* Writes the frame that converts the closed form of a top with up and down exchanged to that of the
+ * top itself. */
 static inline void fill_frame_below(kr_quat frame[4])
 {
     fill_frame(frame, q4(0.0, v3(-1.0, 0.0, 0.0)), q_one());
 }
-/* Transforms a frame from working axes to the frame of description. If `framed` is 0, the
- * transformation starts from the identity. The axes must not be the identity. */
+/* Transforms a frame from working axes to the frame of description. `axes` must not be the
+ * identity. If `framed` is 0, there is no frame yet, and the identity is transformed. */
 static inline void fill_frame_axes(kr_quat frame[4], int framed, kr_quat axes)
 {
     if (!framed) fill_frame(frame, q_one(), q_one());

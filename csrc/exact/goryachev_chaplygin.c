@@ -1,11 +1,11 @@
-/* The closed form of a scene's Goryachev-Chaplygin top. This file is compiled once per instruction
- * set, because products in double-double are three times as fast where a fused product gives what
- * the rounded one leaves out. */
+/* The closed form of a scene's Goryachev-Chaplygin top. This file is compiled once for each
+ * instruction set, because double-double products are three times as fast with fused
+ * multiply-add. */
 #include "across.h"
 #include "goryachev_chaplygin_series.h"
 #include "math/trig.h"
 
-/* The plan, and what it is made with. */
+/* The plan, and the intermediate results of its set-up. */
 typedef struct chaplygin_memory {
     kr_chaplygin_plan plan;
     chaplygin_curve curve;
@@ -13,14 +13,14 @@ typedef struct chaplygin_memory {
 } chaplygin_memory;
 
 /* A top in the axes and units of goryachev_chaplygin_curve.h: L, e3, and the square roots of |u1|
- * and |u2| times exp(i chi/2). */
+ * exp(i chi) and |u2| exp(i chi), where chi belongs to the respective u. */
 typedef struct chaplygin_top {
     dd L[3], g[3], u[2];
     cdd root[2];
 } chaplygin_top;
 
-/* Sets H and G, and turns the axes about the first by pi where G is negative. Returns whether they
- * were turned. */
+/* Sets H and G. If G is negative, rotates the axes by pi about the first axis, which changes the
+ * sign of G. Returns 1 if the axes were rotated. */
 static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
 {
     const dd across = dd_add(dd_square(y->L[0]), dd_square(y->L[1]));
@@ -34,9 +34,9 @@ static int set_integrals(chaplygin_top *y, chaplygin_curve *o)
     }
     return 1;
 }
-/* Computes Chaplygin's variables and the square roots. With A(u) = g1 u - L1 g3/2 and
- * C(u) = -g2 u + L2 g3/2, A + i C = u exp(i chi); and L1 - i L2 is -2i times the product of the
- * roots, which chooses the sign of the second. */
+/* Computes Chaplygin's variables and the square roots. With A(u) = g1 u - L1 g3/2 and C(u) = -g2 u
+ * + L2 g3/2, A + i C = u exp(i chi). L1 - i L2 is -2i times the product of the two square roots.
+ * This equation decides the sign of the second one. */
 static void separate(chaplygin_top *y)
 {
     const dd square = dd_times(0.25, dd_add(dd_square(y->L[0]), dd_square(y->L[1]))),
@@ -54,12 +54,12 @@ static void separate(chaplygin_top *y)
         y->root[j] = cdd_sqrt(j ? cdd_of(dd_neg(A), dd_neg(C)) : cdd_of(A, C));
     }
     const cdd product = cdd_mul(y->root[0], y->root[1]);
-    /* -2i product, times the conjugate of L1 - i L2 */
+    /* -2i times the product, times the conjugate of L1 - i L2 */
     if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
         y->root[1] = cdd_neg(y->root[1]);
 }
-/* Computes half of an arc's angle at the start in turns, and the time's series there; sets the sign
- * of c and s. The variable u falls while x goes from 0 to pi. */
+/* Returns half of an arc's angle at the start [turns], and writes the sum of the time series there.
+ * Sets the signs of the series c and s. The variable u decreases while x increases from 0 to pi. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
                       kr_angle_series *e, double *time)
 {
@@ -78,7 +78,7 @@ static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, 
     return dd_add(turns_of(s, c),
                   dd_times(0.5 * (sum_arc_sines(arc, 0, sine, cosine) / arc->p.hi), one_turn()));
 }
-/* Sets the rates of the angles in tau and in time, and how tau slips. */
+/* Sets the rates of the angles in tau and in t, and the bound and the tolerance of the slip. */
 static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2], dd rate[2])
 {
     const dd det = dd_add(dd_mul(arc[0].p, arc[1].q), dd_mul(arc[1].p, arc[0].q));
@@ -96,7 +96,8 @@ static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2],
     plan->most_slip = 1.01 * bound / plan->mean;
     plan->tolerance = 1e-11 / fmax(plan->angle[0].rate, plan->angle[1].rate);
 }
-/* Lets the angles begin: their mean growth is the angle less the rate times the slip. */
+/* Sets the slip and the mean angles at the start. A mean angle is the true angle minus the slip
+ * times the rate. */
 static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double time[2])
 {
     plan->slip = -(time[0] + time[1]) / plan->mean;
@@ -132,7 +133,7 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     set_start(plan, half, time);
     return fill_heading_rows(plan, w, M, rate, half) ? KR_CHAPLYGIN_PLANNED : KR_CHAPLYGIN_HEADING;
 }
-/* Sets the heading at the start by the attitude there, in a plan that has no frame yet. */
+/* Sets the heading at the start from the attitude `q` there, before the plan has a frame. */
 static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 {
     const dd mean[2] = {half_angle(plan, 0, dd_of(0.0)), half_angle(plan, 1, dd_of(0.0))};
@@ -147,7 +148,7 @@ static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 }
 enum { SERIES_ORDER = 12 };
 
-/* Writes the Taylor series of L and e3. */
+/* Writes the Taylor coefficients of L and e3 in time. */
 static void expand_top(const chaplygin_top *y, dd c[6][SERIES_ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = i < 3 ? y->L[i] : y->g[i - 3];
@@ -175,7 +176,8 @@ static void sum_top(dd c[6][SERIES_ORDER + 1], double span, double out[6])
         out[i] = sum.hi;
     }
 }
-/* Returns the growth of psi over a moment, the integral of L1/|L|^2, by Gauss' rule of 5 points. */
+/* Returns the growth of psi during the time `moment`: the integral of L1/|L|^2, by Gauss's rule
+ * with 5 points. */
 static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
 {
     static const double place[5] = {0.04691007703066800, 0.23076534494715845, 0.5,
@@ -189,8 +191,8 @@ static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
     }
     return sum;
 }
-/* Returns by how much a plan in own units misses the top at the start, and a moment later e3, the
- * momentum and the heading. */
+/* Returns the largest error of a plan in own units. The attitude is compared at the start. e3,
+ * the momentum and the growth of the heading are compared a short time later. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
 {
@@ -216,8 +218,8 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Brings the plan to the user's units, and to the frame of description. With `own` it goes to the
- * units and the working axes of the method `exact`, and begins at time 0. */
+/* Converts the plan to the user's units and the frame of description. If `own` is nonzero, converts
+ * it to own units and working axes instead, with time 0 at the beginning. */
 static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_state *start,
                        int own)
 {
@@ -232,7 +234,8 @@ static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_
     plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
     plan->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Reads a checked scene, whose vertical momentum is taken for zero. */
+/* Converts a checked scene to the axes and units of the closed form. The vertical component of the
+ * momentum is treated as zero. */
 static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chaplygin_top *top,
                                 across_way *way)
 {
@@ -290,8 +293,8 @@ static kr_status plan_one(const kr_scene *scene, int own, double bound, void *me
     return plan_scene(scene, own, bound, memory);
 }
 static size_t size_of_memory(void) { return sizeof(chaplygin_memory); }
-/* Returns the state at a time; that of the start, which has every integral, where the time is too
- * late for its phases to be known, and NaN at a time that is not finite. */
+/* Returns the state at time t. If t is too late for its phases to be known, returns the state of
+ * the start, whose integrals are correct. Returns NaN if t is not finite. */
 static kr_state chaplygin_state(const kr_chaplygin_plan *plan, double t)
 {
     const dd span = two_sum(t, -plan->begin);

@@ -1,48 +1,51 @@
-/* The curve of a Goryachev-Chaplygin top, its two arcs and their averages, in double-double.
+/* The curve of a Goryachev-Chaplygin top, its two arcs, and averages over the arcs, in
+ * double-double.
  *
- * Units and axes: moments (1, 1, 1/4), mass |gravity| |com| = 1, axis 1 along sign(gravity) com,
- * axis 3 along the odd principal axis with the sign that makes G positive. With the momentum L and
- * g = e3 seen from the body, L.g = 0,
+ * Units and axes: The moments are (1, 1, 1/4), and mass * |gravity| * |com| = 1. Axis 1 points
+ * along sign(gravity) com. Axis 3 is the odd principal axis, with the sign that makes G positive.
+ * With the momentum L in the body frame, g = e3 in the body frame, and <L, g> = 0,
  *     H = (L1^2 + L2^2 + 4 L3^2)/2 + g1,  G = L3 (L1^2 + L2^2) - L1 g3,
  *     p+-(u) = 2 u^3 - (H +- 1) u - G/2.
- * Chaplygin's variables u1 > 0 > u2, the roots of u^2 - L3 u - (L1^2 + L2^2)/4, move on arcs
- * between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L|
- * (S. A. Chaplygin, 1901). On an arc
- *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half an angle x,
- * where du/sqrt(-p+ p-) = P dx, and P is even and periodic in x: averages by the trapezoidal rule
- * converge exponentially.
+ * Chaplygin's variables u1 > 0 > u2 are the roots of u^2 - L3 u - (L1^2 + L2^2)/4. Each moves on an
+ * arc between roots of p+ and p-, with du/d tau = +-sqrt(-p+ p-) in the time d tau = dt/|L| (S. A.
+ * Chaplygin, 1901). On an arc
+ *     u = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + cos^2  of half of an angle x.
+ * Then du/sqrt(-p+ p-) = P dx, where P is an even periodic function of x. Averages by the
+ * trapezoidal rule therefore converge exponentially.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_CURVE_H
 #define KR_GORYACHEV_CHAPLYGIN_CURVE_H
 #include "complex.h"
 #include "goryachev_chaplygin.h"
 #include "phase.h"
-enum { GRID = 2048 /* intervals between x = 0 and pi, at most */ };
+enum { GRID = 2048 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
-/* The roots 0, 1, 2 are those of p+, and 3, 4, 5 those of p-. */
+/* Roots 0, 1 and 2 are those of p+. Roots 3, 4 and 5 are those of p-. */
 enum { CURVE_ROOTS = 6 };
 
 typedef struct chaplygin_curve {
     dd H, G;
-    int pair; /* roots 4 and 5 are root[4] +- i root[5] */
+    int pair; /* 1 if roots 4 and 5 are complex: root[4] +- i root[5] */
     dd root[CURVE_ROOTS];
-    int order[CURVE_ROOTS], real; /* the real roots, from the least on, and their number */
+    int order[CURVE_ROOTS], real; /* indices of the real roots, ascending; their number */
 } chaplygin_curve;
 
-/* An arc from the root `high` at x = 0 to `low` at x = pi. */
+/* An arc from the root `high` at x = 0 to the root `low` at x = pi. */
 typedef struct chaplygin_arc {
     dd A, B, C;
     int low, high;
-    dd a[CURVE_ROOTS], b[CURVE_ROOTS]; /* N - root D = a sin^2 + b cos^2; of a pair the real part */
-    dd p, q;                           /* averages of P and |u| P */
-    int points;                        /* intervals that were needed */
-    double sine[2][GRID];              /* of the integrals of P and |u| P, less the averages' */
+    /* N - root D = a sin^2 + b cos^2. For complex roots a and b have the real part. */
+    dd a[CURVE_ROOTS], b[CURVE_ROOTS];
+    dd p, q;              /* averages of P and |u| P */
+    int points;           /* number of intervals used */
+    double sine[2][GRID]; /* sine series of the integrals of P and |u| P minus their averages */
 } chaplygin_arc;
 
-/* Finds the roots of 2 u^3 - h u - G/2 from the largest on: by Newton's method from outside, where
- * the cubic is convex. Returns the discriminant of the others over the square of the largest. */
+/* Finds the roots of 2 u^3 - h u - G/2. The largest root is found first, by Newton's method from
+ * above, where the cubic is convex. Returns the discriminant of the two other roots divided by the
+ * square of the largest. */
 static double find_cubic_roots(dd h, dd G, dd root[3])
 {
     const dd p = dd_half(dd_neg(h)), q = dd_times(-0.25, G);
@@ -81,12 +84,14 @@ static void sort_curve_roots(chaplygin_curve *o)
         o->order[at] = i;
     }
 }
-/* Finds the branch points. Returns why the motion is degenerate, or KR_CHAPLYGIN_PLANNED. */
+/* Finds the branch points. Returns KR_CHAPLYGIN_PLANNED, or the reason why the motion is
+ * degenerate. */
 static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 {
     const double plus = find_cubic_roots(dd_plus(o->H, 1.0), o->G, o->root),
                  minus = find_cubic_roots(dd_plus(o->H, -1.0), o->G, o->root + 3);
-    /* The discriminants have about 31 digits; frequencies depend on the second's logarithm. */
+    /* The discriminants have about 31 digits. The frequencies depend on the logarithm of the second
+     * discriminant. */
     if (!(plus > 1e-20)) return plus > -1e-20 ? KR_CHAPLYGIN_COINCIDENT : KR_CHAPLYGIN_START;
     if (!(fabs(minus) > 1e-15)) return KR_CHAPLYGIN_SEPARATRIX;
     o->pair = minus < 0.0;
@@ -95,8 +100,9 @@ static kr_chaplygin_refusal find_branch_points(chaplygin_curve *o)
 }
 static dd ordered_root(const chaplygin_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Makes the arc from the real root number `low`, counted from the least, to the next one. The scale
- * moves the neighbours of the arc on the circle of real numbers as far away as possible. */
+/* Sets up the arc between two neighbouring real roots. `low` is the index of the lower one in
+ * ascending order. The scale moves the roots next to the arc as far away from it as possible on the
+ * circle of real numbers. */
 static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
 {
     const int n = o->real;
@@ -114,7 +120,8 @@ static void make_arc(const chaplygin_curve *o, int low, chaplygin_arc *arc)
         arc->b[i] = dd_sub(to, o->root[i]);
     }
 }
-/* Makes the arcs on which u1 and u2 move. Returns whether u1 and u2 of the start lie there. */
+/* Sets up the arcs on which u1 and u2 move. Returns 1 if the values of u1 and u2 at the start lie
+ * on these arcs. */
 static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2])
 {
     const int lower = o->real == 4 || u2.hi < 0.5 * (ordered_root(o, 1).hi + ordered_root(o, 2).hi);
@@ -130,7 +137,7 @@ static int make_arcs(const chaplygin_curve *o, dd u1, dd u2, chaplygin_arc arc[2
     return 1;
 }
 static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
-/* Computes P and |u| at sin^2 and cos^2 of half an angle. */
+/* Returns P and writes |u| to `size`, given sin^2 and cos^2 of x/2. */
 static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd c, dd *size)
 {
     const dd D = mix(arc->C, s, dd_of(1.0), c);
@@ -144,8 +151,8 @@ static dd arc_rate(const chaplygin_curve *o, const chaplygin_arc *arc, dd s, dd 
     *size = dd_abs(dd_div(mix(arc->A, s, arc->B, c), D));
     return dd_half(dd_mul(D, dd_sqrt(dd_div(arc->C, dd_abs(product)))));
 }
-/* Computes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), the square roots of |p+|/2 and |p-|/2, from
- * sine and cosine of half an angle. They are positive between 0 and pi. */
+/* Writes sqrt|u| cos(chi/2) and sqrt|u| sin(chi/2), which are the square roots of |p+|/2 and
+ * |p-|/2, given sine and cosine of x/2. Both are positive between x = 0 and pi. */
 static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, double s, double c,
                        double out[2])
 {
@@ -168,7 +175,7 @@ static void arc_halves(const chaplygin_curve *o, const chaplygin_arc *arc, doubl
         out[k] = ends * sqrt(fabs(product)) / (D * sqrt(D));
     }
 }
-/* The samples of one arc, and where its sums stand. */
+/* The samples of the integrands on one arc, and their sums. */
 typedef struct arc_samples {
     dd v[2][GRID + 1]; /* P and |u| P */
     dd sum[2];
@@ -184,8 +191,9 @@ static void sample_arc(const chaplygin_curve *o, const chaplygin_arc *arc, const
     out->v[1][i] = dd_mul(out->v[0][i], size);
     for (int k = 0; k < 2; k++) out->sum[k] = dd_add(out->sum[k], dd_scale(weight, out->v[k][i]));
 }
-/* Halves the intervals until doubling their number changes no average by more than rounding of a
- * double: the error is the square of that. Returns 0 if GRID intervals do not suffice. */
+/* Averages the integrands over an arc. Doubles the number of intervals until this changes each
+ * average by at most the rounding error of a double. The relative error of the last average is then
+ * about the square of the relative change. Returns 0 if GRID intervals do not suffice. */
 static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_table *table,
                        arc_samples *v)
 {
@@ -212,7 +220,7 @@ static int average_arc(const chaplygin_curve *o, chaplygin_arc *arc, cosine_tabl
     }
     return 0;
 }
-/* Returns the sine series `which` of an arc. */
+/* Returns the sum of one sine series of an arc, number `which`. */
 static double sum_arc_sines(const chaplygin_arc *arc, int which, double s, double c)
 {
     double one = 0.0, two = 0.0;

@@ -1,23 +1,25 @@
-/* The series of a Goryachev-Chaplygin top: of one angle each, and of the heading in both. The
- * angles grow at constant rates in tau. Functions are sampled at multiples of pi/M, up to M, and
- * have definite parities there and at pi: each series is of sines or of cosines, of whole multiples
- * or of those and a half.
+/* The series of a Goryachev-Chaplygin top: those in one angle, and the series of the heading in
+ * both angles. The angles grow at constant rates in tau. Functions of an angle are sampled at the
+ * multiples of pi/M from 0 to pi. Each function is even or odd about 0, and even or odd about pi.
+ * Each series therefore has only sines or only cosines, either of the multiples k of the angle or
+ * of the multiples k + 1/2, for integers k.
  *
- * The heading's rate is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2) in tau. Its integral divides
- * each term by the sum or difference of two multiples of the rates. A term that this makes large is
- * integrated from the start on (kr_slow_term), so that no resonance loses digits.
+ * The rate of the heading in tau is 2 (c1 s2 + s1 c2)/(c1^2 + s1^2 + c2^2 + s2^2). The integral of
+ * each term has a sum or difference of multiples of the two rates as its divisor. If this makes a
+ * term large, the term is integrated from the start instead (kr_slow_term). No resonance therefore
+ * loses digits.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_SERIES_H
 #define KR_GORYACHEV_CHAPLYGIN_SERIES_H
 #include "goryachev_chaplygin_curve.h"
 #include "goryachev_chaplygin_state.h"
 
 enum { LEAST_POINTS = 16, MOST_POINTS = 1024, LARGE_TERM = 4 };
-/* Samples of the heading on a grid, at most: 512 by 512 intervals, or 256 by 1024. */
+/* Largest number of samples of the heading's rate: 512 by 512 intervals, or 256 by 1024. */
 enum { GRID_SAMPLES = (MOST_POINTS / 4 + 1) * (MOST_POINTS + 1) };
 
-/* What the series of both angles are made with: rows of samples. */
+/* Intermediate results of the set-up of the series. */
 typedef struct series_work {
     cosine_table table;
     arc_samples samples;
@@ -26,22 +28,22 @@ typedef struct series_work {
     double part[2][3][MOST_POINTS + 1]; /* c, s and c^2 + s^2 of each angle */
     double grid[2][GRID_SAMPLES];
     cx fourier[2 * MOST_POINTS];
-    double tail; /* the largest of what the series leave out, relatively */
+    double tail; /* largest relative size of the terms that a series leaves out */
 } series_work;
 
-/* Returns cos(pi order i/2M), or the sine. */
+/* Returns the cosine of pi * order * i/2M, or its sine if `is_sine` is nonzero. */
 static double wave_at(const cosine_table *t, int M, int is_sine, int order, int i)
 {
     const int at = (order * i + (is_sine ? 3 * M : 0)) % (4 * M),
               up = at <= 2 * M ? at : 4 * M - at;
     return t->c[up * (GRID / (2 * M))].hi;
 }
-/* Returns exp(-pi i at/2M) from the table. */
+/* Returns exp(-i pi at/2M), from the table. */
 static cx unit_at(const cosine_table *t, int M, int at)
 {
     return cx_of(wave_at(t, M, 0, 1, at), -wave_at(t, M, 1, 1, at));
 }
-/* Computes the discrete Fourier transform of n = 2^j numbers in place, by Cooley and Tukey. */
+/* Computes the discrete Fourier transform of n = 2^j numbers in place (Cooley and Tukey 1965). */
 static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
 {
     for (int i = 1, j = 0; i < n; i++) {
@@ -64,9 +66,9 @@ static void fourier_transform(const cosine_table *t, int M, int n, cx v[])
             }
         }
 }
-/* Replaces M + 1 samples by coefficients, number k of the multiple k or k + 1/2. The samples lie
- * `stride` apart. Half multiples take a transform of M numbers only, because number 2 M - 1 - k is
- * the conjugate of number k. */
+/* Replaces M + 1 samples, which are `stride` apart in memory, by coefficients. Coefficient k
+ * belongs to the multiple k, or k + 1/2 if `is_whole` is 0. For the multiples k + 1/2 a transform
+ * of M numbers suffices, because number 2 M - 1 - k is the conjugate of number k. */
 static void transform(series_work *w, int M, int is_sine, int is_whole, int stride, double v[])
 {
     cx *const f = w->fourier;
@@ -84,7 +86,7 @@ static void transform(series_work *w, int M, int is_sine, int is_whole, int stri
     }
     v[M * stride] = 0.0;
 }
-/* Returns the size of the last quarter of coefficients over that of all. */
+/* Returns the largest coefficient of the last quarter divided by the largest of all. */
 static double tail_of(const double v[], int M)
 {
     double most = 0.0, last = 0.0;
@@ -94,7 +96,7 @@ static double tail_of(const double v[], int M)
     }
     return last / most;
 }
-/* Returns the number of coefficients up to the last that matters. */
+/* Returns the number of coefficients up to the last one that is not negligible. */
 static int count_terms(const double v[], int M)
 {
     int count = M;
@@ -103,8 +105,8 @@ static int count_terms(const double v[], int M)
     while (count > 1 && !(fabs(v[count - 1]) > 5e-17 * most)) count--;
     return count;
 }
-/* Returns the arc's variable x where the angle is alpha, between 0 and pi, and gives sine and
- * cosine of half of it: Newton's method in a bracket. */
+/* Finds the variable x of the arc at which the angle is alpha, between 0 and pi, by Newton's method
+ * in a bracket. Writes sine and cosine of x/2. */
 static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, double alpha,
                           double *s, double *c)
 {
@@ -127,13 +129,14 @@ static void find_variable(const chaplygin_curve *o, const chaplygin_arc *arc, do
     }
     sincos_turns(dd_times(0.5 * x, one_turn()), s, c);
 }
-/* Returns the integral of |u| less its mean over tau, at an arc's variable. */
+/* Returns the integral of |u| minus its mean over tau, given sine and cosine of the arc's variable
+ * x. */
 static double arc_time(const chaplygin_arc *arc, double sine, double cosine)
 {
     return sum_arc_sines(arc, 1, sine, cosine) -
            arc->q.hi / arc->p.hi * sum_arc_sines(arc, 0, sine, cosine);
 }
-/* Makes the series of one angle. Returns 0 if they have too many terms. */
+/* Sets up the series in one angle. Returns 0 if they have too many terms. */
 static int make_angle_series(const chaplygin_curve *o, series_work *w, const chaplygin_arc *arc,
                              kr_angle_series *e)
 {
@@ -174,7 +177,7 @@ static int make_angle_series(const chaplygin_curve *o, series_work *w, const cha
     }
     return 0;
 }
-/* Samples the series of an angle at M + 1 points. */
+/* Evaluates the series in one angle at M + 1 points. */
 static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
 {
     refine_cosines(&w->table, GRID / (2 * M));
@@ -189,14 +192,14 @@ static void sample_angle(series_work *w, const kr_angle_series *e, int j, int M)
             w->part[j][0][i] * w->part[j][0][i] + w->part[j][1][i] * w->part[j][1][i];
     }
 }
-/* Transforms the heading's rate on a grid: grid 0 gets the coefficients of the sines of the first
- * angle, grid 1 those of its cosines. A row has the multiples of the second angle. */
+/* Transforms the heading's rate on a grid. Grid 0 gets the coefficients of the sines of the first
+ * angle, and grid 1 those of its cosines. Each row of a grid belongs to one multiple of the first
+ * angle, and each column to one multiple of the second. */
 static void transform_heading(series_work *w, const kr_angle_series angle[2], const int M[2])
 {
     const int width = M[1] + 1, sine = !angle[0].is_sine[0];
     for (int g = 0; g < 2; g++) {
-        const int one =
-            g ? !sine : sine; /* c of the first angle with s of the second, or s with c */
+        const int one = g ? !sine : sine; /* c of angle 1 times s of angle 2, or s times c */
         double *v = w->grid[g];
         for (int i = 0; i <= M[0]; i++) {
             double *row = v + i * width;
@@ -208,7 +211,8 @@ static void transform_heading(series_work *w, const kr_angle_series angle[2], co
         for (int k = 0; k < M[1]; k++) transform(w, M[0], !g, angle[0].is_whole[one], width, v + k);
     }
 }
-/* Computes by how much the coefficients have fallen at the ends of both ranges. */
+/* Computes how small the coefficients are in the last eighth along each axis, relative to the
+ * largest coefficient. */
 static void find_heading_tails(const series_work *w, const int M[2], double tail[2])
 {
     double most = 0.0, last[2] = {0.0, 0.0};
@@ -222,12 +226,13 @@ static void find_heading_tails(const series_work *w, const int M[2], double tail
         }
     for (int j = 0; j < 2; j++) tail[j] = last[j] / most;
 }
-/* Returns whether the grid may have twice as many points along axis j. */
+/* Returns 1 if the grid may have twice as many points along axis j. */
 static int has_room(const int M[2], int j)
 {
     return M[j] < MOST_POINTS && (2 * M[j] + 1) * (M[1 - j] + 1) <= GRID_SAMPLES;
 }
-/* Doubles the grid until the coefficients have fallen to rounding. Returns their tail. */
+/* Doubles the grid until the last coefficients are as small as rounding errors, or no room is left.
+ * Returns the relative size of the last coefficients. */
 static double make_heading_grid(series_work *w, const kr_angle_series angle[2], int M[2])
 {
     double tail[2];
@@ -245,13 +250,14 @@ static double make_heading_grid(series_work *w, const kr_angle_series angle[2], 
         if (!grows) return fmax(tail[0], tail[1]);
     }
 }
-/* The two terms of a pair of multiples: value cos or sin of the sum and of the difference, and what
- * divides them. */
+/* The two terms for a multiple of each angle: one for the sum of the multiples, one for the
+ * difference. A term is `value` times a cosine or sine. Its integral has the divisor `rate`. */
 typedef struct heading_pair {
     double value[2], rate[2];
 } heading_pair;
 
-/* Appends the term of the sum (`way` 1) or the difference (-1) to the slow ones. */
+/* Appends a slow term: that of the sum of the multiples if `way` is 1, that of the difference if
+ * `way` is -1. Returns 0 if there is no room. */
 static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const int order[2],
                        int way, const dd half[2])
 {
@@ -271,8 +277,8 @@ static int append_slow(kr_chaplygin_plan *plan, double value, double rate, const
     n->sine = s;
     return 1;
 }
-/* Computes the pair of coefficients of the cosine and the sine of a multiple of the second angle.
- * Returns 0 if there is no room for a slow term. */
+/* Computes the coefficients of the cosine and the sine of one multiple of the second angle. Returns
+ * 0 if there is no room for a slow term. */
 static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const int order[2],
                      const dd half[2], double out[2])
 {
@@ -290,8 +296,8 @@ static int make_pair(kr_chaplygin_plan *plan, const heading_pair *pair, const in
     out[1] = d[0] - d[1];
     return 1;
 }
-/* Fills in the heading's rows. `half` has half of the angles at the start, in turns. Returns 0 if
- * the terms are too many. */
+/* Writes the rows of the heading. `half` has the halves of the angles at the start [turns]. Returns
+ * 0 if there are too many terms. */
 static int fill_heading_rows(kr_chaplygin_plan *plan, const series_work *w, const int M[2],
                              const dd rate[2], const dd half[2])
 {

@@ -1,17 +1,17 @@
-/* The state of a Goryachev-Chaplygin top at a time, from its plan. One kernel serves one time and
- * as many as there are lanes: each lane has the bits of a time alone.
+/* The state of a Goryachev-Chaplygin top at time t, from its plan. The same kernel evaluates one
+ * time, or one time in each lane. A time gets the same bits in a lane as alone.
  *
- * This header is source that is compiled once per instruction set and number of lanes. */
+ * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
 #define KR_GORYACHEV_CHAPLYGIN_STATE_H
 #include "frame.h"
 #include "goryachev_chaplygin.h"
 #include "kernel.h"
 
-/* Half of an angle in turns, and what follows from it. */
+/* Half of an angle [turns], with the sines and cosines that depend on it. */
 typedef struct angle_lanes {
     dd half;
-    wide s, c, sine, cosine; /* of the half, and of the whole */
+    wide s, c, sine, cosine; /* sine and cosine of the half angle, and of the angle */
 } angle_lanes;
 
 INLINE dd half_angle(const kr_chaplygin_plan *plan, int j, dd span)
@@ -30,7 +30,8 @@ INLINE angle_lanes angle_of(dd half)
     a.cosine = a.c * a.c - a.s * a.s;
     return a;
 }
-/* Sums downwards by Clenshaw's recurrence; returns its last value and writes the one before. */
+/* Sums a series by Clenshaw's recurrence, from the last term to the first. Returns the last value
+ * of the recurrence and writes the one before it to `before`. */
 INLINE wide clenshaw(const double a[], int count, wide cosine, wide *before)
 {
     const wide twice = 2.0 * cosine;
@@ -43,7 +44,7 @@ INLINE wide clenshaw(const double a[], int count, wide cosine, wide *before)
     *before = two;
     return one;
 }
-/* Returns the series c or s of an angle. */
+/* Returns the sum of the series c or s (`which` 0 or 1) of an angle. */
 INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
 {
     wide before;
@@ -51,8 +52,9 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     if (e->is_whole[which]) return e->is_sine[which] ? a->sine * before : last - a->cosine * before;
     return e->is_sine[which] ? a->s * (last + before) : a->c * (last - before);
 }
-/* Finds by how much tau differs from its mean growth at these mean angles: Newton's method in a
- * bracket, because t grows with tau everywhere. Leaves the true angles in `a`. */
+/* Returns the slip, which is the difference between tau and its mean growth. `half` has the halves
+ * of the mean angles. Newton's method in a bracket is safe, because t grows with tau everywhere.
+ * Writes the true angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high;
@@ -98,7 +100,7 @@ INLINE void fill_heading_waves(const kr_chaplygin_plan *plan, const angle_lanes 
         w->s[k] = w->s[k - 1] * a->cosine + w->c[k - 1] * a->sine;
     }
 }
-/* Returns the regular terms of the heading. */
+/* Returns the sum of all terms of the heading that are not slow. */
 INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
 {
     heading_waves w;
@@ -124,8 +126,8 @@ INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
     }
     return sum;
 }
-/* Returns the integral of the slow terms, value cos(phase + rate tau), over `tau` from the start.
- * */
+/* Returns the sum of the integrals of the slow terms, value cos(phase + rate tau), over the time
+ * `tau` since the start. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide tau)
 {
     wide sum = wide_splat(0.0);
@@ -152,8 +154,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     }
     return sum;
 }
-/* Returns the state at `time`, which lies `span` behind the beginning, of the frame of description:
- * the plan's frame leads there. */
+/* Returns the state at `time`, which is `span` after the beginning. The frame of the plan makes it
+ * a state of the frame of description. */
 INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
 {
     const dd mean[2] = {half_angle(plan, 0, span), half_angle(plan, 1, span)};
@@ -165,14 +167,16 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
                c2 = part_at(&plan->angle[1], 0, &a[1]), s2 = part_at(&plan->angle[1], 1, &a[1]);
     const wide size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
     const wide grown = (sum_heading(plan, a) - plan->heading_value) + sum_slow_terms(plan, a, tau);
-    /* psi/2 in turns; the low word of the product is less than a rounding of the series. */
+    /* psi/2 [turns]. The low word of the product is smaller than the rounding error of the
+     * series. */
     const wide half = 0.5 * (grown * turn.hi);
     dd heading = two_sum(wide_splat(plan->heading_start), half - nearest(half));
     heading.lo = heading.lo + plan->heading_more;
     wide s, c;
     sincos_turns(heading, &s, &c);
     const wide n = wide_sqrt(wide_splat(0.5)) / wide_sqrt(size);
-    /* (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k), and then the heading's turn */
+    /* The product (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k). The rotation by the heading follows
+     * below. */
     const wide uw = -n * (c2 + s1), ux = n * (c1 + s2), uy = n * (c2 - s1), uz = n * (c1 - s2);
     const quat_lanes q = {c * uw - s * uz, c * ux - s * uy, c * uy + s * ux, c * uz + s * uw};
     const wide unit = plan->momentum * size;
@@ -188,7 +192,7 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
     r.q.z = (q.w * f.z + q.x * f.y) + (q.z * f.w - q.y * f.x);
     return r;
 }
-/* Returns whether the kernel serves so long after the beginning. */
+/* Returns 1 if the kernel can be used at the time `span` after the beginning. */
 INLINE mask chaplygin_is_within(const kr_chaplygin_plan *plan, wide span)
 {
     const wide most = wide_splat(0x1p50);

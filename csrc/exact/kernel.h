@@ -1,8 +1,8 @@
-/* The state of the closed form at a time. The same kernel evaluates single times and many times. It
- * has no branches and calls nothing but sqrt, so compilers can vectorize a loop over times. It
+/* The state of the closed form at time t. The same kernel evaluates single times and many times. It
+ * has no branches and calls no function but sqrt, so compilers can vectorize a loop over times. It
  * gives the same bits for every width of vectors. This header is compiled once for each instruction
- * set, because the loop uses the vectors of that instruction set. In formulas e is the closed form;
- * a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
+ * set, because the loop uses the vectors of that instruction set. In the formulas e is the closed
+ * form; a, b and h are alpha, beta and the horizontal momentum (lane_types.h). */
 #ifndef KR_EXACT_KERNEL_H
 #define KR_EXACT_KERNEL_H
 #include "lane_types.h"
@@ -36,7 +36,7 @@ INLINE wide nearest(wide x)
 }
 /* Returns a phase at time t [turns], up to whole turns. The high word lies between 0 and 2.
  * two_sum_ordered is exact here, because |start| >= 1/2. The low word holds the rounding error of
- * the high word, which would otherwise be half of a state's error. */
+ * the high word. Without it, this error would be half of the error of a state. */
 INLINE dd phase_at(const phase_lanes *f, dd t)
 {
     const dd p = two_product(t.hi, f->fast), s = two_sum_ordered(f->start, p.hi - nearest(p.hi));
@@ -53,8 +53,8 @@ INLINE dd one_turn(void)
 {
     return dd_make(wide_splat(0.15915494309189534561), wide_splat(-9.839338337591243e-18));
 }
-/* Writes sine and cosine of x turns. The low bits of u hold x rounded to whole quarter turns. The
- * polynomials are evaluated at the remainder y, which is at most an eighth of a turn. */
+/* Writes sine and cosine of x turns. The low bits of u hold the number of quarter turns nearest to
+ * x. The polynomials are evaluated at the remainder y, which is at most an eighth of a turn. */
 INLINE void sincos_turns(dd x, wide *s, wide *c)
 {
     const double shift = 1688849860263936.0;
@@ -129,10 +129,10 @@ typedef struct factors {
     dd first, second;
 } factors;
 
-/* Sums the theta series at time t. If `dual` is nonzero, the series are those in the dual nome.
- * They have hyperbolic functions instead of sine and cosine. Jacobi's transformation to them adds a
- * phase that is linear in the phase of the nutation (`slope`). If `euler` is nonzero, beta is a
- * theta4 instead of a theta2. */
+/* Sums the theta series at time t. If `dual` is nonzero, the series are those in the dual nome,
+ * with hyperbolic functions in place of sine and cosine. Jacobi's transformation to the dual nome
+ * adds a phase that is linear in the phase of the nutation (`slope`). If `euler` is nonzero, beta
+ * is a theta4 instead of a theta2. */
 INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
 {
     const dd x = phase_at(&e->nutation, t);
@@ -141,7 +141,8 @@ INLINE factors theta_factors(const exact_lanes *e, int dual, int euler, dd t)
     f.first = phase_at(&e->first, t);
     f.second = phase_at(&e->second, t);
     if (dual) {
-        /* The low bits of u hold x rounded to whole half turns; |y| is at most a quarter. */
+        /* The low bits of u hold the number of half turns nearest to x. The remainder |y| is at
+         * most a quarter of a turn. */
         const double shift = 3377699720527872.0;
         const wide u = (x.hi + x.lo) + shift, near = x.hi - (u - shift), y = near + x.lo;
         const wide z = 2.0 * y, rest = 2.0 * ((near - y) + x.lo);
@@ -186,8 +187,8 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
         sincos_turns(f.second, &s2, &c2);
     const quat_lanes q = {n * (f.a_re * c1 - f.a_im * s1), n * (f.b_re * c2 - f.b_im * s2),
                           n * (f.b_re * s2 + f.b_im * c2), n * (f.a_re * s1 + f.a_im * c1)};
-    /* This is 0, or NaN if the attitude is NaN, so that the constant momentum then becomes NaN as
-     * well. */
+    /* 0, or NaN if the attitude is NaN. Added to the constant momentum, it makes the momentum NaN
+     * as well. */
     const wide none = q.w - q.w;
     vec3_lanes m = {e->constant.x - none, e->constant.y - none, e->constant.z - none};
     if (!euler) {
@@ -202,8 +203,8 @@ INLINE state_lanes kernel(const exact_lanes *e, int dual, int euler, wide time, 
 
 /* For longer times, exact products overflow if they are computed without fma. */
 static const double longest = 0x1p990;
-/* Returns 1 if the kernel can be used at the time `span` after the beginning: a double resolves
- * fractions of up to 2^50 turns. */
+/* Returns 1 if the kernel can be used at the time `span` after the beginning: doubles resolve the
+ * fractional part of a phase of at most 2^50 turns. */
 INLINE mask is_within(const exact_lanes *e, wide span)
 {
     const wide most = wide_splat(0x1p50);

@@ -1,9 +1,9 @@
-/* Many states of a Goryachev-Chaplygin top: as many times at once as there are lanes, each with the
- * bits of a time alone. This file is compiled once per instruction set. */
+/* States of a Goryachev-Chaplygin top at many times. One time is computed in each lane, with the
+ * same bits as alone. This file is compiled once for each instruction set. */
 #define KR_EXACT_LANES
 #include "goryachev_chaplygin_state.h"
 
-/* Writes the states of some lanes. */
+/* Writes the states of the first `count` lanes. */
 static void put_states(const state_lanes *s, int count, kr_state out[])
 {
     double rows[8][LANES];

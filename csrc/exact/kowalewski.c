@@ -1,17 +1,16 @@
-/* The closed form of a scene's Kowalewski top. This file is compiled once per instruction set,
- * because products in double-double are three times as fast where a fused product gives what the
- * rounded one leaves out. */
+/* The closed form of a scene's Kowalewski top. This file is compiled once for each instruction set,
+ * because double-double products are three times as fast with fused multiply-add. */
 #include "across.h"
 #include "kowalewski_plan.h"
 #include "kowalewski_state.h"
 
-/* The plan, and what it is made with. */
+/* The plan, and the intermediate results of its set-up. */
 typedef struct kowalewski_memory {
     kr_theta_sums plan;
     kowalewski_work work;
 } kowalewski_memory;
 
-/* Brings a checked scene into the axes and units of kowalewski_curve.h. */
+/* Converts a checked scene to the axes and units of kowalewski_curve.h. */
 static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, across_way *way)
 {
     across_start start;
@@ -24,7 +23,7 @@ static kr_status read_kowalewski(const kr_scene *scene, kowalewski_top *top, acr
     top->l = start.vertical;
     return KR_OK;
 }
-/* Sets the phase of e by the attitude at the start, in a plan that has no frame yet. */
+/* Sets the phase of e from the attitude `q` at the start, before the plan has a frame. */
 static void set_phase(kr_theta_sums *plan, kr_quat q)
 {
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
@@ -32,8 +31,8 @@ static void set_phase(kr_theta_sums *plan, kr_quat q)
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     phase_start(&plan->turn[2], turns_of(both.im, both.re));
 }
-/* Brings the plan to the user's units, and to the frame of description. With `own` it goes to the
- * units and the working axes of the method `exact`, and begins at time 0. */
+/* Converts the plan to the user's units and the frame of description. If `own` is nonzero, converts
+ * it to own units and working axes instead, with time 0 at the beginning. */
 static void bring_back(kr_theta_sums *plan, const across_way *way, double start, int own)
 {
     scale_phases(plan->turn, 3, way, own);
@@ -44,8 +43,8 @@ static void bring_back(kr_theta_sums *plan, const across_way *way, double start,
     plan->momentum = own ? way->own_momentum : way->momentum;
     plan->frame = q_conj(own ? way->turn : way->axes);
 }
-/* Returns by how much a plan in own units misses the top at the start, and e3 and the angular
- * velocity a moment later. */
+/* Returns the largest error of a plan in own units. The attitude is compared at the start; e3 and
+ * the momentum are compared at the start and a short time later, `moment`. */
 static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top, double moment,
                            kr_quat attitude)
 {
@@ -95,8 +94,8 @@ static kr_status plan_one(const kr_scene *scene, int own, double bound, void *me
     return plan_scene(scene, own, bound, memory);
 }
 static size_t size_of_memory(void) { return sizeof(kowalewski_memory); }
-/* Returns the state at a time; that of the start, which has every integral, where the time is too
- * late for its phases to be known, and NaN at a time that is not finite. */
+/* Returns the state at time t. If t is too late for its phases to be known, returns the state of
+ * the start, whose integrals are correct. Returns NaN if t is not finite. */
 static kr_state kowalewski_state(const kr_theta_sums *plan, double t)
 {
     const dd span = two_sum(t, -plan->begin);

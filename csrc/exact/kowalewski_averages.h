@@ -1,22 +1,24 @@
-/* The averages of a Kowalewski top over its two arcs, and with them its frequencies. The heading's
- * frequency is half the periods of l w dw/((w^2 + c) F). Its poles, w^2 = k^2 - 1, come near the
- * arcs where l is small; where they are real, each is split off:
- *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2,
- * with g = sqrt(a b)/2, the numerator's value at the pole, and N - w D = a sin^2 + b cos^2.
+/* Averages of a Kowalewski top over its two arcs, and the frequencies that follow from them.
+ * The frequency of the heading follows from the periods of l w dw/(2 (w^2 + c) F). The poles of
+ * this integrand, at w^2 = k^2 - 1, are close to the arcs if l is small. If the poles are real, the
+ * part near each pole is therefore integrated in closed form:
+ *     average of (|l|/2) D^2 R/(N - w D)  =  average of ((|l|/2) D^2 R - g)/(N - w D) + 1/2.
+ * Here w is the pole, N - w D = a sin^2 + b cos^2, and g = sqrt(a b)/2 is the value of the
+ * numerator at the pole.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_AVERAGES_H
 #define KR_KOWALEWSKI_AVERAGES_H
 #include "kowalewski_curve.h"
 
-/* A pole of the heading's integrand: N - w D = a sin^2 + b cos^2. */
+/* A pole w of the heading's integrand, with N - w D = a sin^2 + b cos^2. */
 typedef struct heading_pole {
-    dd a, b, value; /* g, or 0 where it is not split off */
-    double whole;   /* what was split off: 1/2 with a sign */
-    int close;      /* the arc's end is so near that a quotient there has no digits */
+    dd a, b, value; /* g, or 0 if the pole is not treated separately */
+    double whole;   /* the average in closed form: 1/2 or -1/2, or 0 */
+    int close;      /* 1 if the pole is too near the arc's end for an accurate quotient there */
 } heading_pole;
 
-/* Returns a root less the pole w, with all digits of a small difference. */
+/* Returns root i minus the pole w, to full precision even if the difference is small. */
 static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
 {
     const dd difference = dd_sub(o->root[i], w), sum = dd_add(o->root[i], w),
@@ -26,7 +28,7 @@ static dd root_less_pole(const kowalewski_curve *o, int i, dd w)
         return difference;
     return dd_div(dd_half(dd_square(o->l)), dd_mul(other, sum));
 }
-/* Makes the poles beside an arc, and returns their number. */
+/* Sets the poles that matter for an arc. Returns their number. */
 static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, heading_pole pole[2])
 {
     const int infinite = arc->low == NO_ROOT, end = infinite ? arc->high : arc->low;
@@ -38,7 +40,7 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
         p->a = infinite ? arc->A : dd_mul(arc->C, rest);
         p->b = infinite ? rest : dd_sub(arc->B, w);
         const double side =
-            infinite ? -1.0 : 1.0; /* of the arc, seen from a pole in the next gap */
+            infinite ? -1.0 : 1.0; /* sign of arc - pole, if the pole is in the next gap */
         const int adjacent = side * rest.hi >= 0.0 && side * dd_sub(w, next).hi >= 0.0;
         if (o->l.hi == 0.0 && !(adjacent && rest.hi == 0.0)) continue;
         p->value = adjacent ? dd_half(dd_sqrt(dd_mul(p->a, p->b))) : dd_of(0.0);
@@ -48,14 +50,15 @@ static int make_poles(const kowalewski_curve *o, const kowalewski_arc *arc, head
     }
     return count;
 }
-/* The samples of one arc, and where its sums stand. */
+/* The samples of the integrands on one arc, and their sums. */
 typedef struct samples {
     dd v[3][GRID + 1]; /* dt/dx, w dt/dx, and the heading's integrand */
     dd sum[3];
     double size[3];
 } samples;
 
-/* Returns the heading's integrand without the sign of l, less what is split off. */
+/* Returns the integrand of the heading for |l|, without the parts that are integrated in closed
+ * form. */
 static dd heading_rate(const kowalewski_curve *o, int poles, const heading_pole pole[2], dd s, dd c,
                        dd N, dd D, dd R, dd slope)
 {
@@ -86,8 +89,8 @@ static void sample_at(const kowalewski_curve *o, const kowalewski_arc *arc, int 
         out->size[k] += weight * fabs(out->v[k][i].hi);
     }
 }
-/* Replaces the heading's sample at an end that a pole comes so near that its quotient has lost its
- * digits, by the value of an even polynomial through its neighbours. */
+/* Replaces the heading's sample at an end of the arc, where a close pole makes the quotient
+ * inaccurate. The new value is that of an even polynomial through the neighbouring samples. */
 static void mend_end(samples *v, int end, int stride)
 {
     const int way = end ? -stride : stride;
@@ -98,8 +101,9 @@ static void mend_end(samples *v, int end, int stride)
     v->v[2][end] = value;
     v->sum[2] = dd_add(v->sum[2], dd_half(change));
 }
-/* Halves the intervals until doubling their number changes no average by more than rounding of a
- * double: the error is the square of that. Returns 0 if GRID intervals do not suffice. */
+/* Averages the integrands over an arc. Doubles the number of intervals until this changes each
+ * average by at most the rounding error of a double. The relative error of the last average is then
+ * about the square of the relative change. Returns 0 if GRID intervals do not suffice. */
 static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_table *table,
                         samples *v)
 {
@@ -136,7 +140,8 @@ static int fill_samples(const kowalewski_curve *o, kowalewski_arc *arc, cosine_t
     }
     return 0;
 }
-/* Turns the series of the two integrals into those of theta1 - x and theta2 - x. */
+/* Converts the sine series of the two integrals to this arc's shares of theta1 - x1 and theta2 -
+ * x2, where x1 and x2 are the variables of the arcs. */
 static void set_sines(kowalewski_arc *arc, double way, double p1, double q1, double p2, double q2,
                       double det)
 {
@@ -146,13 +151,14 @@ static void set_sines(kowalewski_arc *arc, double way, double p1, double q1, dou
         arc->sine[1][k] = (p1 * v - q1 * u) / det;
     }
 }
-/* The sums over both arcs. The angles of the torus grow by `rate`, the heading by `heading`, in a
- * unit of time. */
+/* The determinant of the averages, the rates of the torus's two angles, and the rate of the
+ * heading. */
 typedef struct kowalewski_rates {
     dd det, rate[2], heading;
 } kowalewski_rates;
 
-/* Averages over both arcs. Returns 0 if they cannot be had to all digits. */
+/* Averages over both arcs and computes the rates. Returns 0 if an average is not accurate
+ * enough. */
 static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine_table *table,
                         samples *v, kowalewski_rates *out)
 {
@@ -172,7 +178,8 @@ static int average_arcs(const kowalewski_curve *o, kowalewski_arc arc[2], cosine
         dd_half(dd_sub(dd_mul(arc[0].pole, out->rate[0]), dd_mul(arc[1].pole, out->rate[1])));
     return out->det.hi > 0.0;
 }
-/* Gives both angles of the torus where x has this sine and cosine, less x1 and x2. */
+/* Adds the sine series of one arc to both angles of the torus, given sine and cosine of the arc's
+ * variable. */
 static void add_sines(const kowalewski_arc *arc, double s, double c, double theta[2])
 {
     for (int i = 0; i < 2; i++) {

@@ -1,51 +1,51 @@
-/* The curve of a Kowalewski top, its two arcs and their averages, in double-double.
+/* The curve of a Kowalewski top, its two arcs, and averages over the arcs, in double-double.
  *
- * Units and axes: moments (2, 2, 1), mass |gravity| |com| = 1, axis 1 along -sign(gravity) com,
- * axis 3 along the odd principal axis. With the angular velocity (p, q, r) and e3 = (g1, g2, g3)
- * seen from the body
+ * Units and axes: The moments are (2, 2, 1), and mass * |gravity| * |com| = 1. Axis 1 points along
+ * -sign(gravity) com. Axis 3 is the odd principal axis. With the angular velocity (p, q, r) in the
+ * body frame, and e3 = (g1, g2, g3) in the body frame,
  *     h = p^2 + q^2 + r^2/2 - g1,  l = <m, e3>,  k = |(p + iq)^2 + g1 + i g2|,  c = 1 - k^2,
  *     phi(w) = 2 (w + h)(w^2 + c) - l^2,  F(w)^2 = -(w^2 - k^2) phi(w).
- * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F1/(w1 - w2)
- * and F2/(w2 - w1). On an arc
- *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half an angle x,
- * where dw/F = D R dx, and R is even and periodic in x: averages by the trapezoidal rule converge
- * exponentially (S. Kowalevski, Acta Math. 12 (1889) 177).
+ * Kowalewski's variables w1 > w2 move on arcs between branch points of F, at the rates F(w1)/(w1 -
+ * w2) and F(w2)/(w2 - w1). On an arc
+ *     w = N/D,  N = A sin^2 + B cos^2,  D = C sin^2 + E cos^2  of half of an angle x.
+ * Then dw/F = D R dx, where R is an even periodic function of x. Averages by the trapezoidal rule
+ * therefore converge exponentially (S. Kowalevski, Acta Math. 12 (1889) 177).
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_CURVE_H
 #define KR_KOWALEWSKI_CURVE_H
 #include "complex.h"
 #include "kowalewski.h"
 #include "phase.h"
-enum { GRID = 512 /* intervals between x = 0 and pi, at most */ };
+enum { GRID = 512 /* largest number of intervals from x = 0 to pi */ };
 #include "cosines.h"
 
-/* Numbers of the roots: 0, 1 and 2 of phi, then k and -k. */
+/* Indices of the roots: 0, 1 and 2 are the roots of phi, followed by k and -k. */
 enum { ROOT_K = 3, ROOT_MINUS_K = 4, ROOTS = 5, NO_ROOT = -1 };
 enum { FOLDS = 8 };
 
 typedef struct kowalewski_curve {
     dd h, l, k, c;
-    int pair; /* roots 1 and 2 are root[1] +- i root[2] */
+    int pair; /* 1 if roots 1 and 2 are complex: root[1] +- i root[2] */
     dd root[ROOTS];
-    int order[ROOTS], real; /* the real roots, from the least on, and their number */
+    int order[ROOTS], real; /* indices of the real roots, ascending; their number */
 } kowalewski_curve;
 
-/* An arc from the root `high` at x = 0 to `low` at x = pi, or to minus infinity. */
+/* An arc from the root `high` at x = 0 to the root `low`, or to minus infinity, at x = pi. */
 typedef struct kowalewski_arc {
     dd A, B, C, E;
     int low, high;
-    dd a[ROOTS],
-        b[ROOTS];   /* N - root D = a sin^2 + b cos^2; of a pair, number 1 has the real part */
-    int folds;      /* Landen's transformations from the series' variable to x */
-    dd fold[FOLDS]; /* their moduli, */
-    int crosswise[FOLDS]; /* and whether they move what is at half a turn, not at 0 and a turn */
+    /* N - root D = a sin^2 + b cos^2. For complex roots a and b have the real part. */
+    dd a[ROOTS], b[ROOTS];
+    int folds;            /* number of Landen transformations from the series' variable to x */
+    dd fold[FOLDS];       /* moduli of the transformations */
+    int crosswise[FOLDS]; /* 1 if a transformation moves singularities near pi/2, not 0 or pi */
     dd p, q, pole;        /* averages of dt/dx, w dt/dx, and the heading's integrand */
-    int points;           /* intervals that were needed */
-    double sine[2][GRID]; /* theta less the series' variable, for both angles of the torus */
+    int points;           /* number of intervals used */
+    double sine[2][GRID]; /* this arc's shares of theta1 - x1 and theta2 - x2 */
 } kowalewski_arc;
 
-/* Returns 2 phi's monic half: (w + h)(w^2 + c) - l^2/2. */
+/* Returns phi(w)/2 = (w + h)(w^2 + c) - l^2/2. */
 static dd half_phi(const kowalewski_curve *o, dd w)
 {
     return dd_sub(dd_mul(dd_add(w, o->h), dd_add(dd_square(w), o->c)), dd_half(dd_square(o->l)));
@@ -62,14 +62,14 @@ static dd polish(const kowalewski_curve *o, dd w, int steps)
     }
     return w;
 }
-/* Returns the root of phi that lies farthest from the others: beyond the point of inflection, on
- * the side where Newton's method converges from outside without turning. */
+/* Returns the root of phi that is farthest from the two others. Newton's method starts beyond all
+ * roots, on the side of the point of inflection where it converges monotonically to this root. */
 static dd find_lone_root(const kowalewski_curve *o)
 {
     const double h = o->h.hi, c = o->c.hi, l = o->l.hi, bend = -h / 3.0,
                  there = half_phi(o, dd_of(bend)).hi, side = there > 0.0 ? -1.0 : 1.0,
                  slope = c - h * h / 3.0;
-    /* A bound of all roots about the inflection: x^3 = slope x + there. */
+    /* A bound of all roots, measured from the point of inflection: x^3 = slope x + there. */
     double x = sqrt(fabs(slope)) + 1.0;
     while (x * x * x < 2.0 * (fabs(slope) * x + fabs(there))) x *= 1.5;
     dd w = dd_of(bend + side * x);
@@ -95,7 +95,7 @@ static void sort_real_roots(kowalewski_curve *o)
         o->order[at] = i;
     }
 }
-/* Finds the branch points. */
+/* Computes the branch points: the roots of phi, and k and -k. Sorts the real ones. */
 static void find_roots(kowalewski_curve *o)
 {
     const dd lone = find_lone_root(o), sum = dd_add(o->h, lone),
@@ -115,7 +115,7 @@ static void find_roots(kowalewski_curve *o)
     o->root[ROOT_MINUS_K] = dd_neg(o->k);
     sort_real_roots(o);
 }
-/* Sets the constants of motion of a state p, q, r, g1, g2, g3. */
+/* Sets the constants of motion from a state p, q, r, g1, g2, g3. */
 static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 {
     const dd re = dd_add(dd_sub(dd_square(y[0]), dd_square(y[1])), y[3]),
@@ -126,10 +126,10 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
     o->k = dd_sqrt(k2);
     o->c = dd_sub(dd_of(1.0), k2);
 }
-/* Returns the real root number i, counted from the least. */
+/* Returns the real root at index i in ascending order. */
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
-/* Gives w1 > w2 of a state, the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
+/* Writes w1 > w2 of a state: the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
 static void separate(const kowalewski_curve *o, dd p, dd q, dd w[2])
 {
     const dd y = dd_add(dd_square(p), dd_square(q)), two_h = dd_twice(o->h);
@@ -157,7 +157,7 @@ static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)
         arc->b[i] = dd_sub(o->root[arc->high], r);
     }
 }
-/* Sets the coefficients of an arc for one scale. */
+/* Sets the coefficients of an arc for a given scale. */
 static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     const int infinite = arc->low == NO_ROOT;
@@ -167,13 +167,13 @@ static void scale_arc(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
     arc->E = dd_of(1.0);
     set_differences(o, arc);
 }
-/* The branch points of an arc's integrands, by the cosines of x there. */
+/* The branch points of an arc's integrands. Each is given by cos x at that point. */
 typedef struct singularities {
     int count;
     cx cosine[ROOTS + 1 + FOLDS];
 } singularities;
 
-/* Returns how far from the real axis x lies, where cos x is given. */
+/* Returns the hyperbolic sine of the distance of x from the real axis, given cos x. */
 static double height_of(cx c)
 {
     const cx one = cx_of(1.0, 0.0);
@@ -201,9 +201,10 @@ static singularities singularities_of(const kowalewski_curve *o, const kowalewsk
     }
     return v;
 }
-/* Moves the singularities by a transformation of modulus m. With u the sine or cosine of x, and v
- * that of the new variable, m u v^2 - (1 + m) v + u = 0; what had both solutions in one is none any
- * more, and 1/m is a new one. */
+/* Moves the singularities by a Landen transformation of modulus m. Let u be the cosine of x, or the
+ * sine if `crosswise` is nonzero, and v that of the new variable. Then m u v^2 - (1 + m) v + u = 0.
+ * A point u where both solutions v coincide is no longer singular. The point v = 1/m becomes
+ * singular. */
 static singularities move_singularities(const singularities *from, double m, int crosswise)
 {
     singularities to = {0};
@@ -219,13 +220,14 @@ static singularities move_singularities(const singularities *from, double m, int
     to.cosine[to.count++] = crosswise ? sine_of(last) : last;
     return to;
 }
-/* Returns the modulus that moves what lies at this height from the real axis. */
+/* Returns the modulus of the transformation that removes a singularity at this height
+ * (height_of). */
 static dd modulus_for(dd height)
 {
     const dd other = dd_div(height, dd_sqrt(dd_plus(dd_square(height), 1.0)));
     return dd_div(dd_sub(dd_of(1.0), other), dd_plus(other, 1.0));
 }
-/* Returns the number of the nearest singularity. */
+/* Returns the index of the singularity nearest to the real axis. */
 static int nearest_singularity(const singularities *v)
 {
     int best = 0;
@@ -233,8 +235,9 @@ static int nearest_singularity(const singularities *v)
         if (height_of(v->cosine[i]) < height_of(v->cosine[best])) best = i;
     return best;
 }
-/* Chooses transformations, each of which moves away what is nearest then; others come half as near.
- * Returns how near the nearest singularity is at last. */
+/* Chooses the transformations of an arc. Each removes the singularity that is then nearest to
+ * the real axis, and about halves the distances of the others. Returns the height of the nearest
+ * singularity after all transformations. */
 static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
 {
     singularities now = singularities_of(o, arc);
@@ -257,7 +260,7 @@ static double fold_arc(const kowalewski_curve *o, kowalewski_arc *arc)
     arc->folds = folds;
     return best;
 }
-/* Returns the scale that puts a complex pair of branch points at half a turn. */
+/* Returns the scale for which a complex pair of branch points has Re x = pi/2. */
 static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
 {
     const dd im = dd_square(o->root[2]), up = dd_sub(o->root[arc->high], o->root[1]),
@@ -266,8 +269,8 @@ static dd scale_for_pair(const kowalewski_curve *o, const kowalewski_arc *arc)
     const dd down = dd_sub(o->root[arc->low], o->root[1]);
     return dd_sqrt(dd_div(high, dd_add(dd_square(down), im)));
 }
-/* Chooses the scale of an arc that lets its averages converge soonest; `scale` is best for real
- * branch points. */
+/* Chooses the scale of an arc for which its averages converge fastest. `scale` is the best one for
+ * real branch points. */
 static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scale)
 {
     scale_arc(o, arc, scale);
@@ -277,7 +280,8 @@ static void choose_scale(const kowalewski_curve *o, kowalewski_arc *arc, dd scal
     scale_arc(o, arc, scale_for_pair(o, arc));
     if (fold_arc(o, arc) < plain) *arc = old;
 }
-/* Makes the arcs of w1, below k, and of w2, below the least root. */
+/* Sets up the arcs: that of w1, which ends at the largest root, and that of w2, which ends at the
+ * least root. */
 static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
 {
     const int top = o->real - 1;
@@ -290,9 +294,9 @@ static void make_arcs(const kowalewski_curve *o, kowalewski_arc arc[2])
     choose_scale(o, &arc[0], dd_sqrt(dd_div(dd_sub(high, below), dd_sub(low, below))));
     choose_scale(o, &arc[1], dd_sqrt(dd_mul(dd_sub(above, least), dd_sub(high, least))));
 }
-/* Gives sine and cosine of x, in the place of those of the arc's variable y, and returns dx/dy.
- * Values are swapped rather than pointers: gcc 12.2 at -O1 reads the wrong one of two variables
- * through a pointer that may point to either. */
+/* Replaces sine and cosine of the arc's variable y by those of x, and returns dx/dy. The code
+ * exchanges values instead of pointers. gcc 12.2 at -O1 reads the wrong variable through a pointer
+ * that may point to either of two. */
 static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     dd slope = dd_of(1.0);
@@ -310,7 +314,7 @@ static dd unfold(const kowalewski_arc *arc, dd *s, dd *c)
     }
     return slope;
 }
-/* Does the opposite: gives sine and cosine of the arc's variable, in the place of those of x. */
+/* Replaces sine and cosine of x by those of the arc's variable, as the inverse of unfold. */
 static void fold(const kowalewski_arc *arc, dd *s, dd *c)
 {
     for (int i = 0; i < arc->folds; i++) {
@@ -326,7 +330,7 @@ static void fold(const kowalewski_arc *arc, dd *s, dd *c)
     }
 }
 static dd mix(dd a, dd s, dd b, dd c) { return dd_add(dd_mul(a, s), dd_mul(b, c)); }
-/* Gives N, D and R at sin^2 and cos^2 of half an angle. */
+/* Writes N and D and returns R, given sin^2 and cos^2 of x/2. */
 static dd arc_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c, dd *N, dd *D)
 {
     dd product = dd_of(1.0);

@@ -1,5 +1,5 @@
-/* The public functions of the closed form of Kowalewski tops: each goes to what was compiled for
- * the widest instruction set that this processor has. All give the same bits. */
+/* The public functions of the closed form of Kowalewski tops. Each calls the code of the widest
+ * instruction set that this processor has. All instruction sets give the same bits. */
 #include "kowalewski.h"
 
 const kr_kowalewski_isa *kr_kowalewski_isa_at(int i)
@@ -13,11 +13,12 @@ const kr_kowalewski_isa *kr_kowalewski_isa_at(int i)
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
-/* Returns the first instruction set that runs here; the last one runs everywhere. */
+/* Returns the first instruction set of the table that this processor supports. Every processor
+ * supports the last one. */
 static const kr_kowalewski_isa *here(void)
 {
     int i = 0;
-    while (!kr_kowalewski_isa_at(i)->runs_here()) i++; /* untaken: not where the first one runs */
+    while (!kr_kowalewski_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
     return kr_kowalewski_isa_at(i);
 }
 size_t kr_kowalewski_size(void) { return here()->one->size(); }

@@ -1,21 +1,21 @@
 /* The matrix B and the vector b of a Kowalewski top's theta functions, in doubles. Both are
- * integrals of v = M^-1 (dw/F, w dw/F), where M holds the periods of the two arcs:
- *   B    row j is 2 |Im int v| from the end of arc j to the root that ends the gap beside it; where
- *        only three roots are real, to a complex root;
- *   b    half the sum of Im int v from the lower end of w1's arc to both poles w^2 = k^2 - 1 of the
- *        heading, on the sheets where F = i l. Whole rows of B/2 may be missing.
- * A path goes from a root at x = 0 towards another at x = pi, with w = N/D as on the arcs, but with
- * complex coefficients: that is a circle or a line.
+ * integrals of v = M^-1 (dw/F, w dw/F), where M has the periods of the two arcs as its elements.
+ *   B    Row j is 2 |Im int v| from the end of arc j to the root at the other end of the adjacent
+ *        gap. If only three roots are real, the integral ends at a complex root instead.
+ *   b    Half the sum of two integrals Im int v, from the lower end of w1's arc to the poles
+ *        w^2 = k^2 - 1 of the heading, where F = i l. The sum is determined only up to rows of B/2.
+ * A path leads from a root at x = 0 towards another root at x = pi. On a path w = N/D as on the
+ * arcs, but the coefficients are complex, so a path is part of a circle or of a line.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PERIODS_H
 #define KR_KOWALEWSKI_PERIODS_H
 #include "kowalewski_averages.h"
 
 enum { OTHERS = 4 };
 
-/* A path of which `count` branch points are no ends: N - root D = a sin^2 + b cos^2. `across` is
- * A E - B C, and `base` the number that is taken from w. */
+/* A path. For each of the `count` branch points that are not its ends, N - root D = a sin^2 + b
+ * cos^2. `across` is A E - B C, and `base` is a number that is subtracted from w. */
 typedef struct kowalewski_path {
     cx A, C, E, across, a[OTHERS], b[OTHERS], near[OTHERS], near_d;
     int count, infinite;
@@ -27,7 +27,7 @@ static cx root_of(const kowalewski_curve *o, int i)
     if (!o->pair || i == 0 || i >= ROOT_K) return cx_of(o->root[i].hi, 0.0);
     return cx_of(o->root[1].hi, i == 1 ? o->root[2].hi : -o->root[2].hi);
 }
-/* Returns root i less root j, with all digits. */
+/* Returns root i minus root j to full precision. */
 static cx root_less_root(const kowalewski_curve *o, int i, int j)
 {
     const int real = !o->pair || ((i == 0 || i >= ROOT_K) && (j == 0 || j >= ROOT_K));
@@ -41,8 +41,8 @@ static cx root_less_root(const kowalewski_curve *o, int i, int j)
     const double im = (pi ? root_of(o, i).im : 0.0) - (pj ? root_of(o, j).im : 0.0);
     return cx_of(re.hi, im);
 }
-/* Returns the point of the segment from a to b that is nearest to zero: on all of the segment the
- * quotient by it has a positive real part. */
+/* Returns the point nearest to zero on the segment from a to b. Each point of the segment, divided
+ * by this nearest point, has a positive real part. */
 static cx nearest_on_segment(cx a, cx b)
 {
     const cx way = cx_sub(b, a);
@@ -50,13 +50,13 @@ static cx nearest_on_segment(cx a, cx b)
                  at = size > 0.0 ? -(a.re * way.re + a.im * way.im) / size : 0.0;
     return cx_add(a, cx_scale(fmin(1.0, fmax(0.0, at)), way));
 }
-/* Prepares the square roots along the path. */
+/* Computes the reference points for the signs of the square roots along a path. */
 static void finish_path(kowalewski_path *p)
 {
     for (int i = 0; i < p->count; i++) p->near[i] = nearest_on_segment(p->a[i], p->b[i]);
     p->near_d = nearest_on_segment(p->C, p->E);
 }
-/* Makes the path from root i to root j, for these C and E. */
+/* Returns the path from root i to root j with these coefficients C and E. */
 static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx C, cx E)
 {
     kowalewski_path p = {.C = C, .E = E};
@@ -72,7 +72,7 @@ static kowalewski_path path_between(const kowalewski_curve *o, int i, int j, cx 
     return p;
 }
 static cx tracked_root(cx z, cx near) { return cx_mul(cx_sqrt(cx_div(z, near)), cx_sqrt(near)); }
-/* Gives dt/dx and (w - base) dt/dx, where base is the path's start; returns D. */
+/* Writes dt/dx and (w - base) dt/dx, where base is the start of the path. Returns D. */
 static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
 {
     const cx D = cx_add(cx_scale(s, p->C), cx_scale(c, p->E));
@@ -87,16 +87,17 @@ static cx path_at(const kowalewski_path *p, double s, double c, cx out[2])
     out[1] = cx_mul(out[0], cx_div(cx_scale(s, p->A), D));
     return D;
 }
-/* Which part of a path is integrated: all of it, or from its start (or, `backwards`, its end) to
- * where tan^2(x/2), or its inverse, is `most`. */
+/* The part of a path that is integrated. It is the whole path if `all` is nonzero. Otherwise it
+ * begins at the start of the path and ends where tan^2(x/2) = `most`. If `backwards` is nonzero, it
+ * begins at the end of the path and ends where cot^2(x/2) = `most`. */
 typedef struct path_part {
     int all, backwards;
     double most;
 } path_part;
 
-/* Adds dt/dx and (w - base) dt/dx at one node of the double exponential rule, times dx/du. There
- * tan^2(x/2) is y = exp(pi sinh u) on a whole path; on a part it is y/(1 + y) times `most`. Returns
- * 0 where the node is so far out that it does not count. */
+/* Adds dt/dx and (w - base) dt/dx, times dx/du, at one node u of the double exponential rule. With
+ * y = exp(pi sinh u), tan^2(x/2) is y on a whole path, and `most` * y/(1 + y) on a part of a path.
+ * Returns 0 if the contribution of the node is negligible. */
 static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2], double size[2])
 {
     const double pi = 3.14159265358979323846;
@@ -116,8 +117,8 @@ static int add_node(const kowalewski_path *p, path_part part, double u, cx sum[2
     }
     return weight * cx_abs(v[0]) > 1e-18 * size[0] || weight * cx_abs(v[1]) > 1e-18 * size[1];
 }
-/* Writes the integrals over a part of a path, by the double exponential rule. Returns 0 if it does
- * not converge. */
+/* Integrates over a part of a path by the double exponential rule. Returns 0 if the rule does not
+ * converge. */
 static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
 {
     cx sum[2] = {{0.0, 0.0}}, old[2] = {{0.0, 0.0}};
@@ -140,7 +141,8 @@ static int integrate_part(const kowalewski_path *p, path_part part, cx out[2])
     }
     return 0;
 }
-/* Writes the integrals over a path up to tan^2(x/2) = `most`. */
+/* Integrates over a path from its start to tan^2(x/2) = `most`. Returns 0 if the rule does not
+ * converge. */
 static int integrate_path(const kowalewski_path *p, double most, cx out[2])
 {
     const path_part all = {1, 0, 0.0}, start = {0, 0, most}, end = {0, 1, 1.0 / most};
@@ -163,22 +165,24 @@ static based_periods periods_from(const kowalewski_arc arc[2], const kowalewski_
                              dd_sub(arc[1].q, dd_mul(base, arc[1].p)).hi, rates->det.hi};
     return r;
 }
-/* Writes M^-1 (x, y). */
+/* Writes M^-1 (x, y), the normalised integrals. */
 static void normalise(const based_periods *m, double x, double y, double v[2])
 {
     v[0] = (m->p2 * y - m->q2 * x) / m->det;
     v[1] = (m->p1 * y - m->q1 * x) / m->det;
 }
-/* What the theta functions are made of. */
+/* The elements of B, the relative difference of its off-diagonal elements, and the vector b
+ * (`shift`). */
 typedef struct kowalewski_matrix {
     double b11, b12, b22, asymmetry, shift[2];
 } kowalewski_matrix;
 
-/* Returns the base that belongs to a path from root i: its real part. */
+/* Returns the base of a path that starts at root i, which is the real part of this root. */
 static dd base_of(const kowalewski_curve *o, int i) { return o->root[o->pair && i == 2 ? 1 : i]; }
-/* Makes the path from real root i to the complex root above it. With z = (w - real)/(w - complex)
- * it is a ray. The upper half plane is the outside of a circle through z = 0, so that the ray
- * across the circle is a quarter turn or more from all other branch points. */
+/* Returns the path from real root i to the complex root in the upper half plane. The path is a ray
+ * in the variable z = (w - real)/(w - complex). In z the upper half plane is the outside of a
+ * circle through z = 0. A ray from 0 that points away from the centre of the circle is
+ * therefore at least a quarter turn away from the directions of all other branch points. */
 static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
 {
     const cx way = root_less_root(o, i, 1), from = cx_of(way.im, way.re);
@@ -192,7 +196,7 @@ static kowalewski_path path_upwards(const kowalewski_curve *o, int i)
     const double scale = sqrt(sqrt(least * most)) / cx_abs(way);
     return path_between(o, i, 1, cx_scale(-scale, from), cx_of(1.0, 0.0));
 }
-/* Makes the path over the gap below real root number `i`, from that root down. */
+/* Returns the path over the gap below the real root at index i, from this root downwards. */
 static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
 {
     const int high = o->order[i], low = o->order[i - 1];
@@ -205,8 +209,8 @@ static kowalewski_path path_over_gap(const kowalewski_curve *o, int i)
               root_less_root(o, o->order[i + 1], low).re;
     return path_between(o, high, low, cx_of(sqrt(mu), 0.0), cx_of(1.0, 0.0));
 }
-/* Writes the imaginary part of the normalised integral over a path, or over its part up to
- * tan^2(x/2) = `most`. */
+/* Writes the imaginary part of the normalised integral over a path, from its start to tan^2(x/2) =
+ * `most`. Returns 0 if the integral does not converge. */
 static int integrate_normalised(const kowalewski_path *p, double most, const based_periods *m,
                                 double v[2])
 {
@@ -215,7 +219,7 @@ static int integrate_normalised(const kowalewski_path *p, double most, const bas
     normalise(m, r[0].im, r[1].im, v);
     return 1;
 }
-/* Makes B. */
+/* Computes B. Returns 0 if an integral does not converge or B is not positive definite. */
 static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
                        const kowalewski_rates *rates, kowalewski_matrix *out)
 {
@@ -235,8 +239,8 @@ static int make_matrix(const kowalewski_curve *o, const kowalewski_arc arc[2],
     out->asymmetry = fabs(row[0][1] - row[1][0]) / sqrt(out->b11 * out->b22);
     return out->b11 * out->b22 > out->b12 * out->b12;
 }
-/* Adds to b `part` of the normalised integral over a path to a pole, on the sheet where F = i l. At
- * the pole tan^2(x/2) = `most`. The path begins at root number `from`. */
+/* Adds the normalised integral over a path to a pole, times `part`, to b. The sign is that of the
+ * sheet where F = i l. At the pole tan^2(x/2) = `most`. The path begins at root `from`. */
 static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
                     const kowalewski_rates *rates, const kowalewski_path *p, int from, double most,
                     double part, kowalewski_matrix *out)
@@ -246,7 +250,8 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     double shift[2];
     if (most == 0.0) return 1;
     if (!integrate_path(p, most, r)) return 0;
-    /* The integrals are over w - root; those of the periods over w less its real part. */
+    /* The integrals over the path contain w - root, but the periods contain w minus the real part
+     * of the root. */
     r[1] = cx_add(r[1], cx_mul(cx_of(0.0, root_of(o, from).im), r[0]));
     const double c = 1.0 / (1.0 + most), s = most < INFINITY ? most * c : 1.0;
     const cx D = path_at(p, s, c, v),
@@ -256,7 +261,7 @@ static int add_path(const kowalewski_curve *o, const kowalewski_arc arc[2],
     for (int i = 0; i < 2; i++) out->shift[i] += way * shift[i];
     return 1;
 }
-/* Makes the path along a line from a root to a number. */
+/* Returns the straight path in the plane of w from a root to the number `to`. */
 static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx to)
 {
     kowalewski_path p = {.infinite = 1, .E = {1.0, 0.0}, .A = cx_sub(to, root_of(o, from))};
@@ -269,9 +274,10 @@ static kowalewski_path path_along_line(const kowalewski_curve *o, int from, cx t
     finish_path(&p);
     return p;
 }
-/* Adds a real pole, in the gap where it lies: from the root above it down or, past a complex pair,
- * from the complex root. Half a row of B leads to that root from the arc of w1; and as much to the
- * lower gap of two, over the upper. */
+/* Adds to b the integral from the arc of w1 to a real pole. The path begins at the root above the
+ * gap with the pole. If the pole is beyond the complex pair, the path begins at the complex root
+ * instead. The integral from the arc of w1 to the complex root, or across the upper of two gaps to
+ * the lower one, is half a row of B. */
 static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, dd pole, kowalewski_matrix *out)
 {
@@ -293,8 +299,9 @@ static int add_real_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                  up = fmax(-root_less_pole(o, low, pole).hi, 0.0);
     return add_path(o, arc, rates, &p, high, down / (p.C.re * up), 0.5, out);
 }
-/* Adds the complex pole i y, whose conjugate gives as much: from the complex root along the circle
- * through its conjugate, or from the nearest real root along a line. */
+/* Adds to b the integrals that end at the complex pole i y and at its conjugate. Both are equal.
+ * The path to i y begins at the complex root and follows the circle through i y and the conjugate
+ * root. If all roots are real, it is a straight path from the root nearest to zero. */
 static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[2],
                             const kowalewski_rates *rates, dd y, kowalewski_matrix *out)
 {
@@ -312,7 +319,7 @@ static int add_complex_pole(const kowalewski_curve *o, const kowalewski_arc arc[
     const kowalewski_path p = path_along_line(o, from, cx_of(0.0, y.hi));
     return add_path(o, arc, rates, &p, from, 1.0, 1.0, out);
 }
-/* Makes B and b. Returns 0 where an integral does not converge. */
+/* Computes B and b. Returns 0 if an integral does not converge. */
 static int make_periods(const kowalewski_curve *o, const kowalewski_arc arc[2],
                         const kowalewski_rates *rates, kowalewski_matrix *out)
 {

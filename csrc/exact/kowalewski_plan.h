@@ -1,16 +1,17 @@
-/* A Kowalewski top's plan, from its state in own units.
+/* The set-up of a Kowalewski top's plan from the top's state in own units.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PLAN_H
 #define KR_KOWALEWSKI_PLAN_H
 #include "kowalewski_theta.h"
 
-/* A top in the axes and units of kowalewski_curve.h: p, q, r, g1, g2, g3, and <m, e3>. */
+/* A top in the axes and units of kowalewski_curve.h: the state p, q, r, g1, g2, g3, and l = <m,
+ * e3>. */
 typedef struct kowalewski_top {
     dd state[6], l;
 } kowalewski_top;
 
-/* What a plan is made with. */
+/* Intermediate results of the set-up of a plan. */
 typedef struct kowalewski_work {
     kowalewski_curve curve;
     kowalewski_arc arc[2];
@@ -19,13 +20,13 @@ typedef struct kowalewski_work {
     kowalewski_rates rates;
     kowalewski_roots roots;
     theta_work theta;
-    double start[2]; /* theta at the start */
+    double start[2]; /* theta1 and theta2 at the start */
     double rate_miss;
     int found;
 } kowalewski_work;
 
-/* Returns whether w1 and w2 of the start lie on the arcs below k and below the least root, as in
- * every motion that is known. */
+/* Returns 1 if w1 and w2 of the start lie on the arcs: w1 on the arc that ends at k, w2 below the
+ * least root. This is the case in all known motions. */
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-25;
@@ -36,16 +37,16 @@ static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
            dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
            dd_sub(w[1], least).hi <= slack * (1.0 + fabs(least.hi));
 }
-/* Returns the relative error of a distance of two branch points. Two roots of phi that are near
- * each other have half of the digits. */
+/* Returns the relative error of the distance between two branch points. Two roots of phi that are
+ * close to each other have half of the digits. */
 static double distance_error(const kowalewski_curve *o, int i, int j)
 {
     const double size = 1.0 + o->k.hi, distance = cx_abs(root_less_root(o, i, j)) / size,
                  digits = 1e-31;
     return i < ROOT_K && j < ROOT_K ? digits / (distance * distance) : digits / distance;
 }
-/* Returns the relative error of the distances that the frequencies depend on by their logarithms:
- * the gaps beside both arcs, and how far a complex pair is from an arc. */
+/* Returns the largest relative error of the distances whose logarithms determine the frequencies.
+ * These are the gaps next to the arcs, and the distance of a complex pair from an arc. */
 static double separatrix_error(const kowalewski_curve *o)
 {
     const int top = o->real - 2;
@@ -58,7 +59,7 @@ static double separatrix_error(const kowalewski_curve *o)
     }
     return most;
 }
-/* Returns the least distance of two branch points, over the size of k. */
+/* Returns the smallest distance between two branch points, relative to 1 + k. */
 static double least_distance(const kowalewski_curve *o)
 {
     double least = INFINITY;
@@ -82,7 +83,7 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         out->theta[0] = one->angle + (one->theta[0] + two->theta[0]);
         out->theta[1] = two->angle + (one->theta[1] + two->theta[1]);
         const dd plus = dd_plus(y[5], 1.0), minus = dd_sub(dd_of(1.0), y[5]);
-        /* Of two equations for S/T the one whose terms are the larger. */
+        /* There are two equations for S/T. The one with the larger terms is used. */
         if (y[5].hi > 0.0) {
             out->x = cx_of(dd_sub(y[3], plus).hi, y[4].hi);
             out->y = cx_of(dd_add(y[3], plus).hi, y[4].hi);
@@ -92,12 +93,13 @@ static void make_samples(const kowalewski_work *w, torus_sample out[])
         }
     }
 }
-/* Returns the coefficient of a term in a sum, number `which` of the two that are listed. */
+/* Returns the coefficient of a term in a sum. `which` is the index of the sum in the pair of sums
+ * that are listed together. */
 static double coefficient(const theta_work *t, int sum, const sum_term *n, int which)
 {
     return n->value[which] * t->constant[sum][class_of(t->kind, n->k1, n->k2)];
 }
-/* Writes S and T at the start, and their derivatives by time. */
+/* Writes S and T at the start, and their time derivatives. */
 static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slope[2])
 {
     const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
@@ -117,9 +119,10 @@ static void sum_start(const kowalewski_work *w, theta_work *t, cx sum[2], cx slo
         }
     }
 }
-/* Adds to the heading's rate the half multiples of the torus' rates that the classes leave open: by
- * the rate of the larger of A = S + T and B = S - T at the start, where
- * A' = -i r A/2 + i (p + iq) B/2 and B' = i r B/2 + i (p - iq) A/2 up to what D contributes. */
+/* Returns the rate of the heading, to which a multiple of half of each rate of the torus is added.
+ * The classes of the sums do not determine these multiples. They are found from the rate of the
+ * larger of A = S + T and B = S - T at the start, where, up to the contribution of D,
+ *     A' = -i r A/2 + i (p + iq) B/2,   B' = i r B/2 + i (p - iq) A/2. */
 static dd find_heading(kowalewski_work *w, const dd state[6])
 {
     const double first = w->rates.rate[0].hi, second = w->rates.rate[1].hi;
@@ -149,8 +152,9 @@ static dd find_heading(kowalewski_work *w, const dd state[6])
     return dd_add(w->rates.heading,
                   dd_half(dd_add(dd_times(n1, w->rates.rate[0]), dd_times(n2, w->rates.rate[1]))));
 }
-/* Appends the rows of a sum, without what is 1e-18 of the largest; of a real sum half of the
- * terms, twice. Returns 0 if there is no room. */
+/* Appends the rows of a sum. Terms at the ends of a row below 1e-18 of the largest term are left
+ * out. Of a real sum, only half of the terms are stored, multiplied by two. Returns 0 if there is
+ * no room. */
 static int append_rows(kr_theta_sums *plan, const theta_work *t, int sum, int which, double scale,
                        int *rows, int *terms)
 {
@@ -194,7 +198,7 @@ static void widen(kr_theta_sums *plan, const int most[2])
     for (int j = 0; j < 2; j++)
         if (most[j] > plan->wide[j]) plan->wide[j] = most[j];
 }
-/* Fills in the sums. Returns 0 if there is no room, or the terms are too many. */
+/* Computes and stores all sums. Returns 0 if there is no room or if a sum has too many terms. */
 static int fill_sums(kr_theta_sums *plan, theta_work *t)
 {
     static const int velocity_sums[2][2] = {{SUM_P, SUM_Q}, {SUM_P, SUM_R}};
@@ -221,23 +225,25 @@ static int fill_sums(kr_theta_sums *plan, theta_work *t)
     }
     return 1;
 }
-/* Returns the certificate of the sums: the ratio of the last singular values, and by how much the
- * angular velocity, the symmetry of B and the heading's rate miss. */
+/* Returns the certificate of the sums. It is the largest of four errors: the ratio of the last
+ * singular values, the misfit of the angular velocity, the asymmetry of B, and the error of the
+ * heading's rate. */
 static double certificate_of(const kowalewski_work *w)
 {
     const theta_work *t = &w->theta;
     const double rates = 1.0 + fabs(w->rates.rate[0].hi) + fabs(w->rates.rate[1].hi);
     return fmax(fmax(t->certificate, t->misfit), fmax(t->matrix.asymmetry, w->rate_miss / rates));
 }
-/* Makes the plan of a top in its own units, that begins at time 0 and has no frame. The phase of e
- * is left to the caller. Returns why there is none, or KR_KOWALEWSKI_PLANNED. */
+/* Sets up the plan of a top in own units, beginning at time 0 and without a frame. The caller sets
+ * the phase of e. Returns KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
 static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_work *w,
                                        kr_theta_sums *plan)
 {
     kowalewski_curve *o = &w->curve;
     theta_work *t = &w->theta;
     set_constants(o, top->state, top->l);
-    if (!(fabs(o->h.hi) < 1e10)) return KR_KOWALEWSKI_COINCIDENT; /* relatively: k^2 is near c */
+    /* Relative to a larger h, k^2 and -c = k^2 - 1 coincide. */
+    if (!(fabs(o->h.hi) < 1e10)) return KR_KOWALEWSKI_COINCIDENT;
     find_roots(o);
     if (!(least_distance(o) > 1e-16)) return KR_KOWALEWSKI_COINCIDENT;
     if (!(separatrix_error(o) < 1e-16)) return KR_KOWALEWSKI_SEPARATRIX;

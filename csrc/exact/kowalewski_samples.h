@@ -1,29 +1,30 @@
 /* States of a Kowalewski top at points of its torus, in double-double (F. Koetter, Acta Math. 17
- * (1893) 209). For each root e of phi and each arc j there is a square root g of +-(w - e), and
- * with L = 1/((e - e')(e - e'')), A^2 = 2 (e + h), B = l/A
+ * (1893) 209). For each root e of phi and each arc j there is a square root g of +-(w - e). With L
+ * = 1/((e - e')(e - e'')), A^2 = 2 (e + h) and B = l/A,
  *     G = +- g1 g2,   a = sum L A G,   p = -sum L B G / a,   q = -d1 d2 / a,
  *     V = +- g2' g2'' g1 h1 d2 -+ g1' g1'' g2 h2 d1,
- *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1,
- * where d is the square root of D, and h that of +-(k - w)(w + k) D^2. The five signs, one for each
- * root and one for each arc, are found from a state a moment after the start.
+ *     r = sqrt2 sum L A V / (a Dl),   g3 = sqrt2 sum L B V / (a Dl),   Dl = N1 D2 - N2 D1.
+ * Here d is a square root of D, and h is a square root of +-(k - w)(w + k) D^2. There are five
+ * signs, one for each root and one for each arc. They are found by comparison with a state shortly
+ * after the start.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_SAMPLES_H
 #define KR_KOWALEWSKI_SAMPLES_H
 #include "kowalewski_averages.h"
 
-enum { SAMPLES_EACH = 6, SAMPLE_STEPS = 16 /* in half a turn */, ORDER = 12 };
+enum { SAMPLES_EACH = 6, SAMPLE_STEPS = 16 /* samples between 0 and pi */, ORDER = 12 };
 
 typedef struct kowalewski_roots {
     cdd la[3], lb[3]; /* L A, L B */
     double sign[5];
 } kowalewski_roots;
 
-/* What a point of one arc contributes. */
+/* The factors that depend on the point of one arc. */
 typedef struct arc_point {
     cdd g[3], own[3], rest[3]; /* g, g h, g' g'' d */
     dd N, D, d;
-    double theta[2]; /* less the variable of this arc, which is `angle` */
+    double theta[2]; /* this arc's shares of theta1 - x1 and theta2 - x2 */
     double angle;
 } arc_point;
 
@@ -49,7 +50,7 @@ static void make_roots(const kowalewski_curve *o, kowalewski_roots *out)
         out->lb[i] = cdd_mul(L, B);
     }
 }
-/* Returns the square root of way (w - e_i) D at an angle whose half has this sine and cosine. */
+/* Returns the square root of way (w - e_i) D, given sine and cosine of x/2. */
 static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc, int i, double way,
                            dd s, dd c)
 {
@@ -63,7 +64,8 @@ static cdd half_angle_root(const kowalewski_curve *o, const kowalewski_arc *arc,
     if (i == arc->high) return cdd_scale(s, cdd_sqrt(a));
     return cdd_sqrt(cdd_add(cdd_scale(dd_square(s), a), cdd_scale(dd_square(c), b)));
 }
-/* Makes the point of arc j at sine and cosine of half of x; the caller sets its angles. */
+/* Computes the factors of arc j at a point, given sine and cosine of x/2. The caller sets the
+ * angles of the point. */
 static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd s, dd c,
                        arc_point *out)
 {
@@ -82,7 +84,7 @@ static void make_point(const kowalewski_curve *o, const kowalewski_arc *arc, dd 
 }
 static cdd with_sign(double sign, cdd a) { return sign < 0.0 ? cdd_neg(a) : a; }
 
-/* Gives p and q times a, and a. */
+/* Writes a, and the products a p and a q. */
 static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_point *two, dd *a,
                     dd *p, dd *q)
 {
@@ -96,7 +98,7 @@ static void make_pq(const kowalewski_roots *k, const arc_point *one, const arc_p
     *p = dd_neg(sum_b.re);
     *q = dd_neg(dd_mul(one->d, two->d));
 }
-/* Writes p, q, r, g1, g2, g3 at two points. */
+/* Writes the state p, q, r, g1, g2, g3 for a point of each arc. */
 static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, const arc_point *one,
                        const arc_point *two, dd out[6])
 {
@@ -121,7 +123,7 @@ static void make_state(const kowalewski_curve *o, const kowalewski_roots *k, con
     const dd rest = dd_sub(dd_sub(o->l, dd_mul(out[2], out[5])), dd_twice(dd_mul(p, out[3])));
     out[4] = dd_div(rest, dd_twice(q));
 }
-/* Writes the Taylor series of a state p, q, r, g1, g2, g3. */
+/* Writes the Taylor coefficients of a state p, q, r, g1, g2, g3 in time. */
 static void expand(const dd y[6], dd c[6][ORDER + 1])
 {
     for (int i = 0; i < 6; i++) c[i][0] = y[i];
@@ -147,7 +149,7 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Gives sine and cosine of half of x where the arc is at w. */
+/* Writes sine and cosine of x/2 at the point of an arc where Kowalewski's variable is w. */
 static void half_angle_at(const kowalewski_arc *arc, dd w, dd *s, dd *c)
 {
     const dd up = dd_max(dd_sub(arc->B, dd_mul(w, arc->E)), dd_of(0.0)),
@@ -155,8 +157,9 @@ static void half_angle_at(const kowalewski_arc *arc, dd w, dd *s, dd *c)
     *s = dd_sqrt(dd_div(up, both));
     *c = dd_sqrt(dd_div(down, both));
 }
-/* Makes the point of an arc where w is and moves to `next`. Returns 0 where sine or cosine of half
- * the angle is less than `least`. */
+/* Computes the point of an arc where Kowalewski's variable is w. The later value `next` of this
+ * variable gives the direction of the motion. Returns 0 if sine or cosine of x/2 is at most
+ * `least`. */
 static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd w, dd next,
                          double least, arc_point *out)
 {
@@ -170,7 +173,7 @@ static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, d
     }
     make_point(o, arc, s, c, out);
     fold(arc, &sine, &cosine);
-    /* The signs belong to angles between half a turn back and half a turn on. */
+    /* The signs of the square roots hold for angles between -pi and pi. */
     const double turns = turns_of(sine.hi, cosine.hi).hi;
     out->angle = two_pi * (sine.hi < 0.0 && turns > 0.0 ? turns - 1.0 : turns);
     out->theta[0] = out->theta[1] = 0.0;
@@ -189,8 +192,8 @@ static double miss_of(const dd got[6], const dd want[6])
     }
     return most;
 }
-/* Finds the five signs from one state. Those of the roots have to fit p and q. Returns how far the
- * state is missed. */
+/* Finds the five signs by comparison with one state. The signs of the roots must give its p and q.
+ * Returns the error of the state that the signs give. */
 static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const arc_point point[2],
                          const dd state[6])
 {
@@ -212,7 +215,8 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
     memcpy(k->sign, sign, sizeof sign);
     return best;
 }
-/* Makes the points of both arcs at a state, by where w1 and w2 move until a later one. */
+/* Computes the points of both arcs at the state `at`. A later state gives the directions of w1 and
+ * w2. Returns 0 if a point is too close to an end of its arc. */
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {
@@ -222,8 +226,8 @@ static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2]
     return make_point_at(o, &arc[0], w[0], next[0], least, &point[0]) &&
            make_point_at(o, &arc[1], w[1], next[1], least, &point[1]);
 }
-/* Finds the signs, and the angles of the torus at the start of the motion: from a state soon after
- * it that is not near an end of an arc. Returns how far that state is missed. */
+/* Finds the signs, and the angles of the torus at the start. It uses a state shortly after the
+ * start that is not close to an end of an arc. Returns the error of this state. */
 static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
                          const kowalewski_rates *rates, const dd start[6], kowalewski_roots *k,
                          double theta[2])
@@ -246,7 +250,7 @@ static double find_start(const kowalewski_curve *o, const kowalewski_arc arc[2],
     }
     return INFINITY;
 }
-/* Makes a point of an arc at step `i` of its variable's turns. */
+/* Computes the point of an arc where the arc's variable is i * pi/SAMPLE_STEPS. */
 static void make_sample(const kowalewski_curve *o, const kowalewski_arc *arc, const cosine_table *t,
                         int i, arc_point *out)
 {

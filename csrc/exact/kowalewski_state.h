@@ -1,7 +1,7 @@
-/* The state of a Kowalewski top at a time, from its plan. One kernel serves one time and as many as
- * there are lanes: each lane has the bits of a time alone.
+/* The state of a Kowalewski top at time t, from its plan. The same kernel evaluates one time, or
+ * one time in each lane. A time gets the same bits in a lane as alone.
  *
- * This header is source that is compiled once per instruction set and number of lanes. */
+ * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_KOWALEWSKI_STATE_H
 #define KR_KOWALEWSKI_STATE_H
 #include "frame.h"
@@ -10,8 +10,9 @@
 
 enum { HALF_WIDE = WIDE_MOST / 2 + 1 };
 
-/* exp(i k theta1/2) for k >= 0; exp(i k theta2/2) at place (k + WIDE_MOST)/2, those of even and of
- * odd k apart, so that a row is contiguous. */
+/* Powers of exp(i theta1/2) and exp(i theta2/2). re1 and im1 have exp(i k theta1/2) at index k >=
+ * 0. re2 and im2 have exp(i k theta2/2) at index (k + WIDE_MOST)/2. Even and odd k are in separate
+ * arrays, so that the powers for a row are contiguous. */
 typedef struct wave_lanes {
     wide re1[WIDE_MOST + 1], im1[WIDE_MOST + 1];
     wide re2[2][WIDE_MOST + 1], im2[2][WIDE_MOST + 1];
@@ -28,7 +29,8 @@ INLINE void turn_at(const kr_theta_sums *plan, int i, dd span, wide *s, wide *c)
     const phase_lanes p = spread_phase(&plan->turn[i]);
     sincos_turns(phase_at(&p, span), s, c);
 }
-/* Writes the powers of c + i s up to `most`, as products of nearly equal halves. */
+/* Writes the powers of c + i s up to the exponent `most`. Each is the product of two powers with
+ * nearly equal exponents. */
 INLINE void fill_powers(wide s, wide c, int most, wide re[], wide im[])
 {
     re[0] = wide_splat(1.0);
@@ -55,7 +57,8 @@ INLINE void fill_waves(const kr_theta_sums *plan, dd span, wave_lanes *w)
         w->im2[k & 1][up] = im[k];
     }
 }
-/* Returns the sum of some rows, whose terms begin at `term`; gives where they end. */
+/* Writes the sum of some rows, whose terms begin at `term`. Returns the address after their last
+ * term. */
 INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *term,
                               const wave_lanes *w, wide *re, wide *im)
 {
@@ -81,8 +84,8 @@ INLINE const double *sum_rows(const kr_sum_row *row, int rows, const double *ter
     *im = sum_im;
     return term;
 }
-/* Returns the state at `time`, which lies `span` behind the beginning, of the frame of description:
- * the plan's frame leads there. */
+/* Returns the state at `time`, which is `span` after the beginning. The frame of the plan makes it
+ * a state of the frame of description. */
 INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd span)
 {
     wave_lanes w;
@@ -120,7 +123,7 @@ INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd sp
     r.q.z = (q.w * f.z + q.x * f.y) + (q.z * f.w - q.y * f.x);
     return r;
 }
-/* Says whether the kernel serves so long after the beginning. */
+/* Returns 1 if the kernel can be used at the time `span` after the beginning. */
 INLINE mask kowalewski_is_within(const kr_theta_sums *plan, wide span)
 {
     const wide most = wide_splat(0x1p50);

@@ -1,13 +1,13 @@
-/* The coefficients of a Kowalewski top's sums. With n = (k1, k2)/2 they are, up to a constant that
- * all n of one class have in common,
- *     c(n) = sign(n) (1, or i where k2 is odd) exp(-n B n/2 - n beta),
- * with beta = 0 for P, Q and R. Classes and signs follow from the order of the real roots (`kind`).
- * They were found numerically and are not proved: a plan whose sums do not fit the top's states is
- * refused. The constants are the null vector of
+/* The coefficients of a Kowalewski top's sums. With n = (k1, k2)/2, up to a constant factor for
+ * each class of n, they are
+ *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
+ * with beta = 0 for P, Q and R. Classes and signs depend on the order of the real roots (`kind`).
+ * They were found numerically and are not proved. A plan whose sums do not agree with states of the
+ * top is therefore refused. The constants of S and T are the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
- * at points of the torus, and of least-squares problems.
+ * at points of the torus. The constants of P, Q and R solve least-squares problems.
  *
- * This header is source that is compiled once per instruction set. */
+ * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_THETA_H
 #define KR_KOWALEWSKI_THETA_H
 #include <stdlib.h>
@@ -16,26 +16,29 @@
 #include "least_squares.h"
 
 enum { TERMS = 2048, CLASSES = 8, SAMPLES = SAMPLES_EACH * SAMPLES_EACH };
-/* The kinds: three real roots; five in the order e -k e e k, or e e -k e k, or another. */
+/* The kinds: three real roots; or five real roots in the order e -k e e k, in the order e e -k e k,
+ * or in another order. Here e is a root of phi. */
 enum { KIND_THREE, KIND_A, KIND_B, KIND_C, KINDS };
 
-/* One term without its class's constant: its size, with its sign in each of two sums. */
+/* One term without the constant of its class. Its two values are the same size with the signs of
+ * the term in two sums. */
 typedef struct sum_term {
     short k1, k2;
     double value[2];
 } sum_term;
-/* All terms that count, of one beta, k1 by k1 and there k2 by k2. */
+/* All terms for one beta that are not negligible, in ascending order of k1 and then of k2. `wide`
+ * has the largest |k1| and |k2|. */
 typedef struct sum_terms {
     int count, wide[2];
     sum_term term[TERMS];
 } sum_terms;
 
-/* A sample of the top's states. */
+/* A state of the top at one point of the torus. */
 typedef struct torus_sample {
     double p, q, r;
-    cx x, y; /* S x = T y */
+    cx x, y; /* coefficients of the equation S x = T y */
     double theta[2];
-    double size; /* D there */
+    double size; /* D at this point */
 } torus_sample;
 
 typedef struct theta_work {
@@ -46,7 +49,7 @@ typedef struct theta_work {
     double constant[SUMS][CLASSES];
     cx wave[2][2 * WIDE_MOST + 1];
     torus_sample sample[SAMPLES];
-    cx column[SAMPLES][2][CLASSES]; /* the classes of both sums there */
+    cx column[SAMPLES][2][CLASSES]; /* sums over each class, for two sums at each sample */
     lsq lsq;
 } theta_work;
 
@@ -65,7 +68,7 @@ static int class_of(int kind, int k1, int k2)
     if (kind == KIND_A || kind == KIND_B) return 2 * odd(k1) + odd(k2);
     return 4 * odd(k1) + ((k2 - 2 * floor_half(k1)) & 3);
 }
-/* Returns the sign of a term of one sum within its class. */
+/* Returns the sign of a term within its class, for a given sum. */
 static double sign_of_term(int kind, int sum, int k1, int k2)
 {
     static const double signs[KINDS][SUMS][2] = {
@@ -94,8 +97,8 @@ static double decay(double x)
     const exponential e = exponential_of(dd_of(-x));
     return e.plus * (e.even + e.odd);
 }
-/* Lists the terms of two sums above e^-40 of the largest possible one. Returns 0 if there are too
- * many. */
+/* Lists the terms of two sums that are larger than e^-40 times the largest possible term. Returns 0
+ * if there are too many. */
 static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], const double beta[2],
                       sum_terms *out)
 {
@@ -124,7 +127,8 @@ static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], co
     }
     return out->count > 0;
 }
-/* Writes exp(i k theta/2) for |k| up to `most`, by products of nearly equal halves. */
+/* Writes exp(i k theta/2) for |k| up to `most`. Each is the product of two powers with nearly equal
+ * exponents. */
 static void make_waves(double theta, int most, cx wave[])
 {
     cx *w = wave + WIDE_MOST;
@@ -133,8 +137,8 @@ static void make_waves(double theta, int most, cx wave[])
     for (int k = 2; k <= most; k++) w[k] = cx_mul(w[k / 2], w[k - k / 2]);
     for (int k = 1; k <= most; k++) w[-k] = cx_conj(w[k]);
 }
-/* Sums each class of both sums at a sample. All terms of one k1 and one k2 modulo 4 are of one
- * class. */
+/* Sums the terms of each class, for two sums at one sample. Terms with the same k1 and the same k2
+ * modulo 4 belong to the same class. */
 static void sum_classes(theta_work *w, const int sum[2], const double theta[2], cx out[2][CLASSES])
 {
     const sum_term *t = w->terms.term, *const end = t + w->terms.count;
@@ -171,8 +175,8 @@ static void fill_columns(theta_work *w, const int sum[2])
 {
     for (int i = 0; i < SAMPLES; i++) sum_classes(w, sum, w->sample[i].theta, w->column[i]);
 }
-/* Finds the constants of S and T from the samples, each divided by its size. Returns the ratio of
- * the last singular values. */
+/* Computes the constants of S and T from the samples. The equation of each sample is divided by the
+ * sample's size. Returns the ratio of the smallest singular value to the next larger one. */
 static double solve_spinor(theta_work *w)
 {
     lsq *m = &w->lsq;
@@ -195,15 +199,16 @@ static double solve_spinor(theta_work *w)
     memcpy(w->constant[SUM_T], null + CLASSES, CLASSES * sizeof *null);
     return ratio;
 }
-/* Sets D at the samples. */
+/* Computes D at all samples. */
 static void find_sizes(theta_work *w)
 {
     for (int i = 0; i < SAMPLES; i++)
         w->sample[i].size = sqrt(0.5 * (cx_square(weigh(w->column[i][0], w->constant[SUM_S])) +
                                         cx_square(weigh(w->column[i][1], w->constant[SUM_T]))));
 }
-/* Finds the constants of S and T for one beta, so that their errors are small beside D everywhere.
- * Returns the ratio of the last singular values. */
+/* Computes the constants of S and T for one beta. The equations are solved twice, the second time
+ * divided by D, so that the errors of S and T are small relative to D everywhere. Returns the ratio
+ * of the smallest singular value to the next larger one. */
 static double find_spinor(theta_work *w, const double beta[2])
 {
     if (!list_terms(&w->matrix, w->kind, spinor_sums, beta, &w->terms)) return INFINITY;
@@ -216,7 +221,9 @@ static double find_spinor(theta_work *w, const double beta[2])
     find_sizes(w);
     return better;
 }
-/* Tries the four classes of b, each with the multiple of B/2 that makes the sums the smallest. */
+/* Tries four values of b, which differ by rows of B/2. To each value, multiples of the rows of B
+ * are added that make the sums smallest. Returns 1 plus the index of the first value that fits, or
+ * 0 if none fits. */
 static int find_spinor_class(theta_work *w)
 {
     const kowalewski_matrix *m = &w->matrix;
@@ -234,8 +241,8 @@ static int find_spinor_class(theta_work *w)
     }
     return 0;
 }
-/* Finds the constants of the sums number `which` of two, whose columns are filled in, and how far
- * they miss. */
+/* Computes the constants of one sum, with index `which` in the pair `sum`, from its class sums.
+ * Updates the largest misfit. */
 static void find_velocity(theta_work *w, const int sum[2], int which)
 {
     double right[LSQ_ROWS] = {0.0}, most = 0.0, miss = 0.0;
@@ -254,7 +261,7 @@ static void find_velocity(theta_work *w, const int sum[2], int which)
     }
     lsq_factor(&w->lsq);
     lsq_solve(&w->lsq, right, w->constant[sum[which]]);
-    /* What the reflections leave below the columns is the rest. */
+    /* After the reflections, the elements below the columns are the residuals. */
     for (int i = w->lsq.columns; i < w->lsq.rows; i++) miss = fmax(miss, fabs(right[i]));
     w->misfit = fmax(w->misfit, miss / most);
 }

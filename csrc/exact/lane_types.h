@@ -2,16 +2,16 @@
  * alpha = w + i z and beta = x + i y, a phase X(t) = X0 + nu t and the nome exp(-pi K'/K)
  *     alpha ~ theta1(X + i y1) e^{i(c1 + k1 t)},  beta ~ theta2(X + i y2) e^{i(c2 + k2 t)},
  *     m_x + i m_y ~ theta3(X + i(y1 + y2)) e^{i(c1 + c2 + (k1 + k2) t)},  all over theta4(X)
- * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top.) Everything that grows with
+ * (Klein and Sommerfeld, Theorie des Kreisels; Jacobi for the free top). Everything that grows with
  * time is computed in double-double, so that errors do not grow with time. theta4(X) is not needed,
  * because q is normalized.
  *
  * This header is compiled once for each instruction set, like the files that include it, and once
  * more with KR_EXACT_LANES. Each number is then a vector with one lane for each top (math/simd.h).
- * Each top gets the same bits as it gets alone. If lanes differ at a branch, both sides are
+ * A top gets the same bits in a lane as alone. If lanes differ at a branch, both sides are
  * computed, and each lane selects its result. A loop continues until all lanes are done, and does
- * not change lanes that are done. With one lane, this is the ordinary branch or loop for a single
- * top. */
+ * not change lanes that are done. Without KR_EXACT_LANES, there is one lane, and branches and loops
+ * are the ordinary ones for a single top. */
 #ifndef KR_EXACT_LANE_TYPES_H
 #define KR_EXACT_LANE_TYPES_H
 #if defined KR_EXACT_LANES
@@ -25,7 +25,7 @@
 #include "math/simd.h"
 
 /* The kinds of series: for the heavy or the free top, in the nome or in the dual nome. The dual
- * nome is the smaller one if K' < K, which holds near a separatrix. */
+ * nome is the smaller of the two if K' < K, which is the case near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
 /* The types of kreisel.h, with one lane for each top. */
@@ -88,12 +88,13 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
 }
 
 /* In own units the larger of momentum and lever is about one. A lever below LEAST_LEVER counts as
- * zero, because it moves nothing within the times that doubles resolve. A component of the momentum
- * below LEAST_MOMENTUM counts as zero, because its square underflows. */
+ * zero, because its effect is negligible at all times that doubles resolve. A component of the
+ * momentum below LEAST_MOMENTUM counts as zero, because its square underflows. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A scene in working axes and own units. Its conversion does not round to doubles. */
+/* A scene in working axes and own units. The attitude and the lever are converted without rounding
+ * to doubles. */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */

@@ -108,8 +108,8 @@ static inline void lsq_unscale(const lsq *m, const double *x, double *out)
 {
     for (int j = 0; j < m->columns; j++) out[m->from[j]] = j < m->rank ? x[j] / m->size[j] : 0.0;
 }
-/* Solves the least-squares problem of a factored matrix for one right side, which is overwritten.
- * Columns whose diagonal element is at most 1e-13 times the first are left out. */
+/* Solves the least-squares problem of a factored matrix for one right side, and overwrites the
+ * right side. A column is left out if its diagonal element is at most 1e-13 times the first one. */
 static inline void lsq_solve(const lsq *m, double *right, double *out)
 {
     int n = 0;
@@ -133,8 +133,8 @@ static inline double lsq_iterate(const lsq *m, double *x)
     return lsq_normalise(x, m->rank);
 }
 /* Writes the null vector of a factored matrix. Returns the ratio of the smallest singular value to
- * the next larger one. Both singular vectors come from inverse iteration; the second is kept
- * orthogonal to the first. */
+ * the next larger one. The singular vectors of both values come from inverse iteration. The second
+ * vector is kept orthogonal to the first. */
 static inline double lsq_null(lsq *m, double *out)
 {
     double x[LSQ_COLUMNS] = {0.0}, y[LSQ_COLUMNS], last = 0.0, second = 0.0;

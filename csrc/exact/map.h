@@ -1,12 +1,13 @@
-/* The k-th state of the Bobenko-Suris map in closed form: the states lie on a curve like the top's,
- * at equal steps of its phase. In the notation of map_curve.h, where a prime marks the next state,
+/* The k-th state of the Bobenko-Suris map in closed form. The states lie on a curve like that of
+ * the top, at equal steps of the curve's phase. In the notation of map_curve.h, where a prime marks
+ * the next state,
  *     alpha' conj(alpha) = e^{i atan c} N+ / sqrt(8 y),
  *     beta' conj(beta) = e^{-i atan c} N- / sqrt(8 y).
  * Hence the phase of alpha grows by arg N+(s2) - 2 arg theta2(eta/2 + i y1) in each step, and that
- * of beta likewise. The momentum belongs to the link between two states, half a step before its
- * state. The rotation about the axis is exact, as in methods/bobenko_suris.h. This header is
- * compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+ * of beta by the corresponding expression. The momentum of a state belongs to the link that ends at
+ * this state, so its time is half a step earlier. The rotation about the axis is exact, as in
+ * methods/bobenko_suris.h. This header is compiled once for each instruction set, because
+ * double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_MAP_H
 #define KR_EXACT_MAP_H
 #include "method.h"
@@ -15,8 +16,8 @@
 
 /* Returns arg theta2(x + i y) for |x| <= pi/4. If K'/K < 1, sums the dual series, which is a
  * theta4. The terms are `weight` times cos(n x) cosh(n y) and sin(n x) sinh(n y), with odd n for
- * theta2 and even n for theta4; c and s are the cosine and sine of each term; up and down are its
- * powers of e^y and e^-y. */
+ * theta2 and even n for theta4. Here c and s are cos(n x) and sin(n x), and `up` and `down` are
+ * e^(n y) and e^(-n y). */
 static dd arg_theta2(const map_curve *r, dd x, dd y)
 {
     const int dual = r->ratio.hi < 1.0;
@@ -48,8 +49,8 @@ static dd arg_theta2(const map_curve *r, dd x, dd y)
     if (!dual) return dd_atan2(dd_neg(im), re);
     return dd_sub(dd_atan2(im, re), dd_div(dd_twice(dd_mul(x, y)), dd_mul(pi, r->ratio)));
 }
-/* Returns the growth of the phase of alpha (sign 1) or beta (sign -1) in a step, computed from the
- * link that is symmetric about a turning height. */
+/* Returns the growth of the phase of alpha (sign 1) or beta (sign -1) in one step, computed from
+ * the link that is symmetric about a turning height. */
 static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign, dd y)
 {
     dd re, im;
@@ -83,7 +84,7 @@ static void map_series(kr_exact_map *map, const map_curve *r)
     theta_scale(&curve->alpha, sqrt(0.5 * r->plus2) * theta_at(three.even, at) / high);
     theta_scale(&curve->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
 }
-/* Returns theta4 after k steps, scaled like the other theta functions of the kernel. */
+/* Returns theta4 after k steps, with the same scale as the other theta functions of the kernel. */
 static double pole_at(const kr_exact_map *map, double k)
 {
     const kr_phase *f = &map->curve.nutation;
@@ -97,9 +98,9 @@ static double pole_at(const kr_exact_map *map, double k)
     s = sinh(x * map->curve.stretch);
     return theta_at(map->pole.even, -s * s) * sqrt(1.0 + s * s);
 }
-/* Sets the scale of the momentum. Its size is that at the lower of the two symmetric links, where
- * it is larger, because 1 + |W|^2 = (1 + E)/(1 + b s). Its sign follows from W ~ alpha beta' - beta
- * alpha'. Returns the largest |W|^2. */
+/* Sets the scale of the momentum from its size and its sign at the lower of the two symmetric
+ * links. The momentum is larger there than at the upper one, because 1 + |W|^2 = (1 + E)/(1 + b s).
+ * Its sign follows from W ~ alpha beta' - beta alpha'. Returns the largest |W|^2. */
 static double set_momentum(kr_exact_map *map, const map_link *k)
 {
     double f[6], g[6], h[6];
@@ -116,8 +117,9 @@ static double set_momentum(kr_exact_map *map, const map_link *k)
     if (re * h[4] < 0.0) curve->momentum = -curve->momentum;
     return across + k->l.hi * k->l.hi;
 }
-/* Sets the phases at the start. The phase of the momentum is the sum of those of alpha and beta.
- * The phases of the two largest quantities are used. */
+/* Sets the phases at the start. Of alpha, beta and the momentum, the two largest give the phases.
+ * The third phase follows, because the phase of the momentum is the sum of those of alpha and
+ * beta. */
 static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
@@ -130,7 +132,7 @@ static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, d
                 dd_div(dd_sub(dd_of(r->start), dd_half(r->eta)), dd_twice(dd_pi())));
     factors_at(curve, 0.0, f);
     /* The middle of the first link is half a step after the start. h includes the growth of the
-     * phases up to there, so `both` does not. */
+     * phases during this half step, so `both` does not. */
     factors_at(curve, 0.5, h);
     const double sign = curve->momentum * k->unit < 0.0 ? -1.0 : 1.0;
     const dd both = turns_between(sign * h[4], sign * h[5], k->w[0].hi, k->w[1].hi);
@@ -144,7 +146,7 @@ static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, d
     phase_start(&curve->second, second);
 }
 /* Returns 1 if the axis rests. It rests at a pole, where a tilt and a velocity below 1e-100 count
- * as zero, or anywhere without gravity and momentum. */
+ * as zero. It also rests anywhere without gravity and momentum. */
 static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 {
     const double least = 1e-200, wh = k->w[0].hi * k->w[0].hi + k->w[1].hi * k->w[1].hi,
@@ -177,7 +179,7 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     const dd first = dd_add(k1, twist), second = dd_sub(k2, twist);
     map_series(map, &r);
     curve->nutation = phase_of(r.eta);
-    /* The momentum is scaled with phases that include the rotation by the Cayley drift, but not the
+    /* The phases of the momentum's scale include the rotation by the Cayley drift, but not the
      * twist about the axis. */
     curve->first = phase_of(dd_add(k1, angle));
     curve->second = phase_of(dd_sub(k2, angle));
@@ -188,8 +190,8 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
     set_rates(curve, r.eta.hi, first.hi, second.hi);
     return isfinite(curve->momentum + curve->first.start + curve->second.start);
 }
-/* Returns the k-th state: the attitude after k steps, and the momentum of the link before it; those
- * of the start if k is too large for the kernel. */
+/* Returns the k-th state: the attitude after k steps, and the momentum of the link before it. If k
+ * is too large for the kernel, returns the state of the start. */
 static kr_state map_state(const kr_exact_map *map, int64_t k)
 {
     const kr_exact *curve = &map->curve;
@@ -204,15 +206,15 @@ static kr_state map_state(const kr_exact_map *map, int64_t k)
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
-/* Returns 1 if the map begins at the attitude `start`. With steps of 1e-8 and less, the start may
- * be so near a pole that double-double cannot resolve the distances of the link's heights from the
+/* Returns 1 if the map begins at the attitude `start`. With steps of 1e-8 or less, the start may be
+ * very near a pole. Double-double then cannot resolve the distances of the link's heights from the
  * pole. */
 static int begins_at(const kr_exact_map *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
-/* Sets up the map for a user's scene. A step so large that 1 + b s < 0 is a step of the top seen
- * from below, so the first link of that top is used. */
+/* Sets up the map for a user's scene. If the step is so large that 1 + b s < 0, it is a step of the
+ * top with up and down exchanged. The first link of this other top is then used. */
 static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
     const kr_exact_map empty = {.pole = {{1.0}, {0.0}}};
@@ -229,7 +231,8 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     exact_top seen;
     map_link k;
     int below = top.own.lever.hi < 0.0;
-    /* The second pass decides the side; a third would repeat the second. */
+    /* The second pass uses the side that the first one found. A third pass would repeat the
+     * second. */
     for (int i = 0; i < 2; i++) {
         seen = below ? seen_from_below(&top.own) : top.own;
         k = map_link_of(&seen, step / top.units.time);

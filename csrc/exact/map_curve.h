@@ -1,13 +1,13 @@
-/* The curve of the Bobenko-Suris map m' = m + step torque(a), a' = Cay(step m' / I1) a. With
- * h = step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1, the constants of map and link are
+/* The curve of the Bobenko-Suris map m' = m + step torque(a), a' = Cay(step m' / I1) a. With h =
+ * step/2, u = a.e3, W = h m'/I1, b = h^2 lever/I1, the constants of map and link are
  *     l = W.e3,   c = W.a,   E = |W|^2 (1 + b s) + b s,   X = 2 (1 + c^2)/(1 + E),
  *     s = u + u',   y = X (1 + b s) = 1 + a.a',   N+- = y +- s + i(l y - c s);   then
  *     (1+u)(1+u') = |N+|^2 / 2y,   (1-u)(1-u') = |N-|^2 / 2y,   (u' - u)^2 (1 + b s) = P(s),
  * where P is a cubic with roots s1 <= s <= s2 <= s3. s and u are elliptic functions of a phase that
  * grows by eta in each step. If a step is so large that 1 + b s < 0, the signs of b and X are
- * reversed. Then b < 0, and the step is one of the same top under
- * reversed gravity. This header is compiled
- * once for each instruction set, because double-doubles are faster with fused multiply-add. */
+ * reversed. Then b < 0, and the step is a step of the same top under reversed gravity. This header
+ * is compiled once for each instruction set, because double-doubles are faster with fused
+ * multiply-add. */
 #ifndef KR_EXACT_MAP_CURVE_H
 #define KR_EXACT_MAP_CURVE_H
 #include "math/dd_functions.h"
@@ -129,8 +129,8 @@ static void find_map_roots(map_link *k)
     k->s1 = dd_sub(k->s, k->below);
     k->s2 = dd_add(k->s, k->above);
 }
-/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link whose phase has these sn^2 and cn^2, from
- * the distances of s from the roots. */
+/* Writes s and (u' - u)^2 = P(s)/(1 + b s) of the link at the phase that has these values of sn^2
+ * and cn^2. The distances of s from the roots are used. */
 static void link_at_phase(const map_link *k, dd sn2, dd cn2, dd *s, dd *climb_square)
 {
     const dd span = dd_add(k->below, k->above), w = dd_div(dd_mul(sn2, span), map_height(k, k->s2));
@@ -148,9 +148,9 @@ static void map_linear(const map_link *k, dd s, double sign, dd *re, dd *im)
     *re = dd_add(y, dd_times(sign, s));
     *im = dd_sub(dd_mul(k->l, y), dd_mul(k->c, s));
 }
-/* Writes the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles:
- * 1 + sign * u by a sum, 1 - sign * u from the product (1 - sign * u)(1 - sign * u'). The link is
- * the one that begins at the turning height. */
+/* Writes the distances of the turning height u1 (sign -1) or u2 (sign 1) from the poles. 1 + sign *
+ * u is a sum. 1 - sign * u is a quotient of the product (1 - sign * u)(1 - sign * u') for the link
+ * that begins at the turning height. */
 static void turning_height(const map_link *k, dd sn2, dd cn2, double sign, dd *far, dd *near)
 {
     dd s, square, re, im;
@@ -194,7 +194,7 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     r->kp2 = dd_max(dd_div(dd_mul(b32, h1), den), least);
     r->mean = elliptic_mean(dd_sqrt(r->kp2), 0, NULL, NULL);
     r->ratio = dd_div(r->mean, elliptic_mean(dd_sqrt(r->k2), 0, NULL, NULL));
-    /* These are the squares at eta. Those at eta/2 follow from the half-argument formulas. */
+    /* These are the squares at eta. The squares at eta/2 follow from the half-argument formulas. */
     const dd sn2 = dd_div(b31, h3), cn2 = dd_div(h1, h3), dn2 = dd_div(h1, h2);
     const dd cn = dd_sqrt(cn2), dn = dd_sqrt(dn2);
     const half_stride half = {dd_div(sn2, dd_mul(dd_add(one, cn), dd_add(one, dn))),
@@ -204,7 +204,7 @@ static half_stride set_periods(const map_link *k, map_curve *r)
     return half;
 }
 /* Sets the imaginary parts y1 and y2 of the arguments of alpha and beta, which are incomplete
- * elliptic integrals of the first kind, and the turning heights that they depend on. */
+ * elliptic integrals of the first kind. Also sets the turning heights on which they depend. */
 static void set_arguments(const map_link *k, half_stride half, map_curve *r)
 {
     const dd one = dd_of(1.0), sh = half.sn2, ch = half.cn2, dh = half.dn2;
@@ -218,8 +218,8 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     const dd far = dd_add(d, dd_mul(dd_mul(minus2, r->k2), sh));
     const dd rho = dd_div(dd_mul(minus2, dh), far);
     cd = dd_max(dd_sub(one, dd_div(dd_mul(rho, r->k2), r->kp2)), dd_of(0.0));
-    /* If y2 is near its limit and u3 near 1, this difference cancels; the product below does
-     * not. */
+    /* If y2 is near its limit and u3 near 1, the difference above loses its digits by cancellation.
+     * The product below does not. */
     if (cd.hi < 1e-6 && r->eta.hi < 1.0) {
         const dd kc = dd_mul(r->k2, ch);
         const dd gap = third_height_above_pole(k, dd_div(dh, kc), dd_neg(dd_div(r->kp2, kc)));
@@ -231,8 +231,8 @@ static void set_arguments(const map_link *k, half_stride half, map_curve *r)
     r->plus2 = plus2.hi;
     r->minus1 = minus1.hi;
 }
-/* Returns the phase at the middle of the first link, from the distances of s from the roots s1 and
- * s2. */
+/* Returns the phase at the middle of the first link, computed from the distances of s from the
+ * roots s1 and s2. */
 static double start_phase(const map_link *k, const map_curve *r)
 {
     const dd low = dd_mul(k->below, map_height(k, k->s2));

@@ -5,9 +5,9 @@
 #define KR_EXACT_PHASE_H
 #include "kernel.h"
 
-/* Write real and imaginary parts of alpha, beta and the horizontal momentum with their phases,
- * before q is normalized and transformed into the frame. factors_of_kind is for series of one kind,
- * factors_at for lanes of any kind. */
+/* Write the real and imaginary parts of alpha, beta and the horizontal momentum, including their
+ * phases. They describe the state before q is normalized and transformed into the frame.
+ * factors_of_kind handles lanes whose series are of one kind, factors_at lanes of any kind. */
 static inline void factors_of_kind(const exact_lanes *e, int dual, int euler, wide span,
                                    wide out[6])
 {
@@ -40,7 +40,7 @@ static inline void factors_at(const exact_lanes *e, double span, wide out[6])
 
 static const double two_pi = 6.283185307179586477;
 
-/* Returns a phase that grows from 0 at this rate [rad per unit of time]. */
+/* Returns a phase that starts at 0 and grows at this rate [rad per unit of time]. */
 static inline phase_lanes phase_of(dd rate)
 {
     const dd f = dd_mul(rate, one_turn());
@@ -68,13 +68,14 @@ static inline wide turns_of_tangent(wide u)
                                   zz * -0.00305209614217111548));
     return u * turn.hi + u * (turn.lo + z * (low + zz * zz * high));
 }
-/* Returns the argument of x + i y in turns. Eighths of a turn are exact. The rest is an arc tangent
- * of at most a sixteenth of a turn, so its rounding error is small. */
+/* Returns the argument of x + i y in turns. The argument is a multiple of an eighth of a turn,
+ * which is exact, plus an arc tangent of at most a sixteenth of a turn, whose rounding error is
+ * small. */
 static inline dd turns_of(wide y, wide x)
 {
     const wide ax = wide_abs(x), ay = wide_abs(y), zero = wide_splat(0.0);
     const mask flat = wide_at_most(ay, ax), left = is_negative(x), below = is_negative(y);
-    /* The rest is the argument of a + i b, where |b| <= a. */
+    /* The remainder is the argument of a + i b, where |b| <= a. */
     const wide a = wide_choose(flat, ax, ay),
                b = wide_choose(flat, wide_choose(left, -y, y), wide_choose(below, x, -x));
     const wide quarters =
@@ -119,8 +120,8 @@ static inline quat_lanes rounded(const dd q[4])
     return r;
 }
 
-/* Writes the axis a = q e3 q*. With its height u = a.e3, writes 1 + u to `plus` and returns 1 - u.
- * Both are computed directly from the quaternion, so that neither cancels near a pole. */
+/* Writes the axis a = q e3 q*. Let u = a.e3 be its height. Writes 1 + u to `plus` and returns 1 -
+ * u. Both are computed directly from the quaternion, so that neither loses digits near a pole. */
 static inline dd axis_of(const dd q[4], dd a[3], dd *plus)
 {
     const dd up = dd_add(dd_square(q[0]), dd_square(q[3])),
@@ -157,10 +158,10 @@ static inline wide sign_of(wide x)
 }
 
 /* Sets the period and the mean rates of Euler's angles, from the rates of the nutation's phase and
- * of the phases of alpha and beta. The functions theta1 and theta2 of X + i y themselves wind about
- * zero, in the sense opposite to the sign of y, which is the sign of `slope`. If they pass through
- * zero, the phase jumps by half a turn in an undefined sense, which counts as no winding. The beta
- * of a free top, a theta4, has no zeros and does not wind. */
+ * of the phases of alpha and beta. The functions theta1 and theta2 of X + i y also wind about zero,
+ * in the sense opposite to the sign of y, which is the sign of `slope`. If they pass through zero,
+ * the phase jumps by half a turn in an undefined sense. This counts as no winding. For a free top,
+ * beta is a theta4, which has no zeros and does not wind. */
 static inline void set_rates(exact_lanes *exact, wide nu, wide first, wide second)
 {
     const wide wind1 = sign_of(exact->slope[0]),
@@ -174,8 +175,8 @@ static inline dd equal_moment(const exact_top *top)
 {
     return dd_half(two_sum(top->inertia.x, top->inertia.y));
 }
-/* Returns the top as seen from below, q -> i q. Seen in this way, gravity that points upwards
- * points downwards. */
+/* Returns the top with up and down exchanged, q -> i q. If gravity pointed upwards, it then points
+ * downwards. */
 static inline exact_top seen_from_below(const exact_top *top)
 {
     exact_top r = *top;
@@ -188,8 +189,8 @@ static inline exact_top seen_from_below(const exact_top *top)
     r.lever = dd_neg(top->lever);
     return r;
 }
-/* Converts the closed form of the top seen from below to that of the top itself, except for the
- * frame. */
+/* Converts the closed form of a top with up and down exchanged to that of the top itself, except
+ * for the frame. */
 static inline void turn_over(exact_lanes *exact)
 {
     exact->side = wide_splat(-1.0);

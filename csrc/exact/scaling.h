@@ -1,8 +1,8 @@
-/* Conversion of a user's scene to the closed form's working axes and own units. A state's error
- * must not grow with time, so nothing that determines a rate is rounded to doubles: the attitude
- * and mass * gravity * com are double-double products, and the units are powers of two. This header
- * is compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+/* Conversion of a user's scene to the working axes and own units of the closed form. A state's
+ * error must not grow with time. Therefore nothing that determines a rate is rounded to doubles:
+ * the attitude and mass * gravity * com are double-double products, and the units are powers of
+ * two. This header is compiled once for each instruction set, because double-doubles are faster
+ * with fused multiply-add. */
 #ifndef KR_EXACT_SCALING_H
 #define KR_EXACT_SCALING_H
 #include "math/exponent.h"
@@ -15,8 +15,8 @@ typedef struct described_top {
     kr_units units;
 } described_top;
 
-/* Writes the rotation that takes the third working axis of a spherical body, which is rounded, to
- * the centre of mass. Returns |com|. */
+/* Writes the rotation that takes the third working axis of a spherical body to the centre of mass.
+ * The rotation is needed because the working axis is rounded. Returns |com|. */
 static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
 {
     const dd axes[4] = {dd_of(w->axes.w), dd_of(w->axes.x), dd_of(w->axes.y), dd_of(w->axes.z)};

@@ -7,8 +7,8 @@
 #include "phase.h"
 
 /* Returns the state at time t, which is `span` after the beginning. Each kind of series calls the
- * kernel with constant arguments, so that the compiler removes the code that this kind does not
- * need. */
+ * kernel with constant arguments. The compiler can then remove the code that is not needed for this
+ * kind. */
 static inline kr_state state_after(const kr_exact *e, double t, dd span)
 {
     kr_state r;
@@ -29,8 +29,8 @@ static inline kr_state state_after(const kr_exact *e, double t, dd span)
     if (e->framed) r.q = framed(e->frame, r.q);
     return r;
 }
-/* Returns the state at a time beyond the range of the kernel: that of the beginning, which has the
- * correct values of all integrals. Returns NaN if t is not finite. */
+/* Returns the state at a time beyond the range of the kernel. This is the state of the beginning,
+ * which has the correct values of all integrals. Returns NaN if t is not finite. */
 static inline kr_state state_beyond(const kr_exact *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
@@ -43,7 +43,7 @@ static inline kr_state state_at(const kr_exact *e, double t)
     return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
 }
 
-/* Sets up a motion in which alpha and beta have constant sizes and constant rates: that of a
+/* Sets up a motion in which alpha and beta have constant sizes and constant rates: the motion of a
  * sleeping, hanging or resting top, or of a symmetric body without torque. */
 static inline void steady_closed_form(kr_exact *exact, kr_quat q, dd first, dd second)
 {

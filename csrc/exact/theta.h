@@ -1,7 +1,7 @@
 /* Elliptic integrals, the roots of a cubic, and theta functions as polynomials. Complete integrals
- * are computed by the arithmetic-geometric mean M; that of the third kind is (DLMF 19.8.6)
- *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n);
- * incomplete integrals of the first kind are Carlson's R_F, computed by duplication. This header is
+ * are computed by the arithmetic-geometric mean M. The integral of the third kind is (DLMF 19.8.6)
+ *     Pi(alpha^2, k) = pi/4M (2 + alpha^2/(1 - alpha^2) sum Q_n).
+ * Incomplete integrals of the first kind are Carlson's R_F, computed by duplication. This header is
  * compiled once for each instruction set and number of lanes (lane_types.h). */
 #ifndef KR_EXACT_THETA_H
 #define KR_EXACT_THETA_H
@@ -9,12 +9,12 @@
 
 enum theta { THETA1, THETA2, THETA3, THETA4 };
 
-/* Returns agm(1, kp) and writes the sum of Q_n for each start p0^2 = 1 - alpha^2. Initially
- * a = Q = 1 and g = kp. A step is
+/* Returns agm(1, kp) and writes the sum of Q_n for each start p0^2 = 1 - alpha^2. Initially a = Q =
+ * 1 and g = kp. A step is
  *     a' = (a + g)/2,   g' = sqrt(a g),   p' = (p^2 + a g)/2p,
  *     Q' = Q e/2,   e = (p^2 - a g)/(p^2 + a g).
- * Every step squares the relative distances. The step after they fall below 1e-8 is therefore the
- * last one, and needs doubles only. */
+ * Every step squares the relative distances. The first step after they have fallen below 1e-8 is
+ * therefore the last one, and can be computed in doubles. */
 static inline dd elliptic_mean(dd kp, int n, const dd start[], dd sum[])
 {
     const wide enough = wide_splat(1e-8);
@@ -62,9 +62,9 @@ static inline wide elliptic_agm(wide a, wide b)
     }
     return 0.5 * (a + b);
 }
-/* Returns T = numerator / agm(1, k). T is K'/K if the numerator is agm(1, k'). For series in the
- * square of the nome the numerator is 2 agm(1, k'), and T is 2 K'/K. The dual series multiply a
- * phase by pi / T, so pi / T is stored in double-double if they are used. */
+/* Returns T = numerator / agm(1, k). If the numerator is agm(1, k'), T is K'/K. For series in the
+ * square of the nome the numerator is 2 agm(1, k'), and T is 2 K'/K. Dual series multiply a phase
+ * by pi / T. If they are used, pi / T is stored in double-double. */
 static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
 {
     const wide T = numerator.hi / elliptic_agm(wide_splat(1.0), wide_sqrt(k2.hi));
@@ -77,8 +77,8 @@ static inline wide theta_stretch(exact_lanes *exact, dd numerator, dd k2)
     }
     return T;
 }
-/* Returns Carlson's R_F(x, y, z): duplication makes the arguments converge until the series about
- * their mean is exact to rounding (DLMF 19.26.18, 19.36.1). */
+/* Returns Carlson's R_F(x, y, z). Duplication makes the arguments converge, until the series about
+ * their mean is as accurate as a double (DLMF 19.26.18, 19.36.1). */
 static inline wide elliptic_rf(wide x, wide y, wide z)
 {
     wide mean = (x + y + z) * (1.0 / 3), inverse, dx, dy, dz, e2, e3;
@@ -117,8 +117,9 @@ static inline wide third_of_angle(wide c)
     }
     return x;
 }
-/* Returns the lone root of x^3 + c2 x^2 + c1 x + c0: of three real roots, the one farthest from the
- * two others. Sets `top` if it is the largest root, and clears `top` if it is the smallest. */
+/* Returns the lone root of x^3 + c2 x^2 + c1 x + c0. Of three real roots, this is the one farthest
+ * from the two others. Sets `top` if it is the largest root, and clears `top` if it is the
+ * smallest. */
 static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
 {
     const wide zero = wide_splat(0.0), square = c2 * c2 - 3.0 * c1, d = wide_sqrt(square),
@@ -130,7 +131,8 @@ static inline wide lone_root(wide c2, wide c1, wide c0, mask *top)
     return (wide_choose(apart, 2.0 * d * way * third, zero) - c2) * (1.0 / 3);
 }
 /* Improves a root of lead x^3 + c[2] x^2 + c[1] x + c[0] from double to double-double precision, by
- * two steps of Newton's method. Both use the slope at the start, which is accurate enough. */
+ * two steps of Newton's method. Both steps use the slope at the initial value, which is accurate
+ * enough. */
 static inline dd newton_cubic(dd lead, const dd c[3], wide start)
 {
     const wide slope = (3.0 * lead.hi * start + 2.0 * c[2].hi) * start + c[1].hi,
@@ -145,8 +147,9 @@ static inline dd newton_cubic(dd lead, const dd c[3], wide start)
     return x;
 }
 
-/* These are sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x) as
- * polynomials in sin^2 x: row j holds the coefficients in ascending order. */
+/* The functions sin(2j+1)x / sin x, cos(2j+1)x / cos x, cos 2jx and sin 2jx / (sin x cos x), as
+ * polynomials in sin^2 x. Row j of each table holds the coefficients of one polynomial in ascending
+ * order. */
 static const double SIN_ODD[][KR_THETA_TERMS] = {{1}, {3, -4}, {5, -20, 16}, {7, -56, 112, -64}};
 static const double COS_ODD[][KR_THETA_TERMS] = {{1}, {1, -4}, {1, -12, 16}, {1, -24, 80, -64}};
 static const double COS_EVEN[][KR_THETA_TERMS] = {

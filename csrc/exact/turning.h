@@ -1,16 +1,16 @@
-/* Turning points: the angles between which the apex of a closed form rises and falls, and how it
- * precesses meanwhile. With m3 = <m, e3>, c = <m, apex> and the nutation th
+/* Turning points: the nutation angles between which the apex of a closed form rises and falls, and
+ * its precession. With m3 = <m, e3>, c = <m, apex> and the nutation th
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
- * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 does not cancel near a
- * pole. A free body is treated as a top with u3 at infinity; only g u3 is used. This header is
- * compiled once for each instruction set, because double-doubles are faster with fused
+ * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
+ * pole. A free body is treated as a top with u3 at infinity, because only g u3 is used. This header
+ * is compiled once for each instruction set, because double-doubles are faster with fused
  * multiply-add. */
 #ifndef KR_EXACT_TURNING_H
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"
 
-/* Types of motion. Equalities are tested with the tolerance KR_INPUT_RTOL, in rad for angles, and
- * relative to its terms for a precession or a momentum. */
+/* Types of motion. Quantities count as equal within the tolerance KR_INPUT_RTOL. The tolerance is
+ * in rad for angles. For a precession or a momentum it is relative to the size of its terms. */
 enum motion_type {
     RESTING,    /* no torque, and the apex rests */
     CIRCLE,     /* no torque: a circle about the angular momentum */
@@ -36,8 +36,8 @@ static double turning_angle(dd minus, dd plus)
                  high = plus.hi > least ? plus.hi : 0.0;
     return 2.0 * atan2(sqrt(low), sqrt(high));
 }
-/* Returns the sign of the precession at the height u, given 1 - u and 1 + u; returns 0 if the
- * precession is at most `tol` relative to its terms. */
+/* Returns the sign of the precession at the height u, given 1 - u and 1 + u. Returns 0 if the size
+ * of the precession is at most `tol` times the size of the terms in it. */
 static int precession_sign(const initial *s, dd minus, dd plus, double tol)
 {
     const dd one = dd_mul(s->sum, minus), two = dd_mul(s->difference, plus);
@@ -79,8 +79,8 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Returns the numbers that do not depend on the turning heights, in own units, for gravity that
- * points downwards. */
+/* Returns the members of the result that do not depend on the turning heights, in own units, for
+ * gravity that points downwards. */
 static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
 {
     kr_turning r = {0};
@@ -94,7 +94,7 @@ static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
     r.least = r.greatest = turning_angle(s->minus, s->plus);
     return r;
 }
-/* Returns the turning points of a top whose lever is not negative, in own units, with times counted
+/* Returns the turning points of a top whose lever is not negative, in own units. Times are measured
  * from the start. */
 static kr_turning turning_downwards(const exact_top *top)
 {
@@ -121,7 +121,7 @@ static void swap_doubles(double *a, double *b)
     *a = *b;
     *b = c;
 }
-/* Converts turning points to those seen with up and down exchanged. */
+/* Converts turning points of a top with up and down exchanged to those of the top itself. */
 static void flip_turning(kr_turning *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;

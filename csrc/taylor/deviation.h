@@ -1,15 +1,16 @@
 /* The recurrence of tangents.h: coefficients and sums. This source is compiled four times for each
  * instruction set: in doubles (quat_simd.h) and in double-double (quat_simd_dd.h), for single
- * deviations (deviation_single.h) and for batches (deviation_batch.h). These headers define
- * `triple`, one vector for each deviation; `turned`, a triple in the form in which it is multiplied
- * by a `path_term`; and `halves`, the two sums of such products. The cross product of two series is
- * the difference of the two sums, whose factors are cyclic permutations of the components. The
- * newest coefficient comes last in each sum, because all others can be added before it is known. */
+ * deviations (deviation_single.h) and for batches (deviation_batch.h). These headers define three
+ * types. A `triple` is one vector for each deviation. A `turned` is a triple in the form in which
+ * it is multiplied by a `path_term`. `halves` are the two sums of such products. The cross product
+ * of two series is the difference of the two sums, whose factors are cyclic permutations of the
+ * components. The newest coefficient comes last in each sum, because all others can be added before
+ * it is known. */
 #include "tangents.h"
 
-/* Coefficients of the path in the order (prev | next), after BEFORE zeros: w those of W, p those of
- * P. Coefficients of a deviation in the order (next | prev): `turn` those of theta, `push` those of
- * N, `cross` those of c x theta. */
+/* Coefficients in the form in which they are multiplied. Those of the path are in the order (prev |
+ * next) and follow BEFORE zeros: `w` belongs to W and `p` to P. Those of a deviation are in the
+ * order (next | prev): `turn` belongs to theta, `push` to N, and `cross` to c x theta. */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -41,8 +42,8 @@ INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
     return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
                       triple_mul(triple_prev(p), triple_next(b)));
 }
-/* Returns the damping terms, which are subtracted from N', given theta' and the two halves of theta
- * x W. */
+/* Returns the damping terms, which the caller subtracts from N'. `rate` is theta', and `plus` -
+ * `minus` is theta x W. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {
     const triple drag = triple_of(g->drag), change = triple_sub(rate, triple_sub(plus, minus));
@@ -62,7 +63,8 @@ INLINE void add_products(deviation_sums *a, const turned_path *path, const turne
     a->push = halves_fma(d->push[j], path->w[BEFORE + m], a->push);
     a->cross = halves_fma(d->cross[j], path->p[BEFORE + m], a->cross);
 }
-/* Sets the coefficients n + 1 from the sums of the even and of the odd terms, `a` and `b`. */
+/* Sets the coefficients n + 1 of a deviation from the sums of the even terms (`a`) and of the odd
+ * terms (`b`). */
 INLINE void next_deviation(const kr_series *s, kr_tangent *g, turned_deviation *d, int n,
                            const deviation_sums *a, const deviation_sums *b)
 {

@@ -1,6 +1,7 @@
-/* The types and operations of deviation.h for batches. The lanes hold eight deviations. A triple
- * consists of three vectors, one for each axis, so cyclic permutations cost nothing. The sums of
- * even and odd terms are computed one after the other, because the registers cannot hold both. */
+/* The types and operations of deviation.h for batches. The eight lanes hold one component of eight
+ * deviations. A triple consists of three vectors, one for each axis, so cyclic permutations cost
+ * nothing. The sums of even and odd terms are computed one after the other, because the registers
+ * cannot hold both. */
 #include "tangents.h"
 
 enum {
@@ -89,8 +90,8 @@ INLINE triple load_lever(const kr_tangent *g)
 {
     return triple_all(duo_load(g->lever), duo_load(g[WORDS].lever), duo_load(g[2 * WORDS].lever));
 }
-/* Returns a row of the moments: row 0 has xx, yy, zz, row 1 has xy, yz, zx, row 2 has xz, yx,
- * zy. */
+/* Returns a row of the derivatives B of the moments. Row 0 has xx, yy, zz. Row 1 has xy, yz, zx.
+ * Row 2 has xz, yx, zy. */
 INLINE triple load_moments(const kr_tangent *g, int row)
 {
     static const int places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};

@@ -1,11 +1,11 @@
 /* The Taylor series in doubles. This file is compiled once for each instruction set, with options
  * such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt), and without such options for the base
- * instruction set. gcc and clang give the same bits, and so do all instruction sets with fused
- * multiply-add. */
+ * instruction set. gcc and clang give the same bits. All instruction sets with fused multiply-add
+ * also give the same bits. */
 #include "quat_simd.h"
 #include "series.h"
 
-/* Expand the series with and without the heading. */
+/* Compute the coefficients of the series, with and without the heading. */
 PER_ORDER void expand_whole(kr_series *s, int from, int order)
 {
     expand_series(s, from, order, WHOLE);

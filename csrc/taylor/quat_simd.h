@@ -1,8 +1,9 @@
 /* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two. Each is a hardware
  * vector if the instruction set has one of this width (x86-64-v4: 8 lanes, v3: 4, baseline and
  * arm64: 2). Otherwise it is a pair of the next narrower width, down to plain C99 doubles. fma is a
- * fused multiply-add if the hardware has one, otherwise a product and a sum. Results therefore have
- * one of two possible sets of bits. This header is compiled once for each instruction set. */
+ * fused multiply-add if the hardware has one, otherwise a product and a sum. The bits of the
+ * results therefore depend only on whether the hardware has a fused multiply-add. This header is
+ * compiled once for each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -19,8 +20,8 @@
 #endif
 /* UNROLL marks a loop over the terms of a series to be unrolled. Up to 28 copies of its body fit
  * the instruction cache only if vectors have eight lanes. With narrower vectors loops are not
- * unrolled, and a function marked PER_ORDER has one copy for all orders. KR_ROLLED requests this
- * everywhere. */
+ * unrolled, and a function marked PER_ORDER has one copy for all orders. If KR_ROLLED is defined,
+ * loops are not unrolled on any hardware. */
 #if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
@@ -75,7 +76,7 @@
         return T##_of(half##_fma(a.lo, b.lo, c.lo), half##_fma(a.hi, b.hi, c.hi));                 \
     }
 
-/* `two` is half a quaternion. two_mix takes one number from each of two such halves. */
+/* `two` is half of a quaternion. two_mix takes one number from each of two vectors of this type. */
 #if defined KR_PLAIN
 INLINE double one_load(const double *p) { return *p; }
 INLINE void one_store(double *p, double a) { *p = a; }
@@ -102,9 +103,9 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* `quad` is a quaternion. quad_i, quad_j and quad_k permute the lanes as the products with the
- * units i, j and k do; the caller applies the signs. quad_next and quad_prev permute the vector
- * part cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
+/* `quad` is a quaternion. quad_i, quad_j and quad_k permute the lanes like a multiplication by the
+ * unit i, j or k. The caller applies the signs. quad_next and quad_prev permute the vector part
+ * cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
 #if defined __AVX2__ && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
@@ -129,8 +130,9 @@ INLINE quad quad_prev(quad a)
 }
 #endif
 
-/* `duo` is two quaternions. duo_i, duo_j and duo_k work on both; duo_lo and duo_hi return its
- * halves; duo_next_prev and duo_prev_next return both cyclic permutations of one vector. */
+/* `duo` is two quaternions. duo_i, duo_j and duo_k permute both quaternions. duo_lo and duo_hi
+ * return one of them. duo_next_prev and duo_prev_next return both cyclic permutations of one
+ * vector. */
 #if defined __AVX512F__ && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)

@@ -8,7 +8,8 @@
 #include "quat_simd.h"
 #include "taylor.h"
 
-/* Return the address of low words, given that of their high words, for reading and for writing. */
+/* Return the address of the low words, given the address of their high words. The two functions are
+ * for reading and for writing. */
 INLINE const double *low(const double *p)
 {
     return (const double *)((const char *)p + sizeof(kr_series));

@@ -39,7 +39,7 @@ INLINE void set_turned(double *to, turned_vector *a, quad value)
     a->behind = duo_prev_next(value);
 }
 
-/* Adds the products of W_j and x_m. */
+/* Adds the products of W_j and x_m to the sums. */
 INLINE void add_term(series_sums *a, const kr_series *s, const turned_pair *of, int j, int m,
                      form what)
 {
@@ -89,8 +89,9 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
     return a;
 }
 
-/* Returns the next coefficient of (q | P): the right side of the equation of motion times
- * `share` = 1 / (n + 1). The next two functions do the same for P alone and for W. */
+/* Returns the next coefficient of (q | P): the coefficient of the right side of the equation of
+ * motion, times `share` = 1 / (n + 1). The next two functions return that of P alone, and that of
+ * W. */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
@@ -111,11 +112,11 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
                     torque);
 }
 
-/* Sets the coefficients n + 1. */
+/* Sets the coefficients n + 1 of all series. */
 INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what, int damped)
 {
     const series_sums a = cauchy_products(s, of, n, what);
-    /* Each form reads P_n in the way in which it has stored P_n. */
+    /* Each form has stored P_n in a different place. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
         set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));
@@ -158,10 +159,10 @@ INLINE double series_log2_radius(const kr_series *s, int n)
 }
 /* Returns the step size at which the last term is as large as the tolerance. The radius of
  * convergence is estimated from two terms (Jorba and Zou 2005), because every other term of an even
- * or odd series vanishes. They are the two before the last, so that the step is known as soon as
- * the last term is. Very near an unstable equilibrium all terms lie below the tolerance and give no
- * estimate. The step is therefore limited so that the neglected terms of a falling top cannot
- * exceed the last one. */
+ * or odd series vanishes. These are the two terms before the last, so that the step size is known
+ * together with the last term. Very near an unstable equilibrium all terms lie below the tolerance
+ * and give no estimate. The step is therefore limited so that the neglected terms of a falling top
+ * cannot exceed the last one. */
 INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 {
     const double a = series_log2_radius(s, order - 1), b = series_log2_radius(s, order - 2);
@@ -172,9 +173,9 @@ INLINE double series_step_size(const kr_series *s, int order, double log2_tol)
 
 /* Returns the step size at which products of the middle coefficients of a head have the size
  * 2^log2_size. The first coefficient of the tail is a sum of such products and has their rounding
- * errors. The sum is far smaller than the products if these cancel, as in a sum of few
- * exponentials. The last term would then allow a step so long that the rounding of the tail, in
- * doubles, spoils the digits of the head. */
+ * errors. If the products cancel, as for a sum of few exponentials, the sum is far smaller than the
+ * products. The last term would then allow too long a step: the rounding errors of the tail, which
+ * is in doubles, would spoil the digits of the head. */
 INLINE double step_to_tail(const kr_series *s, int head, double log2_size)
 {
     const double a = series_log2_radius(s, head / 2), b = series_log2_radius(s, head / 2 + 1);

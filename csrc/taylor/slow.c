@@ -1,39 +1,40 @@
-/* Strong damping. Where damping changes the angular velocity W about an axis much faster than
- * anything else does, W is determined by its torque. The motion has then reached its slow manifold,
- * on which
+/* Strong damping. If damping changes the angular velocity about an axis much faster than all other
+ * effects, the torque about this axis determines the angular velocity. The motion has then reached
+ * its slow manifold, on which
  *     D W_n = (AW x W + P x c)_n - (n+1) A W_{n+1}
- * determines the Taylor coefficients of W about that axis from the next ones, by iteration. All
+ * determines the Taylor coefficients of W about this axis by iteration, each from the next one. All
  * other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
  * the slow motion and allows long steps, whereas the recurrence alone would need steps as short as
- * A / D. The neglected part is of the order exp(-D t / A), with the time t of the slow motion,
- * which is below any rounding error (Fenichel 1979). Until the motion reaches the manifold, it is
- * integrated by the recurrence, with a tolerance relative to the small W to which it decays. */
+ * A / D. The neglected part is of the order exp(-D t / A), where t is a typical time of the slow
+ * motion. This is below any rounding error (Fenichel 1979). Until the motion reaches the manifold,
+ * it is integrated by the recurrence, with a tolerance relative to the small W to which it
+ * decays. */
 #include <string.h>
 #include "math/dd.h"
 #include "slow.h"
 
 enum { ROW_Q = 0, ROW_P = 4, ROW_W = 7, ROWS = 10, SWEEPS = 64 };
 /* Damping about some axes is strong if its rate exceeds all other rates by this factor.
- * STRONG_ALONE applies to damping about all three axes, where only the rates of the undamped motion
- * remain. */
+ * STRONG_ALONE is the factor if damping is strong about all three axes, because the other rates are
+ * then only those of the undamped motion. */
 #define STRONG 256.0
 #define STRONG_ALONE 32.0
 /* An angular velocity below this fraction of the rate of damping counts as zero. */
 #define TINY_VELOCITY 0x1p-400
 #define LOG2_AT_REST 900.0
-/* An angular velocity that is smaller than the largest by this factor need not be accurate. */
+/* An angular velocity below this fraction of the largest one need not be accurate. */
 #define NEGLIGIBLE 0x1p-64
 
-/* The axes about which damping is strong (is_slow), the largest rate of the motion on the slow
- * manifold (rate), and the largest rate at which a top falls there (fall), in the units of the
- * motion. */
+/* The slow axes, which are the axes about which damping is strong, and rates in the units of the
+ * motion. `rate` is the largest rate of the motion on the slow manifold, and `fall` the largest
+ * rate at which a top falls there. */
 typedef struct slow_axes {
     int is_slow[3];
     double rate, fall;
 } slow_axes;
 
-/* Returns the size of the angular velocity about a slow axis, as determined by its torque. The
- * product of two such velocities is left out, because it is smaller than both. */
+/* Returns the size of the angular velocity about a slow axis that its torque determines. The
+ * product of the velocities about two slow axes is left out, because it is smaller than both. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;
@@ -43,7 +44,7 @@ static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 }
 
 /* Returns the least size of an angular velocity that is determined by its torque and is not
- * negligible. Without any torque, returns the largest angular velocity. */
+ * negligible. If there is no torque, returns the largest angular velocity. */
 static double least_size(const kr_series *s, const slow_axes *slow)
 {
     double least = 1.0, most = 0.0;
@@ -93,7 +94,7 @@ static double undamped_rate(const kr_motion *motion, kr_vec3 velocity)
     return sqrt(twice / fmin(A.x, fmin(A.y, A.z)));
 }
 /* Marks as slow all axes whose rate of damping is at least that of axis `least`. Returns 1 if
- * damping is strong about them. */
+ * damping is strong about all these axes. */
 static int take_slow_axes(const kr_motion *motion, kr_vec3 velocity, int least, slow_axes *slow)
 {
     const double undamped = undamped_rate(motion, velocity), pull = v_length(motion->lever);
@@ -131,8 +132,8 @@ static void set_rate(kr_taylor *p, const kr_motion *motion, double rate)
     p->rate = rate;
     kr_taylor_set_constants(p->series, motion, rate);
 }
-/* Returns log2 of the largest of the n-th coefficients. If all are zero, returns -LOG2_AT_REST,
- * which leads to a step whose powers do not overflow. */
+/* Returns log2 of the largest of the n-th coefficients. If all are zero, returns -LOG2_AT_REST. The
+ * powers of the step that follows from this value do not overflow. */
 static double log2_size(const kr_series *s, int n)
 {
     double size = 0.0;
@@ -154,7 +155,7 @@ static double relative_tolerance(const kr_taylor *p, const slow_axes *slow)
 }
 
 /* Chooses the end of the step by the tolerance. In double-double the terms after the head are
- * rounded to doubles, so they must be small at this end. */
+ * rounded to doubles, so they must be small at the end of the step. */
 static void end_step(kr_taylor *p, const kr_motion *motion, const kr_kernel *kernel,
                      const slow_axes *slow, double log2_tol)
 {

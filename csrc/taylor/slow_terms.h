@@ -1,7 +1,7 @@
 /* Taylor coefficients of a strongly damped top on its slow manifold (slow.c). This source is
- * included once for doubles and once for double-doubles. `number` is the type of a coefficient; of,
- * high, low, add, minus, mul and over are its operations; NAME forms the names of types and
- * functions. */
+ * included once for doubles and once for double-doubles. `number` is the type of a coefficient. of,
+ * high, low, add, minus, mul and over are the operations of this type. NAME forms the names of
+ * types and functions. */
 
 typedef struct NAME(terms) {
     number c[ROWS][KR_TAYLOR_MAX + 2];
@@ -23,7 +23,7 @@ static number NAME(torque)(const NAME(terms) * s, int axis, int n)
         add(mul(s->up[axis], s->c[ROW_P + j][n]), mul(s->down[axis], s->c[ROW_P + k][n]));
     return add(mul(s->k[axis], NAME(product)(s, ROW_W + j, ROW_W + k, n)), weight);
 }
-/* Sets coefficient n + 1 of the vertical. */
+/* Sets coefficient n + 1 of the vertical in the body frame. */
 static void NAME(turn_vertical)(NAME(terms) * s, int n)
 {
     for (int i = 0; i < 3; i++) {
@@ -74,8 +74,8 @@ static void NAME(read_vector)(number to[3], const double a[4], const double b[4]
 {
     for (int i = 0; i < 3; i++) to[i] = of(a[1 + i], b[1 + i]);
 }
-/* Reads the constants of a series, and its values at the end of the step as coefficients 0. All
- * other coefficients become zero. */
+/* Reads the constants of a series. The values of the series at the end of the step become
+ * coefficients 0. All other coefficients become zero. */
 static void NAME(begin)(NAME(terms) * s, const kr_series from[2])
 {
     memset(s, 0, sizeof *s);
@@ -89,7 +89,7 @@ static void NAME(begin)(NAME(terms) * s, const kr_series from[2])
         s->c[ROW_W + i][0] = of(from[0].end_w[1 + i], from[1].end_w[1 + i]);
     }
 }
-/* Writes all coefficients up to the order. */
+/* Writes all coefficients up to `order` into a series. */
 static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
 {
     for (int n = 0; n <= order; n++)
@@ -105,9 +105,9 @@ static void NAME(write)(const NAME(terms) * s, int order, kr_series to[2])
             *lo = low(value);
         }
 }
-/* Returns 1 if the angular velocity at the end of a series agrees with that on the slow manifold.
- * About each slow axis, the difference is at most `near` times the larger of slow_size and
- * least_size. */
+/* Returns 1 if the angular velocity at the end of a series agrees with the angular velocity on the
+ * slow manifold. About each slow axis, the difference is at most `near` times the larger of
+ * slow_size and least_size. */
 static int NAME(is_on_manifold)(const NAME(terms) * s, const kr_series series[2],
                                 const slow_axes *slow, double near)
 {

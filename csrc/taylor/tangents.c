@@ -1,13 +1,13 @@
-/* Tangents along the path of the method taylor: their start, their propagation over its steps, and
- * their values between two steps. If the last terms of their series are too large at the end of a
- * step, they are propagated over the step in several parts. Each part has its own expansion of the
+/* Tangents along the path of the method taylor: start, propagation over the steps of the path, and
+ * values within a step. If the last terms of their series are too large at the end of a step, the
+ * tangents are propagated over the step in several parts. Each part has its own expansion of the
  * path, so the path itself never changes. */
 #include "tangents.h"
 
 /* Limits on the number of parts of a step, and on the number of attempts to shorten a part. */
 enum { MAX_PARTS = 64, MAX_SHORTENINGS = 32 };
-/* Limit of the last terms relative to the size of a deviation, as a multiple of the path's
- * tolerance. On most paths all terms stay below this limit. */
+/* Limit of the last term of a deviation, relative to the size of the deviation, as a multiple of
+ * the path's tolerance. On most paths all terms stay below this limit. */
 static const double rest_over_tolerance = 0x1p9;
 
 /* Head of the memory: the series of the path for one part of a step, in one or two words. The
@@ -39,7 +39,7 @@ static size_t count_single(size_t n)
 {
     return n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN ? 0 : n % KR_DEVIATION_BATCH;
 }
-/* Returns the number of structs of n deviations. */
+/* Returns the number of structs that hold n deviations. */
 static size_t count_structs(size_t n)
 {
     return KR_DEVIATION_BATCH_STRUCTS * count_batches(n) + count_single(n);
@@ -84,7 +84,7 @@ static size_t count_doubles(int digits, size_t n)
            sizeof(double);
 }
 
-/* Writes a number, and its low word if there is one. */
+/* Writes the high word of a number, and the low word if the motion has low words. */
 static void put_number(const kr_motion *motion, double *high, dd a)
 {
     *high = a.hi;
@@ -148,7 +148,8 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     put_four(motion, g->down, down);
     g->damped = v_largest(motion->damping);
 }
-/* Sets the derivatives of lever and moments with respect to the deviation's parameter. */
+/* Sets the derivatives of the lever and of the moments with respect to the deviation's
+ * parameter. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = series_work(motion)->rate, *B = seed->moments;
@@ -207,8 +208,9 @@ static double square_of(const deviation_address *at, double *numbers)
     }
     return sum;
 }
-/* Evaluates all deviations at the time `at` of the part's path. Returns the largest last term
- * relative to the size of its deviation, or INFINITY if a deviation is not finite. */
+/* Evaluates all deviations at the time `at` of the series that expands the path for this part.
+ * Returns the largest last term relative to the size of its deviation, or INFINITY if a deviation
+ * is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);
@@ -333,8 +335,8 @@ static kr_status tangents_follow(const kr_motion *motion, double *memory, size_t
     return last < INFINITY ? KR_OK : KR_ERR_TANGENT;
 }
 
-/* Evaluates all tangents at the time `at` of the path, within its last step. Writes them to their
- * members `at`. */
+/* Evaluates all tangents at the time `at` of the path, within its last step. Writes the values to
+ * the members `at` of the tangents. */
 static void evaluate_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const kr_series *s = series_work(motion)->series;

@@ -11,12 +11,12 @@
 #define KR_TANGENTS_H
 #include "taylor.h"
 
-/* Series of eight numbers about the time t. They hold for a step of the path, or for the last part
- * of the step if the deviations need shorter parts. The numbers are those of one deviation, (0,
- * theta | 0, N). Many deviations form batches instead, in which six structs hold eight deviations:
- * struct k holds component k of (theta, N) of each. Both layouts give the same bits. For 20 and 30
- * digits each struct is an array of two, high words and low words, sizeof(kr_series) bytes
- * apart. */
+/* Series of eight numbers about the time t. They are valid on a step of the path, or on the last
+ * part of the step if the tangents need shorter parts. The eight numbers of a single deviation are
+ * (0, theta | 0, N). Many deviations form batches instead, in which six structs hold eight
+ * deviations: struct k holds component k of (theta, N) of each. Both layouts give the same bits.
+ * For 20 and 30 digits each struct is an array of two, high words and low words, sizeof(kr_series)
+ * bytes apart. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
@@ -26,10 +26,10 @@ typedef struct kr_tangent {
     double up[4], down[4];          /* next(c), -prev(c) */
     double lever[8];                /* (0, b); in a batch component k of each b, for k < 3 */
     double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
-    double moment[8];               /* in a batch: the k-th of xx, yy, zz, yz, zx, xy of each B */
+    double moment[8];               /* in a batch: element k of each B (xx, yy, zz, yz, zx, xy) */
     double t;                       /* time of the expansion */
-    double damped, changes;         /* nonzero if D is; nonzero if b or B is */
-    double truncation;              /* largest relative last term so far */
+    double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
+    double truncation;              /* largest relative size of a last term so far */
     double unused[120];
 } kr_tangent;
 enum {

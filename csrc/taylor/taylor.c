@@ -1,9 +1,9 @@
-/* The Taylor method, for any top and any accuracy, down to the rounding of doubles and beyond. A
- * step is as long as the tolerance allows, whatever times are requested. Each state within a step
- * costs one evaluation of the series. The equations are in taylor.h; the step size follows Jorba
- * and Zou (2005). Integrals of the motion are conserved only up to the tolerance. The unit of time
- * is a power of two, so short that W stays below one. Coefficients therefore do not overflow, and
- * thresholds are dimensionless. */
+/* The Taylor method, for any top and any accuracy: to the rounding errors of doubles, or to 20 or
+ * 30 digits. A step is as long as the tolerance allows, whatever times are requested. Each state
+ * within a step costs one evaluation of the series. The equations are in taylor.h; the step size
+ * follows Jorba and Zou (2005). Integrals of the motion are conserved only up to the tolerance. The
+ * unit of time is a power of two that is so short that W stays below one. Coefficients therefore do
+ * not overflow, and thresholds are dimensionless. */
 #include <float.h>
 #include "math/su2_dd.h"
 #include "slow.h"
@@ -36,9 +36,9 @@ static double log2_tolerance(const kr_motion *motion)
     return motion->tol > 0.0 ? log2(motion->tol) : -53.0;
 }
 /* Returns the kernel whose order is fastest for this tolerance, and lowers the tolerance to the
- * target of its steps. With equal last terms a higher order leaves a larger error, so its target is
- * lower, but not below rounding. Orders and targets were found by measurements with
- * validation/studies/taylor_kernel_study.py orders. */
+ * target of its steps. If the last terms are equal, a higher order leaves a larger error. Its
+ * target is therefore lower, but not below the rounding error. Orders and targets were found by
+ * measurements with validation/studies/taylor_kernel_study.py orders. */
 static const kr_kernel *choose_kernel(const kr_isa *isa, const kr_motion *motion, double *log2_tol)
 {
     static const struct {
@@ -82,8 +82,8 @@ static vec_dd scale_by_power(double rate, vec_dd a)
     const vec_dd v = {dd_scale(rate, a.x), dd_scale(rate, a.y), dd_scale(rate, a.z)};
     return v;
 }
-/* Returns a power of two above the rates of damping and above every W that the energy allows.
- * Damping does not raise the energy, hence
+/* Returns a power of two that is larger than the rates of damping and than every W that the energy
+ * allows. Damping does not raise the energy, hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W)
 {
@@ -95,7 +95,7 @@ static double rate_for(const kr_motion *motion, kr_vec3 W)
     frexp(fmax(drag, sqrt(twice_energy / fmin(A.x, fmin(A.y, A.z)))), &exponent);
     return ldexp(1.0, exponent);
 }
-/* Sets the constants k, up, down, drag and fall of the series, with c and D in its own unit of
+/* Sets the constants k, up, down, drag and fall of the series, with c and D in the series' unit of
  * time. */
 void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rate)
 {
@@ -207,7 +207,7 @@ static kr_status taylor_step(kr_motion *motion, double until)
     const double forward = motion->step < 0.0 ? -1.0 : 1.0;
     double log2_tol;
     (void)until;
-    /* No step in doubles can meet such a tolerance. */
+    /* No step in doubles can meet a tolerance below 2^-54. */
     if (motion->digits <= 16 && p->log2_tol < -54.0) return KR_ERR_STEP;
     if (!kr_slow_step(motion, kernel_of_motion(motion), &log2_tol))
         kernel_of_motion(motion)->advance(s, log2_tol, forward);
@@ -232,8 +232,8 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     const double begin = p->series->t, end = p->series->end;
     p->series[0].at = p->rate * clock;
     p->series[1].at = p->rate * motion->low.t;
-    /* A time lies outside the step only because of rounding. The series is not valid there, so the
-     * nearer end is used. */
+    /* A time lies outside the step only because of rounding. The series is not valid outside the
+     * step, so the nearer end is used. */
     const double before = begin - p->series->at, behind = p->series->at - end;
     if (before * behind < 0.0) {
         p->series[0].at = fabs(before) < fabs(behind) ? begin : end;
@@ -245,7 +245,7 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     else
         plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
-/* Returns 1 if `wanted` is one of n kernels. */
+/* Returns 1 if `wanted` is one of the n kernels of a table. */
 static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
     while (n > 0 && &kernels[n - 1] != wanted) n--;

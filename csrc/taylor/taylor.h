@@ -1,8 +1,8 @@
 /* The heavy top as a Taylor series. Private to taylor/.
  *     q' = q W / 2                q: attitude, body -> space, a unit quaternion
- *     P' = P x W                  P = q* e3 q: the vertical seen from the body
- *     A W' = AW x W + P x c - D W W: angular velocity in the body; A: moments; c: mass gravity com;
- *                                 D: damping
+ *     P' = P x W                  P = q* e3 q: the vertical in the body frame
+ *     A W' = AW x W + P x c - D W    W: angular velocity in the body; A: moments of inertia;
+ *                                    c: mass * gravity * com; D: damping
  * Every right side consists of products of two unknowns and of linear terms. The coefficients of
  * x = sum x_n t^n are therefore
  *     (n+1) q_{n+1} = 1/2 sum q_{n-j} W_j         (n+1) P_{n+1} = sum P_{n-j} x W_j
@@ -16,12 +16,12 @@
 #include "method.h"
 #include "math/isa.h"
 
-/* Numbers of terms for 20 and for 30 digits. HEAD is the last term in double-double; doubles
- * suffice for the smaller terms after it. LAST is the last term of all. Products whose sums are in
- * doubles may exceed the tolerance of a step by a factor of at most 2^LESS. This is the resolution
- * of doubles, or a little more if the tolerance is lower than the digits need. All values were
- * found by measurements with validation/studies/taylor_kernel_study.py depth, which also compiles
- * other numbers of terms. */
+/* Numbers of terms for 20 and for 30 digits. HEAD is the last term in double-double. Doubles
+ * suffice for the later terms, which are smaller. LAST is the last term of all. Products whose sums
+ * are in doubles may exceed the tolerance of a step by a factor of at most 2^LESS. This is the
+ * resolution of doubles, or a little more if the tolerance is lower than the digits need. All
+ * values were found by measurements with validation/studies/taylor_kernel_study.py depth, which
+ * also compiles other numbers of terms. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -34,16 +34,16 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
 /* One step of the path, from the time t to `end`. Access is fastest if the address is a multiple of
  * 64 bytes. In double-double a step is an array of two structs, high words and low words. A vector
- * of eight lanes holds (q | P). P fills lanes that would be idle, at no cost: right multiplication
- * by i, j and k permutes the lanes of q and of the pure quaternion P in the same way, up to signs.
- * Without the heading the lanes of q are zero. */
+ * of eight lanes holds (q | P). P costs no time, because its lanes would otherwise be idle. Right
+ * multiplication by i, j or k permutes the lanes of q and of the pure quaternion P in the same way,
+ * up to signs. Without the heading the lanes of q are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */
     double w[KR_TAYLOR_MAX + 1][4]; /* coefficients of W: (0, x, y, z) */
     double end_w[4], at_w[4];
-    double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic */
-    double drag[4];              /* -Dx / Ax; and cyclic */
+    double k[4], up[4], down[4]; /* (Ay - Az) / Ax, cz / Ax, -cy / Ax; and cyclic permutations */
+    double drag[4];              /* -Dx / Ax; and cyclic permutations */
     double t, end, at, damped;
     double fall; /* shortest time in which a fall can grow by a factor e */
     double unused[7];
@@ -53,16 +53,16 @@ typedef struct kr_series {
 typedef struct kr_taylor {
     kr_series series[2]; /* high and low words */
     double log2_tol;
-    double rate;         /* the series' unit of time, in the motion's, is 1 / rate */
+    double rate;         /* unit of time of the series = 1 / rate, in units of the motion */
     double first_rate;   /* initial rate; strong damping lowers `rate` (slow.h) */
-    double has_tangents; /* nonzero if there are tangents, which exclude the slow manifold */
+    double has_tangents; /* nonzero if there are tangents; the slow manifold is then not used */
 } kr_taylor;
 
 /* The functions of one order on one instruction set. */
 typedef struct kr_kernel {
     int order;
-    /* Makes the next step, from the end of the last one as far as the tolerance allows. `direction`
-     * is 1 forward and -1 backward in time. */
+    /* Makes the next step. It begins at the end of the last step and is as long as the tolerance
+     * allows. `direction` is 1 forward and -1 backward in time. */
     void (*advance)(kr_series *s, double log2_tol, double direction);
     /* Evaluates the series at the time `at` within the step, and writes at_x and at_w. */
     void (*evaluate)(kr_series *s);
@@ -99,8 +99,8 @@ KR_TAYLOR_ISA(base)
 KR_TAYLOR_ISA(avx2)
 KR_TAYLOR_ISA(avx512)
 
-/* An instruction set that was compiled in. `plain` and `headless` have KR_ORDERS kernels, with and
- * without the heading. `deep` has KR_DEPTHS kernels, for 20 and 30 digits. `product` serves
+/* An instruction set that was compiled in. `plain` has KR_ORDERS kernels with the heading, and
+ * `headless` as many without. `deep` has KR_DEPTHS kernels, for 20 and 30 digits. `product` serves
  * kr_step_polynomial. */
 typedef struct kr_isa {
     const char *name;
@@ -118,6 +118,6 @@ void kr_taylor_set_constants(kr_series s[2], const kr_motion *motion, double rat
 const kr_isa *kr_taylor_isa(int i);
 /* Returns the instruction set of a motion's kernel, or NULL if no table contains the kernel. */
 const kr_isa *kr_taylor_isa_of(const kr_motion *motion);
-/* Sets another kernel and tolerance, for tests and measurements. */
+/* Replaces the kernel and the tolerance of a motion, for tests and measurements. */
 void kr_taylor_set_kernel(kr_motion *motion, const kr_kernel *kernel, double log2_tol);
 #endif
