@@ -215,7 +215,9 @@ class Scene:
         rates are their derivatives [T^-1]. Precession is a rotation about e3, nutation about the
         line of nodes, and spin about the apex, the direction of the centre of mass. If the apex is
         the third axis of the frame of description, the attitude is
+
             Rz(precession) Rx(nutation) Rz(spin).
+
         Otherwise the frame is first rotated so that its third axis becomes the apex. The same
         rotation is part of the angles of a path.
 
