@@ -313,7 +313,7 @@ def si_cases():
 
 
 def stiff_cases():
-    """Yield cases with a spin of 1e4 times the precession. The steps resolve only the precession."""
+    """Yield cases with a spin of 1e4 times the precession. Steps resolve only the precession."""
     needle = scene_factory(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
     fast = scene_factory(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
     for number in (16, 64, 256):

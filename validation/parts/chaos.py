@@ -28,7 +28,7 @@ FILES = {
 
 
 def choose_sizes(budget):
-    """Return the numbers of orbits, crossings, orbits with frequencies, swings, and cells of the map."""
+    """Return the numbers of orbits, crossings, orbits with frequencies, swings and map points."""
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
@@ -49,7 +49,7 @@ def measure_energy_drift(size):
 
 
 def measure_kowalewski(size):
-    """Yield for each region the range of K, the drift of K along orbits, and the critical values."""
+    """Yield, by region, the range of K, the drift of K along orbits and the critical values."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)

@@ -232,7 +232,7 @@ MAPS = [  # (name of a top, step of the Bobenko-Suris map)
 
 
 def random_map(rng, number):
-    """Draw a top and a step. The step is 0.003 .. 5 of the top's own unit of time, of either sign."""
+    """Draw a top and a step of either sign. Its size is 0.003 .. 5 of the top's unit of time."""
     i1, _, lever, _, m = case = random_lagrange(rng, number)
     rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
     return (

@@ -20,8 +20,8 @@ import kreisel as kr
 import numpy as np
 
 I1, I3, VERTICAL = 1.0, 0.5, 1.0  # mass * gravity * |com| is 1; the top sleeps for <m, e3> >= 2
-ESCAPE = sqrt(1.0 / I1 - VERTICAL**2 / (4.0 * I1**2))  # rate of escape from the upright position [T^-1]
-TURN = abs(VERTICAL / (2.0 * I1) - VERTICAL / I3)  # rate at which the body turns under the apex near the upright position [T^-1]
+ESCAPE = sqrt(1.0 / I1 - VERTICAL**2 / (4.0 * I1**2))  # s in the formulas above [T^-1]
+TURN = abs(VERTICAL / (2.0 * I1) - VERTICAL / I3)  # w in the formulas above [T^-1]
 # duration of the return, in units of 1 / ESCAPE; number of points
 LONG, POINTS = 18.0, 6001
 PUSH, PUSHES = 1e-5, 16  # magnitude and number of directions of the horizontal momentum

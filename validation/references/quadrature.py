@@ -187,8 +187,8 @@ class Lagrange:
     def _integrate_angle(self, x, weight, a, b, at_bottom):
         """Integrate weight / (a + b sn^2) from the start to `x`.
 
-        If the weight is zero, the path leads through a pole. Then return half a turn for each
-        passage of the pole after the start.
+        If `weight` is zero, the integral is zero except for jumps: the angle changes by half a turn
+        whenever the axis passes through the pole. Such jumps after the start are counted.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)

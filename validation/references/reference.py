@@ -36,7 +36,7 @@ ROUNDING = 2.0**-53
 # Number of times at which the conditioning is evaluated. Errors made at any time may grow.
 LOOKS = 16
 FEW = 4  # number of times for the conditioning if each reference state is expensive
-LONG = 600.0  # to follow a top through a larger angle in 128 bits takes more than about a second [rad]
+LONG = 600.0  # runs over larger angles take more than a second in 128 bits [rad]
 
 
 @cache
@@ -70,7 +70,7 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Return a sphere under the torque of a Lagrange top. The axis of the sphere moves like the top's."""
+    """Return a sphere under the torque of a Lagrange top. Both axes move in the same way."""
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
@@ -153,7 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the change of the attitude [rad] due to one rounding error of each initial value."""
+    """Return the attitude change [rad] due to one rounding error in each number of the top."""
     own, _, rate = problem.scale_to_own_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -273,7 +273,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each further computation, and the angle between its result and the truth [rad]."""
+    """Yield the name of each other computation, and the angle between result and truth [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (

@@ -1,6 +1,6 @@
 """Conversion to and from the units of Bobenko and Suris for the Lagrange top.
 
-They are described in Bodack 2008, 4.2.1.
+The units are described in the thesis (Bodack 2008), section 4.2.1.
 """
 
 from __future__ import annotations
