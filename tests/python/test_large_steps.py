@@ -92,7 +92,7 @@ def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
 
 
 def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
-    """Check large steps of a fast top. The drift is exact, so errors are due to the small torque."""
+    """Check large steps of a fast top. The drift is exact, so only the torque causes errors."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2
