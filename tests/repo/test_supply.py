@@ -1,7 +1,7 @@
 """Tests of third-party software.
 
-They check the versions and hashes of the packages that pip installs, licences, a .venv from another
-checkout, and that the page makes no requests.
+The tests check versions and hashes of the packages that pip installs, licences, and a .venv from
+another checkout. They also check that the page makes no requests.
 """
 
 import importlib.metadata

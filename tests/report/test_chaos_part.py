@@ -16,7 +16,7 @@ SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
 
 
 def test_the_ten_regions_differ():
-    """Check that the order of the critical values differs, except for two regions (g < 1, g > 1)."""
+    """Check the orders of the critical values. Only two regions, with g < 1 and g > 1, agree."""
     kinds = [
         tuple(kind for _, kind in kowalewski.critical_values(g, h)) for g, h in kowalewski.REGIONS
     ]

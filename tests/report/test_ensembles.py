@@ -62,7 +62,7 @@ def test_conditioning_is_that_of_the_references(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_mover_brings_the_tops_to_their_end_in_order(kind):
-    """Check that the results of eleven tops, which do not fill all lanes, are in order."""
+    """Check the order of the results of eleven tops, which do not fill all lanes."""
     tops = tops_of.draw_tops(kind, 11, end=10.0)
     true = tops_of.compute_truths(tops)
     for who in ensemble_runs.select_movers(tops):

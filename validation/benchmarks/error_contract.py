@@ -5,9 +5,10 @@
 Random tops of several families are solved to random times up to 100 in both directions, for targets
 from 1e-3 to 1e-10. The true attitude error on [0, t] is compared with the target. The reference is
 the Taylor series with 30 digits. On ten of every hundred scenes, the reference is checked against
-heyoka with 60 digits. The price is the number of torque evaluations, including trial runs, divided
-by the number needed with the largest step that meets the target. A refusal is called needless if
-the Taylor series in doubles has a rounding error of less than a third of the target.
+heyoka with 60 digits. The price compares numbers of torque evaluations. It is the number used,
+including trial runs, divided by the number that the largest sufficient step needs. A refusal is
+called needless if the Taylor series in doubles has a rounding error of less than a third of the
+target.
 """
 
 import argparse

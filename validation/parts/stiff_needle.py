@@ -1,8 +1,8 @@
 """The stiff needle: a spin of 1e4 times the precession, with steps that resolve only precession.
 
-The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the velocity at the midpoint,
-v = V / |V|, a_ the axis at the midpoint, and theta = 2 atan(h |V| / 4) half the rotation of a step.
-A step changes <m,a> by
+The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the angular velocity at the
+midpoint, v = V / |V|, and a_ the axis at the midpoint. Half the rotation of a step is theta = 2
+atan(h |V| / 4). A step changes <m,a> by
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 

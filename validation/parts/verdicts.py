@@ -1,9 +1,9 @@
 """The verdict on a cell of the atlas, from its error and from what a careful user can observe.
 
 A user without a reference solution runs twice: with the requested setting, and with half the step
-or a hundredth of the tolerance. If the method shows its order p, its error is about d 2^p / (2^p -
-1), where d is the angle between both runs. The error of an adaptive method is about d. VERDICTS
-defines the terms.
+or a hundredth of the tolerance. Let d be the angle between the results of both runs. If the method
+attains its order p, the error is about d 2^p / (2^p - 1). The error of an adaptive method is about
+d. The dictionary VERDICTS defines each verdict.
 """
 
 from math import inf, isfinite, log2, pi, sqrt

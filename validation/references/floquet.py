@@ -1,7 +1,7 @@
 """Tangents of closed forms at any time, which are derivatives of the state by the start.
 
 In the body frame the motion is periodic. After the time tau, P and M return to their initial
-values; for a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
+values. For a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
 the tangents are periodic in the same sense. Let theta and N be as in taylor/tangents.h, and let
 Phi(t) be the matrix of their derivatives. Then
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.

@@ -2,8 +2,8 @@
 
 The motions are classified by the critical values of the integral K, at which tori merge or vanish.
 
-Let the moments be 2, 2 and 1, let mass * gravity * |com| = 1, and let h be the energy and g = <m,
-e3> / sqrt(2). The critical values are
+Let the moments be 2, 2 and 1, and let mass * gravity * |com| = 1. Let h be the energy, and let g =
+<m, e3> / sqrt(2). The critical values are
     K = 0                                 where h > g^2
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g

@@ -1,8 +1,8 @@
 """The chaotic layer along the separatrix of a slightly asymmetric upright top, by theory.
 
 A Lagrange top that spins too slowly to sleep falls from the upright position, swings and becomes
-upright again. With moments I1 / (1 - e), I1 / (1 + e), I3, the axial momentum c changes at the rate
-dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a swing is
+upright again. Let the moments be I1 / (1 - e), I1 / (1 + e) and I3. Then the axial momentum c
+changes at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a swing is
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
 Here psi is the spin angle at the lowest point of the swing. The integral is Melnikov's, along the
 separatrix with its lowest point at the spin angle 0. Near the upright position the apex escapes at

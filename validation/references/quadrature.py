@@ -2,8 +2,8 @@
 
 This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
 is an elliptic function of time (Jacobi's sn). The two angles of the attitude are elliptic integrals
-of the third kind, computed from Carlson's R_F and R_J and the number of whole periods. DIGITS is
-large enough for roots that nearly coincide.
+of the third kind. They are computed from Carlson's R_F and R_J, and from the number of whole
+periods. DIGITS is large enough for roots that nearly coincide.
 """
 
 import mpmath as mp

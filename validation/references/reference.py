@@ -5,9 +5,9 @@ validation.references.reference`.
 
 Each solution is computed in several ways that have little in common: by two forms of the equations,
 in 128 and in 80 bits. The differences show how accurate the solution is. The conditioning is stored
-with the solution. It is the angle by which the attitude changes if the momentum, the attitude, the
-moments and the lever all change by one rounding error of a double. No method in doubles can be
-expected to be more accurate.
+with the solution. It is the angle by which the attitude changes if all numbers of the top change by
+one rounding error of a double. These are the momentum, the attitude, the moments and the lever. No
+method in doubles can be expected to be more accurate.
 """
 
 import argparse

@@ -96,9 +96,9 @@ def headless():
 def count_operations(order):
     """Return the numbers of vector operations per step of the widest kernel, in sums and elsewhere.
 
-    The first number counts the pairs and middle terms of the sums. The second number is the total
-    of 3 operations to join two sums, 6 for the rates of q and P, 11 for the rates of W, 5 to
-    permute W, and 2 for the sum at the end.
+    The first number counts the pairs and middle terms of the sums. The second number counts 27
+    operations per order: 3 join two sums, 6 give the rates of q and P, and 11 give the rates of W.
+    5 operations permute W, and 2 compute the sum at the end.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
