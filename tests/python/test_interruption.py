@@ -159,7 +159,7 @@ def test_a_call_that_is_refused_leaves_the_time_alone():
 
 @pytest.mark.parametrize("pieces", [1, 2, 4])
 def test_ctrl_c_between_two_pieces_keeps_the_path(monkeypatch, pieces):
-    """Check that the path is kept if the signal arrives while Python code runs, and not the core."""
+    """Check that the path is kept if Ctrl-C arrives while Python code runs, and not the core."""
     record, done = kr.start(TOP)._record.__func__, []
 
     def record_or_stop(self, times, progress):

@@ -122,7 +122,7 @@ def test_a_tolerance_allows_what_was_asked_for():
 
 
 def test_an_error_within_the_requested_tolerance_is_as_asked():
-    """Check errors below the tolerance, for which the second run does not matter.
+    """Check errors near the tolerance. The second run matters only for errors above the tolerance.
 
     Only the verdict "right" is better than "as asked".
     """

@@ -52,7 +52,7 @@ def test_c_does_not_become_right_with_smaller_steps():
 
 
 def test_c_is_not_seen_in_the_scene_of_the_thesis():
-    """Check that the erratum has no effect on the scene of the thesis.
+    """Check that the erratum on c has no effect on the scene of the thesis.
 
     The scene has a0 = e3, so <m, p> / g equals <m, a>, and g = p = 1 before scaling.
     """
