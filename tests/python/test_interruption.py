@@ -139,7 +139,7 @@ def test_progress_is_told_the_end(run):
 
 
 def test_a_call_that_is_refused_leaves_the_time_alone():
-    """Check that a refused call does not change the time of a run that another thread advances."""
+    """Check that a call during a run is refused, and that `t` stays at the start until the end."""
     run, seen = kr.start(TOP, "rk4", step=1e-3), []
 
     def tell(t):

@@ -112,7 +112,7 @@ def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
 
 
 def test_a_picture_leaves_no_room_empty():
-    """Check that the globe is as tall as the two charts beside it. The charts share a time axis."""
+    """Check that the globe and the two charts fill the picture. The charts share a time axis."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)

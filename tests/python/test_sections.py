@@ -132,7 +132,7 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_one_component_alone_is_looked_for(name):
-    """Check a section of the spin alone. The value of the spin depends on the apex.
+    """Check events of one component alone. The spin, for example, depends on the apex.
 
     The apex must be computed before the first check for events.
     """

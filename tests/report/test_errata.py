@@ -118,7 +118,10 @@ def test_runge_kutta_has_four_stages():
 
 
 def test_g_is_constant_for_level_momenta_only():
-    """Check that dG/dt = 2 M2 <M, P>, in the units of equation (5.2) of the thesis."""
+    """Check that G is constant for horizontal momenta, and varies for other momenta.
+
+    The derivative is dG/dt = 2 M2 <M, P>, in the units of equation (5.2) of the thesis.
+    """
     level = special_scene("goryachev_chaplygin")
     tilted = level.replace(momentum=SCENE.momentum)
     change = [
