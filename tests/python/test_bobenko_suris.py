@@ -87,7 +87,7 @@ def test_the_maps_are_conjugate():
 
 
 def test_spin_is_exact_for_fast_tops():
-    """Check a fast upright top: the Cayley map alone gives a wrong angle within a few steps."""
+    """Check the angle of a fast upright top. The Cayley map alone would give a wrong angle."""
     top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
     path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
     angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2

@@ -104,7 +104,7 @@ def needles(lone, turned):
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("lone", [1e-2, 1e-5, 1e-7])
 def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
-    """Check needles: their small moment magnifies rounding errors of the momentum.
+    """Check the digits of needles. The small moment magnifies rounding errors of the momentum.
 
     The error is estimated from a run with shorter steps, which magnifies these errors equally.
     """
@@ -119,7 +119,7 @@ def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
 
 
 def test_a_path_of_thirty_digits_knows_how_many_are_right():
-    """Check the errors of many paths: one path may by chance be better or worse than typical."""
+    """Check that the median ratio of estimated to true error is near 1. Single ratios scatter."""
     with mp.workdps(60):
         paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
         ratios = sorted(path.error / off(path) for path in paths)

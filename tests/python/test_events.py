@@ -329,7 +329,7 @@ def test_threads_find_the_same():
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
 def test_events_are_found_whatever_is_wanted(want):
-    """Check events that need the heading although the quantities in want= do not."""
+    """Check that events that need the heading do not depend on the quantities in want=."""
     looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
     whole = kr.solve(GENERAL, times, events=looked_for)

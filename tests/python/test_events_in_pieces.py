@@ -137,7 +137,7 @@ def test_a_stopped_run_loses_no_event():
 
 
 def test_many_times_heed_ctrl_c():
-    """Check Ctrl-C with times so dense that no step ends between two times."""
+    """Check that Ctrl-C works if the times are so dense that no step ends between two times."""
     code = """
 import numpy as np, kreisel as kr
 def stop(t):

@@ -202,7 +202,7 @@ def test_wrong_words_are_refused(call, error, match):
 
 
 def test_of_many_tops_the_same_times_are_refused_as_of_one():
-    """Check refusals near t = 2^54, where this top has turned by 2^53 rad, too far for a double."""
+    """Check that t = 2^54 is refused. A double cannot resolve the heading of this top there."""
     slow = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 0.0)), momentum=(0.0, 0.0, 0.5))
     for top in kr.exact(slow), kr.exact([slow]):
         top(math.nextafter(2.0**54, 0.0))

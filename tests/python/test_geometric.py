@@ -223,7 +223,7 @@ def test_published_figures_are_met(capsys):
 
 
 def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
-    """Check a hanging top: rounding may make its energy above the minimum slightly negative."""
+    """Check that a hanging top is solved although rounding puts its energy below the minimum."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)

@@ -119,7 +119,7 @@ def test_without_gravity_no_centre_of_mass_matters(words):
 @pytest.mark.parametrize("size", [1e-75, 1e-100, 1e-165, 1e-300])
 @pytest.mark.parametrize("words", [{"attitude": 1}, {"momentum": 1}, {"both": 1}])
 def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
-    """Check the time to fall, which is proportional to the logarithm of the tilt.
+    """Check that the time to fall is proportional to the logarithm of the tilt.
 
     The tilt is so small that its square would underflow.
     """

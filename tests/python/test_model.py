@@ -99,7 +99,7 @@ NEAR, FAR = unit((0.9, -0.2, 0.3, 0.1)), unit((0.3, -0.5, 0.7, 0.1))
     "name, turn, atol", [*((name, NEAR, 1e-12) for name in FIXED), ("extrap", FAR, 1e-10)]
 )
 def test_motion_does_not_depend_on_the_frame_of_description(name, turn, atol):
-    """Compare frames of description. A distant frame may permute the axes, which changes errors."""
+    """Check that motions agree. A distant frame may permute the axes, which changes the errors."""
     bodies = (
         kr.scenes.asymmetric.body,
         kr.scenes.thesis.body,

@@ -48,7 +48,7 @@ def test_the_lines_have_the_data_of_the_path(degrees, back):
 
 @pytest.mark.parametrize("back", [False, True])
 def test_the_precession_is_interrupted_where_it_jumps(back):
-    """Check the gaps of the curve: the apex passes through the vertical every 8.2 units of time."""
+    """Check that the curve has gaps where the apex passes the vertical, every 8.2 units of time."""
     path = kr.solve(kr.scenes.thesis, np.linspace(0, -60 if back else 60, 3001))
     line = kr.plot(path)[2].lines[0]
     t, around = line.get_xdata(), line.get_ydata()

@@ -173,7 +173,7 @@ FOREIGN_BYTES += [b"\x93NUMPY of another", b"so says kreisel", b"", b"PAR1"]
 
 @pytest.mark.parametrize("content", FOREIGN_BYTES, ids=range(len(FOREIGN_BYTES)))
 def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, content):
-    """Check files of zeros and the like, which a file system may leave after a power failure."""
+    """Check that wrong bytes, such as zeros after a power failure, count as a damaged part."""
     run_sweep(tmp_path)
     file = tmp_path / "part-000002.parquet"
     before = file.read_bytes()
@@ -226,7 +226,7 @@ def test_a_partial_sweep_leaves_out_damaged_parts(tmp_path):
 
 
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
-    """Check a Parquet file whose damaged schema, which has no checksum, has a number for a list."""
+    """Check that damage to the schema of a Parquet file, which has no checksum, is detected."""
     words = {"t": [1.0, 2.0], "method": "taylor", "part_size": 300}
     made = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
