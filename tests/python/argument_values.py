@@ -55,7 +55,7 @@ SOURCES = [
     kr.Source.scatter(TOP, 5, attitude=0.1),
     *(kr.Source.of(tops) for tops in ENSEMBLES if tops.size),
 ]
-MOST = 300  # steps after which a run ends
+MOST = 300  # number of steps after which a run ends
 CHECKPOINT = kr.start(TOP, max_steps=MOST).checkpoint
 TOML = TOP.to_toml()
 FLAGS = [True, False, np.True_]
@@ -141,7 +141,7 @@ RIGHT = {
     "partial": FLAGS,
     "sweep": [None],
 }
-WORDS = {  # the keywords that the **words of a function may contain
+WORDS = {  # the keywords that a function accepts as **words
     "more": ["direction", "where", "max_count", "terminal"],
     "changes": ["body", "momentum", "attitude", "gravity", "velocity", "damping"],
     "words": ["spin", "tilt", "steady", "angles", "momentum", "mass", "body", "gravity", "degrees"],

@@ -1,6 +1,6 @@
 """Workers of a sweep that are killed while they compute a part.
 
-The module is separate from the tests so that worker processes import it quickly.
+Worker processes must import this module quickly, so it is separate from the tests.
 """
 
 import os

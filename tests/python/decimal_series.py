@@ -1,7 +1,7 @@
 """A Taylor-series solution of the equations of motion in decimal arithmetic.
 
-The equations are those in the body frame. The solution shares no code with the library, and the
-tests compare the results of the library with it.
+The equations are those in the body frame. The solution shares no code with the library, and serves
+as a reference for the results of the library.
 """
 
 import math
@@ -32,7 +32,7 @@ def unit(q):
 
 
 def turn(q, v):
-    """Rotate the vector `v` from the body frame, whose attitude is `q`, to the space frame."""
+    """Rotate the vector `v` from the body frame to the space frame. `q` is the attitude."""
     return multiply(multiply(q, [Decimal(0), *v]), conjugate(q))[1:]
 
 

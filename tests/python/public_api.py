@@ -28,7 +28,7 @@ def sweep_reader(folder):
 
 
 def run(scene, method="auto", **more):
-    """Return a function that starts a new run, because calls advance it."""
+    """Return a function that starts a new run, because each call advances the run that it uses."""
     return lambda: kr.start(scene, method, max_steps=MOST, **more)
 
 
@@ -82,7 +82,7 @@ USERS = (
     kr.Bodies,
     kr.Ensemble,
     kr.Scene,
-)  # made by users; kreisel makes all other classes, whose fields users only read
+)  # classes that users instantiate; objects of all other classes come from kreisel
 RECORDS = [cls for cls in SELVES if dataclasses.is_dataclass(cls) and cls not in USERS]
 
 
@@ -100,7 +100,7 @@ def calls():
 
 
 def functions(space):
-    """Yield the public functions and classes that the module `space` defines."""
+    """Yield the public functions and classes that are defined in the module `space`."""
     for name in getattr(space, "__all__", None) or vars(space):
         thing = getattr(space, name)
         own = space is kr or getattr(thing, "__module__", "") == space.__name__

@@ -21,7 +21,7 @@ REDUCED |= {"max_steps": 14, "part_size": 64}
 WATCHED = {"t": [0.5, 4.0], "method": "taylor", "events": [LOW], "max_steps": 14, "part_size": 64}
 PARTS = 5
 
-# While a cluster starts slowly, the sockets used to look for it are left open.
+# If a cluster starts slowly, the sockets that probe for the cluster stay open.
 SOCKETS_LEFT = "ignore:Exception ignored in. .socket:pytest.PytestUnraisableExceptionWarning"
 
 
@@ -31,7 +31,7 @@ def run_sweep(to, words=REDUCED, source=SOURCE, **more):
 
 
 def hash_rows(folder):
-    """Return a hash of all rows sorted by top, regardless of how files divide the rows."""
+    """Return a hash of all rows sorted by top. How files divide the rows does not matter."""
     files = sorted(Path(folder).glob("*.parquet"), reverse=True)
     tables = [parquet.read_table(file, partitioning=None) for file in files]
     rows = sorted(

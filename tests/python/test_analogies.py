@@ -73,7 +73,7 @@ def test_the_body_says_what_section_its_rod_has():
 
 
 def test_an_axis_between_equal_moments_is_a_principal_axis_too():
-    """Use a Kowalewski top with its centre of mass anywhere in the plane of the equal moments."""
+    """Check Kowalewski tops whose centre of mass is anywhere in the plane of the equal moments."""
     body = kr.Body(mass=2.0, inertia=(2, 2, 1), com=(0.6, -0.8, 0), unphysical=True)
     path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
     rod = kr.rod(path)
@@ -181,7 +181,7 @@ def test_nutation_of_a_damped_top_is_measured_too():
 
 
 def test_nutation_near_a_pole_loses_no_digits():
-    """At a height of 1 - 1e-12, the arc cosine would have only four correct digits."""
+    """Check all digits at a height of 1 - 1e-12, where an arc cosine would have only four."""
     scene = kr.Scene(kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True), momentum=(1e-6, 0, 5))
     top = kr.exact(scene)
     read = kr.apex(top(np.linspace(0, 5 * top.period, 2001))).nutation()

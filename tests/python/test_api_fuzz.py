@@ -1,4 +1,4 @@
-"""Random calls of the whole public API: each returns or raises a documented exception.
+"""Random calls of the whole public API: each call returns or raises a documented exception.
 
 By default a few examples are drawn with a fixed seed. With KREISEL_CALLS=1000 in the environment,
 1000 random examples are tried per callable.
@@ -31,9 +31,9 @@ EXAMPLES = settings(
     suppress_health_check=list(HealthCheck),
 )
 SECONDS = 60  # seconds after which a call is considered endless
-LETTERS = 1000  # most letters of an error message, some of which list all valid names
+LETTERS = 1000  # largest length of an error message; some messages list all valid names
 REFUSALS = TypeError, ValueError, MemoryError, kr.Error
-LEFT_OUT = "it keeps what want="  # in the error of a path that lacks an array because of want=
+LEFT_OUT = "it keeps what want="  # in messages on arrays that a path lacks because of want=
 IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at": IndexError}
 IDIOMS |= dict.fromkeys(
     ("conditioning", "tangents", "tangents_low", "tangents_rest"), AttributeError
@@ -41,11 +41,11 @@ IDIOMS |= dict.fromkeys(
 IDIOMS |= {"end": IndexError, "get_scene": KeyError, "message": IndexError, "part": IndexError}
 # parameters that name files
 PLACES = {"file", "source", "path", "checkpoint", "open", "to", "folder"}
-# parameters whose large values may take hours
+# parameters with which a run may take hours if they are large
 LIMITED = {"repeats": 3, "n": 50, "fps": 10, "size": 64}
 # parameters that only label a value in error messages
 LABELS = {"quaternion.unit.name", "quaternion.from_xyzw.name"}
-# parameters that may also take hours
+# more parameters with which a run may take hours
 SLOW = {"compare": {"t", "steps", "tols", "truth"}, "Path.animate": {"speed"}}
 
 CALLS = calls()
@@ -101,7 +101,7 @@ def is_tame(name, word, value):
 
 @st.composite
 def draw_arguments(draw, name, parameters):
-    """Draw the arguments of a call: at most two are arbitrary, the others are valid or omitted."""
+    """Draw the arguments of a call: at most two are arbitrary, all others are valid or omitted."""
     listed, named = [], {}
     names = [p.name for p in parameters if f"{name}.{p.name}" not in LABELS]
     odd = draw(st.sets(st.sampled_from(names), max_size=2))
@@ -155,7 +155,7 @@ def test_any_call_ends_with_a_result_or_a_refusal(name):
         try:
             use_result(call(*listed, **named))
         except possible_exceptions(name, parameters) as refused:
-            # whose messages include the file name
+            # the messages of these calls include the file name
             assert len(str(refused)) < LETTERS or isinstance(refused, OSError)
         except AttributeError as refused:
             assert LEFT_OUT in str(refused)

@@ -1,4 +1,4 @@
-"""The Bobenko-Suris maps: invariants, accuracy, and the limit of order 4."""
+"""The Bobenko-Suris maps: invariants, accuracy, and the largest step of the map of order 4."""
 
 import kreisel as kr
 import numpy as np
@@ -76,7 +76,7 @@ def test_bobenko_suris4_is_right_for_fast_tops():
 
 
 def test_the_maps_are_conjugate():
-    """If bobenko_suris starts half a kick early, its apex agrees with that of bobenko_suris2."""
+    """Check that bobenko_suris, started half a kick early, gives the apex of bobenko_suris2."""
     top, h = scene("lagrange"), 0.1
     start = kr.solve(top, [0.0])
     early = top.replace(momentum=start.m[0] - 0.5 * h * start.torque[0])
@@ -87,7 +87,7 @@ def test_the_maps_are_conjugate():
 
 
 def test_spin_is_exact_for_fast_tops():
-    """The Cayley map alone would give a wrong angle for a fast upright top within a few steps."""
+    """Check the angle of a fast upright top. The Cayley map alone would give a wrong angle."""
     top = kr.Scene(BODIES["lagrange"], momentum=(0.0, 0.0, 80.0))
     path = kr.solve(top, 10, method="bobenko_suris", step=0.1)
     angle = 80.0 / BODIES["lagrange"].moments[2] * 10 / 2

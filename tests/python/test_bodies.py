@@ -1,4 +1,4 @@
-"""kreisel.Bodies: each member equals the body made separately, for any broadcast shape."""
+"""kreisel.Bodies: each member equals a body made individually, for any broadcast shape."""
 
 import pickle
 
@@ -10,13 +10,13 @@ from internals import core
 TOP, THESIS, FREE = kr.scenes.asymmetric, kr.scenes.thesis, kr.scenes.dzhanibekov
 
 RNG = np.random.default_rng(5)
-# three values: a length that could be mistaken for that of a vector
+# three values, because an array of length three could be mistaken for a vector
 R, H = RNG.uniform(0.5, 2, (4, 1)), RNG.uniform(0.5, 2, 3)
 HALF, SOME = RNG.uniform(0.5, 2, (4, 1, 3)), RNG.uniform(-1, 1, (3, 3))
-# with the centre of mass on an axis, a body keeps its axes
+# a body keeps its axes if the centre of mass lies on an axis
 ON_AXIS = np.array([(0.0, 0.0, -1.0)] * 3)
 MATRICES = np.array([kr.Body.cuboid((1, 2, 3), pivot).inertia for pivot in SOME])
-MAKERS = {  # makers of all members, and of the member at (i, j) with its pivot
+MAKERS = {  # constructors of all members, and of the member at (i, j) and its pivot
     "cuboid": lambda pivot: (kr.Bodies.cuboid(HALF, pivot), lambda i, j, at: (HALF[i, 0], at)),
     "ellipsoid": lambda pivot: (
         kr.Bodies.ellipsoid(HALF, pivot, mass=H),
@@ -60,7 +60,7 @@ MAKERS = {  # makers of all members, and of the member at (i, j) with its pivot
 
 
 def assert_same(bodies, index, body):
-    """Assert that a member and its columns are equal to `body` bit by bit."""
+    """Assert that a member, and its values in each column, equal those of `body` bit by bit."""
     assert bodies[index] == body and bodies[index]._block == body._block
     assert tuple(bodies.moments[index]) == body.moments
     assert tuple(bodies.principal_com[index]) == body.principal_com

@@ -186,7 +186,7 @@ PRECESSING = kr.Scene.spinning(LAGRANGE.body, spin=1.0, tilt=1.0, precession=2.0
 
 
 def table(text):
-    """Return the columns of the table that a run prints, as lists of numbers by their heading."""
+    """Return the columns of the table that a run prints, as {heading: list of numbers}."""
     _, head, *lines = text.splitlines()
     return head, np.array(
         [line.split() for line in lines if re.match(r" *[-\d.e+]+  ", line)], float
@@ -299,7 +299,7 @@ def test_a_report_is_made_by_the_tree_in_which_it_is_asked_for(tmp_path):
     folder.mkdir()
     (folder / "__init__.py").write_text("")
     (folder / "__main__.py").write_text("def main(words):\n    print('made here', words)\n")
-    kreisel = Path(sys.executable).parent / "kreisel"  # its folder comes first in sys.path
+    kreisel = Path(sys.executable).parent / "kreisel"  # its folder is the first in sys.path
     done = subprocess.run(
         [kreisel, "report", "--quick"],
         capture_output=True,

@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from internals import RECORDABLE, cli, view
 
-# In each list the words that are often valid come first, and are drawn more often.
+# The first half of each list contains words that are often valid. They are drawn more often.
 NUMBERS = [
     "0.1",
     "1e-3",

@@ -222,7 +222,7 @@ def test_an_archive_of_a_stopped_run_with_events_is_read_again(tmp_path):
 
 
 def test_a_run_with_events_is_saved_and_goes_on(tmp_path):
-    """The events before and after the save equal those of an uninterrupted run."""
+    """Check that the events before and after the save equal those of an uninterrupted run."""
     run, looked = tmp_path / "run", "--events nutation --events crossing:apex_x --events-csv -"
     whole = call(f"solve asymmetric --t 40 {looked}").splitlines()
     first = call(f"solve asymmetric --t 17 {looked} --save", run).splitlines()

@@ -1,4 +1,4 @@
-"""Damped tops, with every other option, compared with an independent integrator.
+"""Damped tops with all other options, compared with an independent integrator.
 
 The C tests compare damped tops with closed forms.
 """
@@ -57,7 +57,7 @@ def test_paths_agree_with_scipy(digits):
 
 @pytest.mark.parametrize("digits, tolerance", [(20, 1e-18), (30, 1e-27)])
 def test_digits_of_a_decaying_spin(digits, tolerance):
-    """About a principal axis the momentum decays as exp(-D t / I)."""
+    """Compare 30 digits with the formula: about a principal axis m decays as exp(-D t / I)."""
     mp = pytest.importorskip("mpmath")
     with mp.workdps(40):
         scene = kr.Scene(
@@ -71,7 +71,7 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
 
 
 def test_none_is_none():
-    """Zero damping gives the same bits and the same closed form as no damping."""
+    """Check that zero damping gives the same bits and the same closed form as no damping."""
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
         zero = scene.replace(damping=0.0)
         assert zero == scene and hash(zero) == hash(scene)
@@ -111,7 +111,7 @@ def test_what_is_no_damping(bad):
 
 
 def test_methods():
-    """Methods without damping raise an error that names a method with damping."""
+    """Check that methods without damping raise an error that names a method with damping."""
     damped = kr.scenes.thesis.replace(damping=0.1)
     assert kr.solve(damped, 1.0).method == "taylor"
     for name, method in kr.methods.items():
@@ -138,7 +138,7 @@ def test_what_has_no_damping():
 
 
 def test_verbs():
-    """Streams, runs and want= agree with kr.solve, and events are found."""
+    """Check that streams, runs and want= agree with kr.solve, and that events are found."""
     path = kr.solve(HEAVY, TIMES)
     assert path.error < 1e-12
     run = kr.start(HEAVY)

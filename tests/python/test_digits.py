@@ -1,7 +1,7 @@
 """Runs with 20 and 30 digits, compared with elementary solutions.
 
-These motions are sums of a few exponentials, so the last terms of a series say little about the
-size of the omitted terms.
+These motions are sums of a few exponentials. For such motions, the last terms of a series are a
+poor estimate of the omitted terms.
 """
 
 import kreisel as kr
@@ -46,7 +46,7 @@ def free_symmetric(scene, t):
 
 
 def off(path):
-    """Return the largest angle between the path and the elementary solution [rad]."""
+    """Return the largest angle between the states of a path and the elementary solution [rad]."""
     worst = mp.mpf(0)
     for t, high, low in zip(path.t, path.q, path.q_low, strict=True):
         q = [a + b for a, b in zip(exact(high), exact(low), strict=True)]
@@ -104,9 +104,9 @@ def needles(lone, turned):
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("lone", [1e-2, 1e-5, 1e-7])
 def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
-    """The small moment magnifies roundings of the momentum.
+    """Check the digits of needles. The small moment magnifies rounding errors of the momentum.
 
-    The run with shorter steps, which estimates the error, magnifies them alike.
+    The error is estimated from a run with shorter steps, which magnifies these errors equally.
     """
     ratios = []
     with mp.workdps(60):
@@ -119,7 +119,7 @@ def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
 
 
 def test_a_path_of_thirty_digits_knows_how_many_are_right():
-    """The roundings of a single run may by chance be smaller or larger than typical ones."""
+    """Check that the median ratio of estimated to true error is near 1. Single ratios scatter."""
     with mp.workdps(60):
         paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
         ratios = sorted(path.error / off(path) for path in paths)

@@ -22,7 +22,7 @@ NEEDLE = kr.Body(1.0, (1.0, 1.0, 1e-14), (0, 0, 0.1), unphysical=True)
 
 
 def effective_potential(body, gravity, vertical, P):
-    """Return the energy of a body that rotates only about the vertical, given as `P` (n, 3).
+    """Return the energy of a body that rotates only about the vertical `P` (n, 3).
 
     `P` is given in the frame of description.
     """
@@ -62,7 +62,7 @@ def test_a_seed_gives_the_same_starts_for_ever():
 
 
 def test_random_starts_are_even_in_the_volume_of_the_surface():
-    """The density of the height z of a Lagrange top is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
+    """Check the heights z of a Lagrange top: their density is 1 / sqrt(I1 (1 - z^2) + I3 z^2)."""
     body = kr.Body.symmetric(1, 1, 0.1, 0.2)
     found = kr.starts(body, energy=100.0, vertical=0.5, n=2000, seed=1)
     heights = np.sort([float(kr.solve(scene, [0.0]).apex[0, 2]) for scene in found])
@@ -71,7 +71,7 @@ def test_random_starts_are_even_in_the_volume_of_the_surface():
     below = np.concatenate(([0], np.cumsum(0.5 * (density[1:] + density[:-1]))))
     expected = np.interp(heights, z, below / below[-1])
     apart = abs(expected - (np.arange(2000) + 0.5) / 2000).max()
-    assert 0.005 < apart < 1.63 / math.sqrt(2000)  # the Kolmogorov-Smirnov test at a level of 1 %
+    assert 0.005 < apart < 1.63 / math.sqrt(2000)  # Kolmogorov-Smirnov test, level 1 %
 
 
 def test_the_grid_has_all_that_can_be_and_no_more():
@@ -142,7 +142,7 @@ def test_a_grid_of_two_begins_where_the_apex_turns_back(energy, vertical):
     heights = np.unique(start.apex[:, 0, 2].round(12))
     assert set(heights) <= {round((2 * k + 1) / 7 - 1, 12) for k in range(7)}
     apart = np.abs(np.diff(start.m[:, 0].reshape(-1, 2, 3), axis=1)).max(axis=2)
-    assert apart.min() > 1e-6  # the two momenta at each position differ
+    assert apart.min() > 1e-6  # the two momenta at one position differ
 
 
 @pytest.mark.parametrize(

@@ -131,7 +131,7 @@ def test_general_bodies_by_the_angles_of_their_apex():
     angles = RNG.uniform(-3, 3, (3, 3))
     tops = kr.Ensemble.from_euler(MANY, angles, (0, 0, 1))
     assert_same(tops, lambda at: kr.Scene.from_euler(MANY[at], angles[at], (0, 0, 1)))
-    # without a lever, the axis is the third one
+    # without a lever, the third axis is used
     spheres = kr.Bodies.sphere([1, 2, 3], (0, 0, 0), mass=1)
     assert_same(
         kr.Ensemble.spinning(spheres, 2.0, 1.0), lambda at: kr.Scene.spinning(spheres[at], 2.0, 1.0)

@@ -1,4 +1,4 @@
-"""Independence of ensemble members: other members affect neither their bits nor their success."""
+"""Independence of ensemble members: neither bits nor failures of a member depend on others."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 

@@ -1,4 +1,4 @@
-"""Invalid arguments of ensembles, and interruptions, which keep finished members."""
+"""Invalid arguments of ensembles, and interruptions, after which finished members are kept."""
 
 import contextlib
 import signal
@@ -130,7 +130,7 @@ def test_no_tops_and_no_times_give_empty_results():
 
 
 TOPS = random_ensemble(400)
-LONG = np.linspace(0.0, 1e6, 101)  # would take an hour
+LONG = np.linspace(0.0, 1e6, 101)  # this run would take an hour
 
 
 @contextlib.contextmanager
@@ -146,7 +146,7 @@ def send_sigint(after):
 
 
 def short_and_long_times(n):
-    """Return rows of times for `n` tops: 40 short rows, and others that would take an hour."""
+    """Return rows of times for `n` tops: 40 short rows, and then rows that would take an hour."""
     times = np.tile(LONG, (n, 1))
     times[:40] *= 1e-6
     return times
@@ -169,8 +169,8 @@ def test_ctrl_c_keeps_what_is_done(words):
 
 def test_ctrl_c_is_heard_by_a_thread_that_waits_for_another():
     times = short_and_long_times(64) * 1e-6
-    times[-1] *= 1e6  # the thread with this top runs long, the other one finishes immediately
-    for _ in range(4):  # because either thread may have this top
+    times[-1] *= 1e6  # the thread with this top runs long, the other thread finishes immediately
+    for _ in range(4):  # either of the threads may have this top
         with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
             kr.solve(TOPS[:64], times, "taylor", threads=2)
         assert list(stop.value.paths.failed) == [63]
@@ -197,7 +197,7 @@ def test_ctrl_c_ends_all_that_is_asked_for(words):
 def test_ctrl_c_ends_what_an_executor_does(pool):
     with pool(2) as executor:
         times = short_and_long_times(400)
-        # other processes are not awaited, so they must end by themselves
+        # the test does not wait for the other processes, so they must end by themselves
         times[:] = np.minimum(times, 5e3)
         with send_sigint(0.3), pytest.raises(kr.Interrupted) as stop:
             kr.solve(TOPS, np.maximum.accumulate(times, axis=1), "taylor", executor=executor)

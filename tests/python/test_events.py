@@ -42,7 +42,7 @@ def of_every_kind(scene):
 
 
 def changes(values, times):
-    """Return the starts of the intervals with a sign change, and the signs after each change."""
+    """Return where each interval with a sign change starts, and the sign after the change."""
     at = np.flatnonzero(values[1:] * values[:-1] < 0)
     return times[at], np.sign(values[at + 1])
 
@@ -50,7 +50,7 @@ def changes(values, times):
 @pytest.mark.parametrize("damping", [None, (0.04, 0.01, 0.02)], ids=["free", "damped"])
 @pytest.mark.parametrize("seed", range(12))
 def test_none_missed_none_twice(seed, damping):
-    """Compare events with sign changes between states a thousand times denser than the steps."""
+    """Compare events with sign changes between states that are 1000 times denser than the steps."""
     scene = random_scene(np.random.default_rng(seed)).replace(damping=damping)
     end = 20.0 if seed % 3 else -20.0
     wanted = of_every_kind(scene)
@@ -113,7 +113,7 @@ def test_loops_cusps_and_waves(precession, loops, cusps):
     count = np.bincount(path.events.which, minlength=3).tolist()
     assert count[2] == nutations
     assert count[1] == cusps * nutations
-    if not cusps:  # at a cusp the precession touches zero, and rounding decides
+    if not cusps:  # at a cusp the precession touches zero, so its sign is due to rounding
         assert abs(count[0] - loops * nutations) <= 1
 
 
@@ -329,7 +329,7 @@ def test_threads_find_the_same():
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
 def test_events_are_found_whatever_is_wanted(want):
-    """Events may need the heading even if the quantities in want= do not."""
+    """Check that events that need the heading do not depend on the quantities in want=."""
     looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
     whole = kr.solve(GENERAL, times, events=looked_for)
@@ -345,7 +345,7 @@ def test_events_are_found_whatever_is_wanted(want):
 
 @pytest.mark.parametrize("name", sorted(events.components))
 def test_a_component_by_its_name(name):
-    """Every component with a Taylor series can be used in events under its name."""
+    """Check that every component with a Taylor series can be used in events under its name."""
     if name == "1":
         with pytest.raises(ValueError, match="the function is constant"):
             events.crossing(name)
@@ -377,9 +377,9 @@ def test_an_event_cannot_be_changed():
 
 @pytest.mark.parametrize("least", [1.0, 1e-6, 1e-12, 1e-14])
 def test_thin_bodies_pass_as_many_energies_as_thick_ones(least):
-    """The noise of an event function is due to its own terms only.
+    """Check that the noise of an event function is due only to the terms of this function.
 
-    The fast rotation about the thin axis does not add to the noise.
+    The fast rotation about the thin axis must not add to the noise.
     """
     body = kr.Body.symmetric(1, 1, least, 1, unphysical=True)
     scene = kr.Scene(body, momentum=(0, 0, 0), attitude=(0.6, 0.8, 0, 0))

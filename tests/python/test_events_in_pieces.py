@@ -54,7 +54,7 @@ def test_a_stream_meets_the_events_of_solve(words, chunk, sign):
 @pytest.mark.parametrize("sign", [1.0, -1.0], ids=["forth", "back"])
 @pytest.mark.parametrize("words", WAYS.values(), ids=WAYS)
 def test_a_run_that_is_saved_meets_the_events_of_solve(words, sign):
-    """Saves lie between events, at events, and close before and after them."""
+    """Save between events, at events, and shortly before and after events."""
     met = kr.solve(GENERAL, sign * 30.0, events=LOOKED_FOR).events.t
     near = np.concatenate([met, np.nextafter(met, 0.0), np.nextafter(met, sign * 99.0)])
     times = sign * np.unique(np.abs(np.concatenate([near, sign * np.linspace(0, 30, 17)])))
@@ -124,7 +124,7 @@ def test_a_terminal_event_ends_what_is_wanted():
 
 
 def test_a_stopped_run_loses_no_event():
-    """Events before Ctrl-C belong to the first path, later events to the next path."""
+    """Check that events before Ctrl-C are in the first path, and later events in the next path."""
     whole = kr.solve(GENERAL, 3e3, events=[events.nutation()])
     run, told = kr.start(GENERAL, events=[events.nutation()], max_steps=1000), []
     with pytest.raises(kr.Error, match="largest number of steps") as stopped:
@@ -137,7 +137,7 @@ def test_a_stopped_run_loses_no_event():
 
 
 def test_many_times_heed_ctrl_c():
-    """Ctrl-C must also work if the times are so dense that no step ends between them."""
+    """Check that Ctrl-C works if the times are so dense that no step ends between two times."""
     code = """
 import numpy as np, kreisel as kr
 def stop(t):

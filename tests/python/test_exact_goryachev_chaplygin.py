@@ -32,7 +32,7 @@ def test_any_order_of_axes_and_sign_of_gravity_is_right(axes, gravity):
     moments, com = np.array((4.0, 4.0, 1.0))[list(axes)], np.array((0.0, -0.7, 0.0))[list(axes)]
     body = kr.Body(1.0, tuple(moments), tuple(com), unphysical=True)
     scene = SCENE.replace(body=body, gravity=gravity)
-    # Some of these are near a resonance: a rounding of the start moves them by 2e-14 rad.
+    # Some tops are near a resonance: one rounding error of the start moves them by 2e-14 rad.
     assert apart(kr.exact(scene)([5.0, 40.0]), kr.solve(scene, [5.0, 40.0], digits=30)) < 2e-13
 
 

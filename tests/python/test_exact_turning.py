@@ -1,4 +1,4 @@
-"""Turning points, type of motion and potential of closed forms, against roots of 60 digits."""
+"""Turning points, type of motion and potential of closed forms, compared with 60-digit roots."""
 
 import copy
 import doctest
@@ -36,7 +36,7 @@ def roots_of(a, b, c, d):
 
 
 def true_turning(scene):
-    """Return the least and greatest nutation. The moments are (I1, I1, I3) and com is (0, 0, h)."""
+    """Return the least and greatest nutation, for moments (I1, I1, I3) and com = (0, 0, h)."""
     with mp.workdps(250):
         u, vertical, axial = exact_start(scene)
         pull = 2 * mp.mpf(scene.body.moments[0]) * mp.mpf(scene.body.mass)
@@ -50,7 +50,7 @@ def true_turning(scene):
 
 
 def scenes_near(rng, kind):
-    """Return random tops close to a motion of the type `kind`."""
+    """Return random tops whose motion is close to the type `kind`."""
     near = 10.0 ** rng.uniform(-14, -1)
     body = kr.Body.symmetric(
         1.0, 10.0 ** rng.uniform(-1, 1), 0.1, 10.0 ** rng.uniform(-2, 2), unphysical=True
@@ -74,7 +74,7 @@ def scenes_near(rng, kind):
         q = unit((1, near, 0, 0))
         spin = rng.uniform(0.2, 4) * math.sqrt(i1 * lever)
         return kr.Scene(body, (near * rng.normal(), near * rng.normal(), spin), q)
-    # a pendulum whose energy differs from that of the upright by up to `near`
+    # a pendulum whose energy differs by up to `near` from the energy at the upright position
     rate = 2 * math.sqrt(lever / i1) * math.sin(tilt / 2)
     return kr.Scene(body, (i1 * rate * (1 + near), 0, 0), q)
 

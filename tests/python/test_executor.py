@@ -22,7 +22,7 @@ def test_threads_take_so_many_members_at_most():
 
 
 TOPS = kr.scenes.asymmetric.vary(gravity=np.linspace(0.5, 1.0, 64))
-RUNS = {  # each way to run the tops of an ensemble
+RUNS = {  # every way to run the tops of an ensemble
     "lanes": lambda **more: kr.solve(TOPS, 3000.0, **more),
     "one by one": lambda **more: kr.solve(TOPS, 300.0, events=[], **more),
     "reductions": lambda **more: kr.reduce(TOPS, 3000.0, {"spin": "max"}, **more),

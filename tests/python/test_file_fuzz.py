@@ -1,7 +1,8 @@
-"""Random files: each is either read correctly or refused with a message.
+"""Random files: each file is either read correctly or refused with a message.
 
 Valid files are mutated: bytes are flipped, cut and doubled, and words are replaced. If a file has a
-checksum, the checksum is recomputed. KREISEL_CALLS has the same meaning as in test_api_fuzz.
+checksum, the checksum is recomputed. The environment variable KREISEL_CALLS has the same meaning as
+in test_api_fuzz.
 """
 
 import io
@@ -168,7 +169,7 @@ def test_any_checkpoint_of_a_right_sum_is_a_run_or_refused(data):
 
 
 def members(path, file):
-    """Return the members of the archive of a path, by name."""
+    """Return {name: bytes} of the members of a path's archive."""
     path.save(file)
     with zipfile.ZipFile(file) as archive:
         return {name: archive.read(name) for name in archive.namelist()}
@@ -184,7 +185,7 @@ def array(text):
 @EXAMPLES
 @given(data=st.data())
 def test_any_archive_is_a_path_or_refused(data, file):
-    """The archives have correct checksums but mutated members."""
+    """Check archives with correct checksums but mutated members."""
     inside = members(data.draw(st.sampled_from(PATHS)), file)
     name = data.draw(st.sampled_from(["head.npy", "head.npy", "scene.npy", *inside]))
     text = str(np.load(io.BytesIO(inside[name]))) if name in ("head.npy", "scene.npy") else ""
@@ -213,7 +214,7 @@ def test_a_damaged_archive_is_told_in_short(file):
     data = bytearray(file.read_bytes())
     data[26:28] = (2000).to_bytes(
         2, "little"
-    )  # some letters of the first name continue into numbers
+    )  # the first name is followed by letters that are part of numbers
     file.write_bytes(data)
     with pytest.raises(
         ValueError, match="the archive is damaged: File name in directory"

@@ -18,7 +18,7 @@ def solve_periods(scene, periods=60, states=4096, method="taylor"):
 
 
 def off(found, exact):
-    """Return the largest relative difference between frequencies and those of the closed form."""
+    """Return the largest relative difference between frequencies and those of a closed form."""
     pairs = [(found.precession, exact.precession), (found.spin, exact.spin)]
     pairs.append((found.nutation, math.tau / exact.period))
     return max(abs(one / other - 1.0) if other else abs(one) for one, other in pairs)
@@ -51,7 +51,7 @@ def test_frequencies_of_random_tops(gravity):
 
 
 def top_near_a_pole(rng, side):
-    """Return a random top whose apex comes as close to a pole as 1e-7 to 0.15 rad."""
+    """Return a random top. Its apex approaches a pole to within a distance of 1e-7 to 0.15 rad."""
     i1 = rng.uniform(0.5, 2)
     height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
     body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, unphysical=True)
@@ -76,9 +76,9 @@ def test_frequencies_of_tops_that_pass_near_a_pole(side):
 
 @pytest.mark.parametrize("states", [3001, 6001, 12001])
 def test_mean_rates_do_not_depend_on_the_density_of_states(states):
-    """The apex passes a pole between two states.
+    """Check the mean rates of a top whose apex passes a pole between two states.
 
-    The rates must not depend on how close these states are to the pole.
+    The mean rates must not depend on how close these states are to the pole.
     """
     moments = (1.0907756121569128, 1.0907756121569128, 0.9995852256388432)
     scene = kr.Scene(
@@ -96,7 +96,7 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
 
 
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
-    """The thesis' top passes through the pole; with rk4, errors decide on which side it passes."""
+    """Check that mean rates are NaN if the errors of rk4 decide on which side a pole is passed."""
     exact = kr.exact(kr.scenes.thesis)
     t = np.linspace(0, 60 * exact.period, 4001)
     through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
@@ -161,7 +161,7 @@ def test_a_chaotic_path_leaves_a_rest():
 
 
 def test_rates_that_cannot_be_told_are_none():
-    """The axis passes the pole on either side irregularly, but the spectrum has lines."""
+    """Check a top without mean rates: its axis passes the pole irregularly on either side."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3

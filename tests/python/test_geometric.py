@@ -174,7 +174,7 @@ def test_it_says_what_was_chosen_and_what_it_cost():
 
 
 def test_no_more_is_done_than_it_takes():
-    free = LAGRANGE.replace(gravity=0.0)  # its drift is exact
+    free = LAGRANGE.replace(gravity=0.0)  # the drift of this method is exact
     assert kr.solve(free, 100, method="geometric", error=1e-9).plan.choice.run <= 30
     still = free.replace(momentum=(0, 0, 0))
     assert kr.solve(still, 5, method="geometric", error=1e-9).q[-1].tolist() == list(still.attitude)
@@ -223,7 +223,7 @@ def test_published_figures_are_met(capsys):
 
 
 def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
-    """The energy of the top above the minimum may be slightly negative because of rounding."""
+    """Check that a hanging top is solved although rounding puts its energy below the minimum."""
     random = np.random.default_rng(8)
     for symmetric in (True, False) * 20:
         half = random.uniform(0.5, 1.5, 3)
@@ -240,7 +240,7 @@ def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
 
 
 def test_a_step_too_large_on_the_way_is_tried_smaller():
-    """The first trial step is so large that takahashi_imada4 fails after some steps."""
+    """Check a first trial step so large that takahashi_imada4 fails after some steps."""
     inertia = (
         (10.437340318241358, -0.4022846743539838, -0.55360749190751),
         (-0.4022846743539838, 18.44618605609903, -2.3071714201043183),

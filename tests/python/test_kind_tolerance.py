@@ -1,4 +1,4 @@
-"""Bodies near a special kind: roundings leave the kind unchanged, larger differences do not."""
+"""Bodies near a special kind: rounding errors do not change the kind, larger differences do."""
 
 import kreisel as kr
 import numpy as np
@@ -6,7 +6,7 @@ import pytest
 from tops import TILT, matrix, unit
 
 EPS = 2.0**-52
-NEARLY = {  # relative deviations from a Lagrange top
+NEARLY = {  # relative deviations of the moments from those of a Lagrange top
     "com": lambda off: kr.Body(1, (1, 1, 0.5), (off, 0, 1), unphysical=True),
     "moments": lambda off: kr.Body(1, (1, 1 + off, 0.5), (0, 0, 1), unphysical=True),
     "sphere": lambda off: kr.Body(1, (1, 1 + off, 1 - off / 5), (0.6, 0.5, 0.4), unphysical=True),
@@ -14,7 +14,7 @@ NEARLY = {  # relative deviations from a Lagrange top
 
 
 def random_axes_body(moments, com, random):
-    """Return a body described in randomly rotated axes, including the roundings of the rotation."""
+    """Return a body in randomly rotated axes, with the rounding errors of the rotation."""
     turn = matrix(unit(random.normal(size=4)))
     tensor = turn @ np.diag(moments) @ turn.T
     return kr.Body(1, 0.5 * (tensor + tensor.T), turn @ com, unphysical=True)
@@ -22,7 +22,7 @@ def random_axes_body(moments, com, random):
 
 @pytest.mark.parametrize("size", [0.4, 1e-2, 1e-4, 1e-7, 1e-11])
 def test_a_turned_lagrange_top_is_one(size):
-    """The closer the moments are, the further roundings rotate the axis."""
+    """Check rotated bodies. The closer the moments are, the further rounding rotates the axis."""
     random = np.random.default_rng(3)
     for sign in (1, -1) * 100:
         body = random_axes_body((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
@@ -105,7 +105,7 @@ def test_a_top_that_falls_by_what_its_body_lacks_falls():
 
 @pytest.mark.parametrize("words", [{}, {"method": "strang", "step": 0.001}])
 def test_without_gravity_no_centre_of_mass_matters(words):
-    """Without gravity, a nearly spherical body keeps the given axes."""
+    """Check that without gravity a nearly spherical body keeps the given axes."""
     moments, ends = (1, 1 + 0.8e-12, 1 - 0.15e-12), []
     for com in ((0, 0, 0), (0.6, 0.5, 0.4)):
         body = kr.Body(1, moments, com, unphysical=True)
@@ -119,9 +119,9 @@ def test_without_gravity_no_centre_of_mass_matters(words):
 @pytest.mark.parametrize("size", [1e-75, 1e-100, 1e-165, 1e-300])
 @pytest.mark.parametrize("words", [{"attitude": 1}, {"momentum": 1}, {"both": 1}])
 def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
-    """The time to fall is proportional to the logarithm of the tilt.
+    """Check that the time to fall is proportional to the logarithm of the tilt.
 
-    The square of the tilt would underflow.
+    The tilt is so small that its square would underflow.
     """
     push, lean = ("attitude" not in words) * size, ("momentum" not in words) * size
     body = kr.Body.symmetric(1, 1, 0.5, 1, unphysical=True)

@@ -46,10 +46,10 @@ def error(scene, method, step):
 
 
 def test_bobenko_suris4_takes_what_its_series_can():
-    """Steps h are refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
+    """Check that a step h is refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
-    The energy E and the torque are in units of I1, and E excludes the spin. E is the energy of the
-    map, which differs from the true energy by a few per cent at such steps.
+    The energy E and the torque are divided by I1, and E excludes the spin. E is the energy that the
+    map conserves. At such steps it differs from the true energy by a few per cent.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -74,10 +74,10 @@ def test_bobenko_suris4_takes_what_its_series_can():
     ],
 )
 def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
-    """Steps h are refused if a kick or a rotation is too large.
+    """Check that a step h is refused if a kick or a rotation is too large.
 
-    The limits are h^2 |A| over the least moment > 2, and a rotation by more than `most` [rad] per
-    step at the largest rate that the energy allows.
+    A kick is too large if h^2 |A| / (least moment) > 2. A rotation is too large if it exceeds
+    `most` [rad] per step at the largest rate that the energy allows.
     """
     taken = 0
     for scene, step in random_bodies(200, kinds, 2):
@@ -92,7 +92,7 @@ def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
 
 
 def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
-    """The drift of the method is exact, so only the small torque causes errors."""
+    """Check large steps of a fast top. The drift is exact, so only the torque causes errors."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2
@@ -100,7 +100,7 @@ def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
 
 @pytest.mark.parametrize("method", ["strang", "suzuki4", "kahan_li8"])
 def test_steps_of_many_turns_stay_finite(method):
-    """The result is inaccurate, but the attitudes have unit length."""
+    """Check that the attitudes have unit length although the result is inaccurate."""
     for scene, step in random_bodies(100, ["asymmetric"], 3):
         path = kr.solve(scene, 3000 * step, method=method, step=10 * step, every=1)
         assert np.abs(np.linalg.norm(path.q, axis=1) - 1).max() < 1e-14

@@ -20,7 +20,7 @@ VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LON
 
 
 class Quantity(np.ndarray):
-    """An array with a unit, which may have dimension 0, as in astropy."""
+    """An array with a unit, as in astropy. The array may have dimension 0."""
 
     unit = "min"
 
@@ -162,7 +162,7 @@ def test_each_name_is_told_once():
     assert len(names) > 30 and len(set(names)) == len(names)
 
 
-# Consequences of a tolerance or a step
+# Messages about a tolerance or a step
 
 
 @pytest.mark.parametrize(

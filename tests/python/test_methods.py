@@ -1,4 +1,4 @@
-"""Every method has the properties listed in the table: order, invariants, reversibility, bodies.
+"""The properties of every method are those of the table: order, invariants, reversibility, bodies.
 
 All starts are tilted. No torque acts on an upright start, which would hide errors of first order.
 """
@@ -25,20 +25,20 @@ def cases(wanted=lambda name, body: True, **flags):
 
 
 def leads(name, body):
-    """Return True if the leading error term dominates. For a heavy top, rounding is larger."""
+    """Return False if rounding may hide the leading error term of the method for this body."""
     return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
 
 
 @pytest.mark.parametrize("name, body", cases(leads, adaptive=False))
 def test_order_is_that_of_the_table(name, body):
-    """The orders measured in q and in m agree with the table within 0.2."""
+    """Check that the orders measured in q and in m agree with the table within 0.2."""
     order = kr.methods[name].order
     slopes = measure_order(name, body)
     assert all(slope is not None and abs(slope - order) < 0.2 for slope in slopes.values()), slopes
 
 
 def test_extrapolation_agrees_with_the_truth_of_the_orders():
-    """The reference is a composition of order 8, and extrapolation is an independent method."""
+    """Compare the reference, a composition of order 8, with extrapolation, which is independent."""
     for body in BODIES:
         one = kr.solve(scene(body), 2, method="kahan_li8", step=1 / 2000)
         two = kr.solve(scene(body), 2, method="extrap", tol=1e-13)
@@ -48,14 +48,14 @@ def test_extrapolation_agrees_with_the_truth_of_the_orders():
 @pytest.mark.parametrize("name, body", cases(adaptive=True, exact=False))
 def test_tolerance_is_kept(name, body):
     top = scene(body)
-    # extrapolation would be the less accurate of the two
+    # here extrapolation would be less accurate than the reference
     truth = kr.solve(top, 10, method="taylor", digits=20)
     errors = [
         kr.attitude_error(kr.solve(top, 10, method=name, tol=tol).q[-1], truth.q[-1])
         for tol in (1e-6, 1e-9, 1e-12)
     ]
     assert errors[0] < 1e-2 and errors[1] < 1e-5 and errors[2] < 1e-8
-    # Below 1e-8 rounding errors of its matrix dominate the error of the semi-implicit method.
+    # Below 1e-8 the error of the semi-implicit method is due to rounding errors of its matrix.
     floor = 1e-8 if name == "gsl_bsimp" else 0.0
     assert all(a > b or a < floor for a, b in pairwise(errors))
 
@@ -68,15 +68,16 @@ def test_the_way_back_leads_to_the_start(name, body):
     assert np.abs(back.m[-1] - there.m[0]).max() < 1e-11
 
 
-# it conserves a modified energy, although it is not symplectic
+# this method conserves a modified energy, although it is not symplectic
 ORBITAL = "bobenko_suris4", "lagrange"
 
 
 @pytest.mark.parametrize("name, body", [*cases(adaptive=False, symplectic=True), ORBITAL])
 def test_energy_neither_drifts_nor_grows(name, body):
-    """The energy error of a symplectic method is bounded by a multiple of h^order and has no trend.
+    """Check that the energy error of symplectic methods is of size h^order and has no trend.
 
-    Over a run four times as long, the mean error changes by only a small fraction of its amplitude.
+    If the run is four times as long, the mean error changes only by a small fraction of the
+    amplitude.
     """
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()
@@ -107,9 +108,10 @@ def is_compensated(name, body):
 
 @pytest.mark.parametrize("name, body", cases(is_compensated))
 def test_roundings_do_not_add_up(name, body):
-    """Sums are compensated: 1e6 kicks with random errors of 1e-16 would change the energy by 1e-13.
+    """Check that sums are compensated: 1e6 errors of 1e-16 would change the energy by 1e-13.
 
-    At this step the error of the method itself is smaller, so only rounding is observed.
+    At this step the error of the method itself is smaller, so the energy shows only rounding
+    errors.
     """
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()
@@ -134,7 +136,7 @@ def test_implicit_methods_say_where_they_do_not_converge(name):
 
 VERTICAL = {body: ["vertical_momentum"] for body in BODIES}
 AXIAL = {**VERTICAL, "lagrange": ["vertical_momentum", "axial_momentum"]}
-CONSERVED = {  # quantities that each word of the table promises to conserve, by body
+CONSERVED = {  # the quantities that are conserved according to each word of the table, by body
     "nothing": {},
     "two rational integrals": {},
     "<m,p>": VERTICAL,
@@ -158,7 +160,7 @@ def test_what_the_words_of_the_table_promise_is_known():
 
 @pytest.mark.parametrize("name, body", cases(is_promised))
 def test_what_the_table_promises_is_conserved(name, body):
-    """Modified energies and rational integrals have separate tests."""
+    """Check the integrals of the table, except modified energies and rational integrals."""
     method = kr.methods[name]
     if method.adaptive:
         path = kr.solve(scene(body), np.linspace(0, 500, 201), method=name)

@@ -75,8 +75,8 @@ def test_times_between_of_a_closed_form_lie_on_both_sides():
     path = motion([3.0, -1.0])
     times = [2.0, -0.5, -1.0, 3.0]
     assert same(path(times), motion(times))
-    assert tuple(path(0.0).m[0]) == LAGRANGE.momentum  # as in solve: the given momentum
-    assert path.error < 1e-13 and path(times).error < 1e-13  # rad
+    assert tuple(path(0.0).m[0]) == LAGRANGE.momentum  # the given momentum, as in solve
+    assert path.error < 1e-13 and path(times).error < 1e-13  # [rad]
     with pytest.raises(ValueError, match=r"lies outside the path, .* from -1\.0 to 3\.0"):
         path(-1.1)
 

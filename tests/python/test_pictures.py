@@ -48,7 +48,7 @@ def test_the_lines_have_the_data_of_the_path(degrees, back):
 
 @pytest.mark.parametrize("back", [False, True])
 def test_the_precession_is_interrupted_where_it_jumps(back):
-    """The apex of this top starts at the vertical and passes through it every 8.2 units of time."""
+    """Check that the curve has gaps where the apex passes the vertical, every 8.2 units of time."""
     path = kr.solve(kr.scenes.thesis, np.linspace(0, -60 if back else 60, 3001))
     line = kr.plot(path)[2].lines[0]
     t, around = line.get_xdata(), line.get_ydata()
@@ -112,7 +112,7 @@ def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
 
 
 def test_a_picture_leaves_no_room_empty():
-    """The globe is as tall as the two charts beside it, which share a time axis."""
+    """Check that the globe and the two charts fill the picture. The charts share a time axis."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)
@@ -344,7 +344,7 @@ BODIES["hanging"] = kr.Body.symmetric(1.0, 1.1, 0.5, -0.9)
 
 @pytest.mark.parametrize("name", BODIES)
 def test_solids_are_closed_and_seen_from_outside(name):
-    """The area vectors of a closed solid sum to zero, and its volume is positive."""
+    """Check that the area vectors of each solid add up to zero, and that its volume is positive."""
     faces, _ = solid_of(BODIES[name])
     area = 0.5 * np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
     size = np.abs(faces).max()
@@ -412,11 +412,11 @@ def corners_of_film(film):
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 3.0, -2.0])
 def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
-    """The eye is placed beside the axis, which would otherwise hide the lever."""
+    """Check that a film shows the lever. The eye is beside the axis, which would hide the lever."""
     scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]
-    assert ends[0] > 0.7 and ends[1] < -0.4  # to the right, and towards the eye
+    assert ends[0] > 0.7 and ends[1] < -0.4  # coordinates to the right and towards the eye
     corners = corners_of_film(film)
     rim = corners[np.hypot(*corners.T) > 0.5]
     assert rim[:, 0].min() > 0.1 and corners[:, 0].min() > -0.05
@@ -494,7 +494,7 @@ def test_an_isotropic_rod_is_round_and_its_sides_do_not_turn_with_the_spin(monke
     rod.plot(thickness=0.1)
     n = len(rod.centre)
     faces = drawn[0]
-    corners = len(faces) // n  # the sides of n - 1 pieces, and two ends with fewer faces
+    corners = len(faces) // n  # the side faces of n - 1 segments, and two ends with fewer faces
     rims = faces[: (n - 1) * corners, 0].reshape(n - 1, corners, 3) - rod.centre[:-1, None]
     assert np.linalg.norm(rims, axis=-1) == pytest.approx(0.05, rel=1e-12)
     bent = np.linalg.norm(np.diff(rod.frame[:-1, 2], axis=0), axis=-1)

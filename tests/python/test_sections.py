@@ -44,7 +44,7 @@ def test_the_section_of_a_free_body_lies_on_its_ellipsoid():
     assert np.abs(section.body_velocity[:, 2]).max() < 1e-12
     assert np.ptp(energy) < 1e-12 * energy[0]
     assert np.ptp(np.linalg.norm(section.m, axis=1)) < 1e-12
-    # accuracy near the middle axis
+    # the accuracy that is possible near the middle axis
     assert np.abs(np.diff(section.t) - 2.0 * kr.exact(FREE).period).max() < 1e-6
 
 
@@ -132,7 +132,7 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_one_component_alone_is_looked_for(name):
-    """The size of the spin depends on the apex.
+    """Check events of one component alone. The spin, for example, depends on the apex.
 
     The apex must be computed before the first check for events.
     """

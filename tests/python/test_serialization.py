@@ -198,7 +198,7 @@ WORDS = [
     "choice",
     "events",
 ]
-ALLOWED = {  # classes among these that a path may contain
+ALLOWED = {  # those of these classes that a path may contain
     "tol": (None,), "step": (None, -1, 1.5), "want": (None,), "choice": (None,), "events": (None,),
     "digits": (None,), "low": (True,), "asked": ("", "taylr"), "kreisel": tuple(map(str, WRONG)),
 }  # fmt: skip
@@ -312,7 +312,7 @@ def test_a_bomb_is_refused_before_it_is_read(compress, file, parts):
         before = tracemalloc.get_traced_memory()[0]
         with pytest.raises(ValueError, match="compressed"):
             kr.load(refused_at)
-        # bytes; reading the whole file would take 2^24
+        # [bytes]; reading the whole file would take 2^24
         assert tracemalloc.get_traced_memory()[1] - before < 1 << 21
     finally:
         tracemalloc.stop()
@@ -324,7 +324,7 @@ def test_a_path_takes_memory_as_its_file_is_long(file):
     tracemalloc.start()
     try:
         kr.load(file)
-        assert tracemalloc.get_traced_memory()[1] < 2.5 * file.stat().st_size  # bytes
+        assert tracemalloc.get_traced_memory()[1] < 2.5 * file.stat().st_size  # [bytes]
     finally:
         tracemalloc.stop()
 
@@ -351,7 +351,7 @@ def test_bytes_that_are_damaged_are_refused_or_change_nothing(file):
             data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
         file.write_bytes(data)
         try:
-            assert same(path, kr.load(file))  # the damage hit metadata such as a date
+            assert same(path, kr.load(file))  # the damaged byte belongs to metadata such as a date
         except ValueError as error:
             assert "any name" in str(error)
     for _ in range(100):

@@ -18,7 +18,7 @@ def between(a, b):
 
 
 def round_solid(inner, outer, bottom, top):
-    """Return quadrature points and weights of a solid of revolution, with radii by height."""
+    """Return quadrature points and weights of a solid of revolution with the given radii."""
     points, weights = [], []
     for z, dz in zip(*between(bottom, top), strict=True):
         for r, dr in zip(*between(inner(z), outer(z)), strict=True):
@@ -47,7 +47,7 @@ def stretch_ball(by):
     return points * by, weights * np.prod(by)
 
 
-# A maker and its lengths; quadrature points and weights; the volume, or 0 for a thin shape.
+# A constructor and its lengths; quadrature points, weights; the volume, or 0 if thin.
 SHAPES = {
     "cuboid": (
         {"half": (0.6, 0.8, 1.0)},
@@ -146,7 +146,7 @@ def test_a_cone_on_its_tip_is_the_one_of_the_books():
     np.testing.assert_allclose(body.moments, (across, across, along), rtol=1e-15)
 
 
-# Sums, shifts, turns
+# Sums, shifts, rotations
 
 
 def test_a_gyroscope_is_one_line():
@@ -207,7 +207,7 @@ def test_sums_keep_what_was_said_of_the_parts():
         water + 1
 
 
-# Rods on a line through the fixed point are only valid as parts of a body
+# Rods on a line through the fixed point, which are valid only as parts of a body
 
 
 def line():

@@ -1,6 +1,6 @@
 """Tops released at a tiny tilt from their unstable upright position keep this tilt exactly.
 
-The order in which the axes of the body are named must not matter.
+The result must not depend on the order in which the axes of the body are named.
 """
 
 import kreisel as kr
@@ -10,7 +10,7 @@ from decimal_series import Series, attitude_error
 from kreisel.quaternion import conjugate, multiply, turn_back
 
 CYCLES = {0: (0.5, 0.5, 0.5, 0.5), 1: (0.5, -0.5, -0.5, -0.5), 2: (1.0, 0.0, 0.0, 0.0)}
-# its product with a cyclic permutation of the axes is exact
+# the product of this quaternion with a cyclic permutation of the axes is exact
 LEAN = (1.0, 2.0**-40, 3.0 * 2.0**-42, 0.0)
 
 

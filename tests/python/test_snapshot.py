@@ -1,4 +1,4 @@
-"""Results of the public API against snapshot.txt, to six significant digits.
+"""Results of the public API, compared with snapshot.txt to six significant digits.
 
 Each line of snapshot.txt contains an expression and its value. After an intended change of results,
 `python tests/python/test_snapshot.py` rewrites the values.

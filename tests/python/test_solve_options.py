@@ -1,4 +1,4 @@
-"""Options of kreisel.solve: tolerance, step, and the wanted quantities, which decide the form."""
+"""Options of kreisel.solve: the tolerance, the step, and the wanted quantities."""
 
 import math
 

@@ -55,7 +55,7 @@ def test_paths_agree_with_an_implicit_integrator(damping):
 
 
 def creeping(t, damping, height=1.0):
-    """Return the nutation of a top that creeps in a vertical plane, up to 1 / damping^2."""
+    """Return the nutation of a top that creeps in a vertical plane, with error 1 / damping^2."""
     return 2.0 * math.atan(math.tan(0.25) * math.exp((t - height / damping) / damping))
 
 
@@ -93,7 +93,7 @@ def test_a_symmetric_top_comes_to_the_slow_manifold_with_any_spin(damping, veloc
     for settings in ({}, {"tol": 1e-9}, {"digits": 20}):
         path = kr.solve(top, [1.0, 3 * damping], max_steps=800, **settings)
         assert path.nutation[0] == pytest.approx(0.5, abs=20 / damping)
-    moved = 4 * 2.0 / damping  # the rotation of the spin before it has decayed
+    moved = 4 * 2.0 / damping  # the rotation by the spin until the spin has decayed
     assert abs(path.nutation[1] - creeping(3 * damping, damping)) < 2 * moved
     q, _ = Series(top).to(20 / damping)
     assert attitude_error(q, kr.solve(top, [20 / damping], max_steps=200).q[0]) < 1e-15

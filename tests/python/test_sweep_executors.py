@@ -191,7 +191,7 @@ def test_progress_rises_to_one_and_counts_the_tops_of_this_call(tmp_path):
     run_sweep(tmp_path, progress=told.append)
     assert told == sorted(told) and told[-1] == 1.0 and told[0] > 0.0
     told.clear()
-    run_sweep(tmp_path, progress=told.append)  # this call has nothing left to compute
+    run_sweep(tmp_path, progress=told.append)  # in this call no part is left to compute
     assert told == []
 
 

@@ -1,4 +1,4 @@
-"""Interrupted sweeps, damaged files and full disks: the same call resumes to the same rows."""
+"""Interrupted sweeps, damaged files, full disks: repeating the call completes the same rows."""
 
 import os
 import random
@@ -12,7 +12,7 @@ import pytest
 from kreisel._sweep import store
 from sweeps import PARTS, REDUCED, WATCHED, hash_rows, run_sweep, start_python
 
-# A sweep in a separate process. It reports when it is within its third part, and there it waits
+# A sweep in a separate process. It reports when it computes its third part. Then it waits
 # to be killed or continues for ever.
 SWEEP = """
 import signal, sys
@@ -173,7 +173,7 @@ FOREIGN_BYTES += [b"\x93NUMPY of another", b"so says kreisel", b"", b"PAR1"]
 
 @pytest.mark.parametrize("content", FOREIGN_BYTES, ids=range(len(FOREIGN_BYTES)))
 def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, content):
-    """After a power failure, a file system may leave a file full of zeros."""
+    """Check that wrong bytes, such as zeros after a power failure, count as a damaged part."""
     run_sweep(tmp_path)
     file = tmp_path / "part-000002.parquet"
     before = file.read_bytes()
@@ -226,7 +226,7 @@ def test_a_partial_sweep_leaves_out_damaged_parts(tmp_path):
 
 
 def test_a_damaged_schema_is_a_damaged_part(tmp_path):
-    """The schema of a Parquet file has no checksum, so damage may turn a list into a number."""
+    """Check that damage to the schema of a Parquet file, which has no checksum, is detected."""
     words = {"t": [1.0, 2.0], "method": "taylor", "part_size": 300}
     made = run_sweep(tmp_path, words)
     (file,) = tmp_path.glob("*.parquet")
@@ -259,7 +259,7 @@ def test_damaged_numbers_are_not_read(tmp_path):
         except ValueError as error:
             assert "damaged" in str(error) or "no part" in str(error)
             refused += 1
-    assert 30 < refused < 301  # damage to a column that is not read goes unnoticed here
+    assert 30 < refused < 301  # damage to a column that is not read is not noticed here
 
 
 def test_a_part_of_another_version_is_computed_again_with_a_warning(tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""Indicators of chaos and sections in sweeps equal those of the functions."""
+"""Indicators of chaos and sections in sweeps equal the results of the public functions."""
 
 import json
 import multiprocessing

@@ -33,18 +33,18 @@ def step_from(scene, name, step, turned, pushed):
 
 
 def form(m):
-    """Return the matrix of <dm, turn'> - <dm', turn> + <m, turn x turn'>, all in space."""
+    """Return the matrix of <dm, turn'> - <dm', turn> + <m, turn x turn'> in the space frame."""
     eye, cross = np.eye(3), np.array([[0, m[2], -m[1]], [-m[2], 0, m[0]], [m[1], -m[0], 0]])
     return np.block([[cross, -eye], [eye, np.zeros((3, 3))]])
 
 
 def defect(scene, name, step):
-    """Return the change of the symplectic form in a step, in units of the moments and the step."""
+    """Return the change of the symplectic form in a step, relative to the moments and the step."""
     q, m = step_from(scene, name, step, np.zeros(3), np.zeros(3))
     columns = []
     for nudge in NUDGE * np.eye(6):
         column = np.zeros(6)
-        # weights of differences over one and two nudges of either sign
+        # weights of the differences over one and over two nudges in either direction
         for weight in (8, -8, -1, 1):
             sign = np.sign(weight) * (1 if abs(weight) == 8 else -2)
             p, n = step_from(scene, name, step, sign * nudge[:3], sign * nudge[3:])
@@ -67,7 +67,7 @@ def test_a_symplectic_method_keeps_the_form(name, body):
 
 
 def test_bobenko_suris4_keeps_the_form_along_orbits_only():
-    """The effective step depends on the orbit, so other variations change the form at order 7."""
+    """Check that variations across the orbit change the symplectic form at order 7."""
     changes = [defect(SCENE, "bobenko_suris4", step) for step in (0.2, 0.4)]
     assert not kr.methods["bobenko_suris4"].symplectic
     assert 5.5 < np.log2(changes[1] / changes[0]) < 8.5

@@ -141,7 +141,7 @@ def test_what_was_not_wanted_is_in_no_table():
 
 
 def test_euler_angles_turn_the_body_to_where_it_is():
-    body = kr.Body(1.0, (2.0, 3.0, 4.0), (0.0, 0.0, 0.5))  # whose apex is its third axis
+    body = kr.Body(1.0, (2.0, 3.0, 4.0), (0.0, 0.0, 0.5))  # a body whose apex is its third axis
     path = kr.solve(kr.Scene(body, momentum=(1.0, -2.0, 3.0), attitude=GENERAL.attitude), TIMES)
     turned = Rotation.from_euler("ZXZ", path.euler()).as_matrix()
     np.testing.assert_allclose(turned, Rotation.from_quat(path.q_xyzw).as_matrix(), atol=1e-13)

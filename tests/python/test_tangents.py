@@ -13,7 +13,7 @@ T = 10.0
 
 
 def change(one, other):
-    """Return the rotation vector in the body and the change of momentum between two path ends."""
+    """Return the rotation vector in the body, and the change of momentum, between two path ends."""
     q, dq = other.q[0], (one.q[0] - other.q[0]) + (one.q_low[0] - other.q_low[0])
     turn = q[0] * dq[1:] - dq[0] * q[1:] - np.cross(q[1:], dq[1:])
     return np.append(2.0 * turn, (one.m[0] - other.m[0]) + (one.m_low[0] - other.m_low[0]))
@@ -46,7 +46,7 @@ def test_tangents_are_the_differences_of_runs_with_30_digits(name):
         assert np.abs(told - fine[:, column]).max() <= 1e-14 * max(
             1.0, np.abs(fine[:, column]).max()
         )
-    # The path in doubles has an error itself. If this error grows fast, the tangents have a
+    # The path in doubles is itself inexact. If its error grows fast, the tangents have a
     # relative error of the same size.
     plain = kr.solve(scene, [0.0, T], digits=16, tangents=ALL)
     size = np.abs(fine).max()
@@ -62,7 +62,7 @@ def matrix(q):
 def form(path, i):
     """Return the matrix of the symplectic form at state `i` of a path.
 
-    It applies to rotation vectors in the body and momenta in space.
+    The form applies to rotation vectors in the body and momenta in space.
     """
     turn = matrix(path.q[i])
     x, y, z = turn.T @ path.m[i]

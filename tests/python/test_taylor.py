@@ -1,4 +1,4 @@
-"""The Taylor method: digits, low words, error estimate, dense output."""
+"""The Taylor method: numbers of digits, low words, error estimate, dense output."""
 
 from fractions import Fraction
 

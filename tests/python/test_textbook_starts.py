@@ -37,7 +37,7 @@ def test_the_attitude_is_that_of_scipy():
 @pytest.mark.parametrize("body", [CONE, CORNER, CORNER.turn(TILT), CONE.turn((0, 1, 0, 0))])
 @pytest.mark.parametrize("angles", [ANGLES, (-3, 0.01, 3), (2, 3.1, -2), (0.3, 1.5, 0)])
 def test_paths_begin_with_these_angles(body, angles):
-    """The apex may be along the third axis, opposite to it, or beside it."""
+    """Check bodies whose apex is along the third axis, opposite to it, or in another direction."""
     scene = kr.Scene.from_euler(body, angles, RATES)
     np.testing.assert_allclose(angles_of(scene), angles, atol=2e-13)
 
@@ -120,7 +120,7 @@ def test_a_steady_precession_stays_steady(spin, tilt, gravity, fast):
 
 
 def rate_of(scene):
-    """Return the precession rate: the velocity across the axis over the sine of the tilt."""
+    """Return the precession rate: (angular velocity across the axis) / (sine of the tilt)."""
     path = kr.solve(scene, [0.0])
     velocity, apex = path.velocity[0], path.apex[0]
     across = velocity - (velocity @ apex) * apex
@@ -168,7 +168,7 @@ def test_the_least_spin_is_told_and_does(gravity, tilt, degrees):
     expected = 2 * math.sqrt(I1 * abs(math.cos(tilt)) * TORQUE) / I3
     assert (math.radians(least) if degrees else least) == pytest.approx(expected, rel=1e-14)
     path = kr.solve(kr.Scene.spinning(CONE, -least, **words), 1)
-    # near a double root, a rounding grows to its square root
+    # near a double root, an error of one rounding grows to its square root
     assert abs(path.nutation - tilt).max() < 1e-6
     with pytest.raises(ValueError, match="no precession is steady"):
         kr.Scene.spinning(CONE, least * (1 - 1e-9), **words)

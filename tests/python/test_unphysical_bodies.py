@@ -152,7 +152,7 @@ def test_bodies_passed_as_unphysical_do_not_warn():
 
 
 def test_the_flag_is_kept_by_physical_bodies():
-    """A family of bodies, some of which are physical, causes no warning."""
+    """Check that physical bodies keep the flag, so that families of bodies cause no warning."""
     one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), unphysical=True)
     assert one.unphysical and dataclasses.replace(one, com=(0, 0, 5)).unphysical
     assert pickle.loads(pickle.dumps(one)).unphysical
@@ -222,7 +222,7 @@ ROUNDED = [
 @pytest.mark.parametrize("name", kr.methods)
 @pytest.mark.parametrize("body", ROUNDED, ids=["water", "heavy", "lagrange"])
 def test_every_method_moves_rounded_bodies_or_refuses(name, body):
-    """The energy is conserved, and the attitude agrees with a run with 20 digits."""
+    """Check that the energy is conserved, and that the attitude agrees with a 20-digit run."""
     scene = kr.Scene(body, (0.1, 0.2, 1.0), attitude=(0.8, 0.6, 0, 0))
     if not kr.methods[name].suits(scene):
         with pytest.raises(ValueError, match="does not apply to this body"):
@@ -237,7 +237,7 @@ def test_every_method_moves_rounded_bodies_or_refuses(name, body):
 
 
 def test_a_rounded_body_has_the_equations_of_its_moments():
-    """The reference is an independent integration of Euler's equations with these moments."""
+    """Compare with an independent integration of Euler's equations with these moments."""
     solve_ivp = pytest.importorskip("scipy.integrate").solve_ivp
     i1, i2, i3 = WATER
 

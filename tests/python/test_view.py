@@ -20,7 +20,7 @@ TOP = kr.scenes.thesis
 
 
 def test_the_page_may_run_its_own_script_and_ask_nobody():
-    """The content security policy holds whatever the text of a scene or a link contains."""
+    """Check that the page may run only its own script, and may make no requests."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))
@@ -72,8 +72,8 @@ def test_what_is_left_out_is_by_the_scene():
     ("path", "step"),
     [
         (kr.solve(TOP, 1.0, "rk4", step=0.02, every=10), 0.02),
-        (kr.solve(TOP, np.arange(5) * 0.25), 0.25),  # taylor has no fixed step
-        # this step is too short to be used
+        (kr.solve(TOP, np.arange(5) * 0.25), 0.25),  # because taylor has no fixed step
+        # a step that is too short for the page
         (kr.solve(TOP, np.arange(5) * 0.25, "rk4", step=2.5e-7), 0.25),
     ],
 )

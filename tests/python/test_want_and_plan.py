@@ -14,7 +14,7 @@ from tops import FREE, WILD, scene_for, words_for
 THESIS = kr.scenes.thesis
 
 TOP = kr.scenes.asymmetric
-MANY = np.linspace(0, 20, CHUNK_SIZE + 123)  # more than a chunk
+MANY = np.linspace(0, 20, CHUNK_SIZE + 123)  # more states than in a chunk
 TOPS = kr.scenes.thesis.vary(spin=[1.0, 2.0, 3.0], tilt=[[0.2], [0.4]])
 
 
@@ -83,7 +83,7 @@ def test_want_runs_in_little_memory():
         tracemalloc.stop()
     assert (
         peaks[0] > 64e6 and peaks[1] < 28e6
-    )  # bytes of all states, or of t (given and kept), the energy and one chunk
+    )  # [bytes]: of all states; or of t (given and kept), the energy and one chunk
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Tops that several test files share, and the arguments with which each method runs them."""
+"""Tops that several test files share, and the arguments for each method."""
 
 import kreisel as kr
 import numpy as np
@@ -16,7 +16,7 @@ def matrix(q):
     return np.array([quaternion.turn(q, e) for e in np.eye(3).tolist()]).T
 
 
-TILT = unit((0.8, 0.4, -0.2, 0.4))  # no torque acts on an upright start, which would hide errors
+TILT = unit((0.8, 0.4, -0.2, 0.4))  # no torque acts on an upright top, which would hide errors
 MOMENTUM = (0.172, -1.862, 1.46)
 LAGRANGE = kr.Scene(kr.Body.cuboid(half=(0.8, 0.8, 1), pivot=(0, 0, -1)), momentum=MOMENTUM)
 CORNER = kr.Body.cuboid(half=(0.6, 0.8, 1), pivot=(0.1, -0.2, -1))  # no two moments are equal

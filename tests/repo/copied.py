@@ -1,4 +1,4 @@
-"""A copy of the tree, in which tests follow the recipes of ARCHITECTURE.md."""
+"""A copy of the tree, to which tests apply the recipes of ARCHITECTURE.md."""
 
 import os
 import shutil
@@ -70,6 +70,6 @@ VALUE = """double kr_state_height(const kr_scene *scene, const kr_state *s)
 
 
 def add_quantity(house):
-    """Add the height of the apex as a quantity, but without the test that the recipe requires."""
+    """Add the height of the apex as a quantity, but omit the test that the recipe requires."""
     house.insert("quantity", "csrc/quantities.def", "Q(kinetic,", QUANTITY)
     house.insert("quantity", "csrc/model/quantities.c", "double kr_state_nutation(", VALUE)

@@ -1,6 +1,6 @@
 """Measures of the language of the code: docstring openers, participle names, file names.
 
-python tests/repo/language.py                the measures of each tree and the offenders
+python tests/repo/language.py                the measures of each tree, and what breaks a rule
 python tests/repo/language.py sample SEED    60 sentences and 40 private names for a reader to rate
 """
 
@@ -89,7 +89,7 @@ def find_repeated_basenames(tree):
 
 
 def report():
-    """Print the measures of each tree and the offenders."""
+    """Print the measures of each tree, and the names and docstrings that break a rule."""
     for tree in TREES:
         texts, found = docstrings(tree), names(tree)
         openers = [place for place, text in texts if has_banned_opener(text)]
@@ -105,7 +105,7 @@ def report():
 
 
 def split_sentences(text):
-    """Return the complete sentences of at least five words, except formulas, lists and examples."""
+    """Return the complete sentences of five or more words, without formulas, lists and examples."""
     paragraphs = re.split(r"\n\s*\n|\n(?=\s{4,}|\s*>>>)", text)
     prose = [" ".join(part.split()) for part in paragraphs if not part.lstrip().startswith(">>>")]
     sentences = [s for part in prose for s in re.split(r"(?<=[.]) (?=[A-Z`])", part)]

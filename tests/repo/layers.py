@@ -1,7 +1,7 @@
-"""The layers of ARCHITECTURE.md, and the uses of each file.
+"""The layers of ARCHITECTURE.md, and the files that each file uses.
 
-A file uses the files that it includes in C, or imports anywhere in Python or in scripts of the
-page.
+A C file uses the files that it includes. A Python file, or a script of the page, uses the files
+that it imports anywhere.
 """
 
 import ast
@@ -37,7 +37,7 @@ def is_ours(file):
 
 
 def layer(file, tree):
-    """Return the index of the layer that contains a file, or None unless exactly one layer does."""
+    """Return the index of the layer that contains a file, or None if no or several layers do."""
     inside = file.relative_to(ROOT / tree).as_posix()
     here = [
         number
@@ -97,7 +97,7 @@ TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT 
 
 
 def module(words):
-    """Return a list with the file of a module of the project, or [] for other modules."""
+    """Return a list with the file of a module of the project, or [] if a module is external."""
     for top in TOPS:
         for path in (top.joinpath(*words).with_suffix(".py"), top.joinpath(*words, "__init__.py")):
             if words and path.is_file() and is_ours(path):

@@ -1,4 +1,4 @@
-"""Tests of the site that do not need to build it; `make docs` builds the site."""
+"""Tests of the site that work without building the site; `make docs` builds it."""
 
 import re
 import sys
@@ -44,7 +44,7 @@ def test_nothing_is_fetched_from_elsewhere(file):
 
 
 def test_the_waves_of_the_gallery_are_waves():
-    """The axis nods at least five times per revolution, by some degrees."""
+    """Check that the axis nods by some degrees, at least five times per revolution."""
     source = (DOCS / "examples/tops/loops_cusps_waves.py").read_text()
     names = {}
     exec(source.partition("\nt = ")[0], names)

@@ -1,7 +1,8 @@
-"""Results of the C library against files in tests/c.
+"""Results of the C library, compared with files in tests/c.
 
-golden.txt contains the exact bits of the algebraic methods, kernels.txt those of each instruction
-set, and snapshot.txt numbers to six digits. `.ci/snapshots` rewrites golden.txt and snapshot.txt.
+golden.txt contains the exact bits of the algebraic methods. kernels.txt contains the exact bits of
+each instruction set, and snapshot.txt contains numbers to six digits. `.ci/snapshots` rewrites
+golden.txt and snapshot.txt.
 """
 
 import pytest
@@ -45,8 +46,8 @@ def test_the_library_gives_the_numbers_of_the_snapshot(tmp_path):
 def test_every_instruction_set_gives_the_bits_of_its_sums(tmp_path):
     """Compare the output of tests/c/kernels.c with tests/c/kernels.txt.
 
-    The file contains the output for an instruction set with fused multiply-add and for one without,
-    except the names of the sets. Other processors are tested by .ci/processors.
+    The file contains the output, without the names of the sets, for a set with fused multiply-add
+    and for a set without it. Other processors are tested by .ci/processors.
     """
     golden = (ROOT / "tests/c/kernels.txt").read_text().splitlines()
     told = of_the_library(ROOT / "tests/c/kernels.c", tmp_path / "kernels")

@@ -1,4 +1,4 @@
-"""Tests of the code base: names, sizes, no warnings, no global state."""
+"""Tests of the code base: names, sizes, absence of warnings and of global state."""
 
 import ast
 import re
@@ -110,9 +110,9 @@ STRICT = ["-std=c99", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"
 
 
 def test_the_page_s_code_has_no_warnings(tmp_path):
-    """Compile the file that is otherwise compiled by zig only.
+    """Compile with warnings as errors the file that otherwise only zig compiles.
 
-    All other files are compiled with these warnings as errors by .ci/test.
+    .ci/test compiles all other files in the same way.
     """
     need("gcc")
     compile_objects("gcc", ["-O2", *STRICT], [CSRC / "viewer/wasm.c"], tmp_path)
@@ -176,7 +176,7 @@ def functions(file):
 
 
 def of_docstring(node):
-    """Return the number of lines of the docstring of `node`. Docstrings may have any length."""
+    """Return the number of lines of the docstring of `node`. These lines do not count."""
     first = node.body[0]
     return first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
 

@@ -1,4 +1,4 @@
-"""The layers of ARCHITECTURE.md: a file uses files of lower layers or of its own layer only."""
+"""The layers of ARCHITECTURE.md: a file uses only files of lower layers or of the same layer."""
 
 import pytest
 from layers import PLAN, circle, files, layer, layers, targets

@@ -23,7 +23,7 @@ def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
 
 
 def test_methods_md_is_up_to_date():
-    """Compare everything except the measured costs.
+    """Compare the file with the output of the command, except for the measured costs.
 
     `kreisel methods --markdown > METHODS.md` updates the file.
     """

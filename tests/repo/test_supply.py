@@ -1,7 +1,7 @@
 """Tests of third-party software.
 
-They check the versions and hashes of the packages that pip installs, licences, a .venv from another
-checkout, and that the page makes no requests.
+The tests check versions and hashes of the packages that pip installs, licences, and a .venv from
+another checkout. They also check that the page makes no requests.
 """
 
 import importlib.metadata
@@ -24,7 +24,7 @@ def requirements(monkeypatch):
 
 
 def test_all_that_pip_installs_has_a_version_and_hashes(requirements):
-    """If this test fails, run `.ci/lock`."""
+    """Check each package that pip installs. If this test fails, run `.ci/lock`."""
     text = (ROOT / ".ci/locked.txt").read_text()
     assert "//" not in text and "index" not in text
     versions = {}
@@ -61,7 +61,7 @@ def test_the_notice_of_what_is_compiled_in_is_in_the_wheel():
 def test_the_bill_of_materials_has_the_versions_that_are_built_in(requirements):
     bill = json.loads((ROOT / "python/materials.json.in").read_text())
     parts = {part["name"]: part["version"] for part in bill["components"]}
-    assert parts.pop("pybind11") == "@pybind11_VERSION@"  # filled in by CMake
+    assert parts.pop("pybind11") == "@pybind11_VERSION@"  # CMake fills in the version
     (zig,) = requirements["locked"](["ziglang"])
     lock = json.loads((ROOT / "python/viewer/package-lock.json").read_text())["packages"]
     built_in = {

@@ -46,8 +46,8 @@ def compile_objects(compiler, flags, sources, folder):
     return objects
 
 
-# Restores the default handling of Ctrl-C in a program. Tests that run in the background, by nohup
-# or from a shell, pass on an ignored SIGINT.
+# Restores the default handling of Ctrl-C in a program. Tests in the background, started by nohup
+# or by a shell, would let the program ignore SIGINT.
 HEEDING = "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
 
 

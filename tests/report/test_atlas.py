@@ -82,7 +82,7 @@ def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
-    """The midpoint rule accelerates a needle and gives the same wrong attitude for both steps."""
+    """Check a needle that the midpoint rule accelerates, with both steps to the same attitude."""
     cell = examine_case("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
     assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
 
@@ -93,15 +93,15 @@ def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
         (1e-13, 0.0, 64, "right"),
         (1e-3, 4e-4, 64, "degraded"),
         (1.0, 0.4, 64, "lost"),
-        (3.0, 0.15, 64, "lost"),  # two runs that differ so much cannot be trusted
+        (3.0, 0.15, 64, "lost"),  # if two runs differ so much, neither can be trusted
         (3.0, 0.05, 64, "silent"),
         (1e-3, 1e-4, 64, "silent"),
         (1.0, 1e-9, 64, "silent"),
         (1.0, 1e-9, 8, "silent"),  # too large a step would cause a larger difference
         (1e-3, 1e-4, 8, "degraded"),
-        (1.0, 1e-9, 2, "lost"),  # two steps per turn are too few, as is known beforehand
-        (5e-12, 1e-12, 64, "degraded"),  # accumulated rounding
-        (5e-12, 0.0, 64, "silent"),  # accumulated rounding would differ between both runs
+        (1.0, 1e-9, 2, "lost"),  # two steps per turn are too few, as a user knows beforehand
+        (5e-12, 1e-12, 64, "degraded"),  # accumulated rounding errors
+        (5e-12, 0.0, 64, "silent"),  # rounding errors would differ between both runs
         (float("nan"), 0.0, 2, "silent"),
     ],
 )
@@ -111,7 +111,7 @@ def test_verdicts(error, shown, per_turn, expected):
 
 
 def test_what_the_data_do_not_determine_is_lost_not_right():
-    """On the unstable axis, one rounding of the data makes any attitude possible."""
+    """Check a body on the unstable axis, where one rounding error makes any attitude possible."""
     shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
     assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
@@ -122,7 +122,7 @@ def test_a_tolerance_allows_what_was_asked_for():
 
 
 def test_an_error_within_the_requested_tolerance_is_as_asked():
-    """The second run matters only if the error exceeds the tolerance.
+    """Check errors near the tolerance. The second run matters only for errors above the tolerance.
 
     Only the verdict "right" is better than "as asked".
     """
@@ -148,7 +148,7 @@ def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
 
 
 def test_what_the_second_run_shows_is_the_error():
-    """Two runs whose error is C h^p differ by C h^p (1 - 2^-p)."""
+    """Check the estimate: two runs whose error is C h^p differ by C h^p (1 - 2^-p)."""
     for order in (1, 2, 4, 8):
         assert verdicts.estimate_error(1e-3 * (1 - 2.0**-order), order) == pytest.approx(
             1e-3, rel=1e-12
@@ -205,7 +205,7 @@ def twist(who, problem, scene, times, setting):
 @pytest.mark.parametrize("name", FAULTY)
 @pytest.mark.parametrize("fault", [heavier, late, mirror, twist])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
-    """Methods whose own error is below the fault are never right."""
+    """Check that no method whose own error is below the fault is called right."""
     sound = {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
     for cell in atlas_cells.make_cells(CASES[name], with_fault(fault)):
         method = cell["method"]
@@ -218,9 +218,9 @@ def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
     "method", ["exact", "taylor", "kahan_li8", "extrap", "suzuki4", "takahashi_imada4"]
 )
 def test_small_faults_are_found_where_the_method_is_exact_enough(method):
-    """Gravity is wrong by a factor of 1.001.
+    """Check that methods are not called right if gravity is wrong by a factor of 1.001.
 
-    The effect is at least a hundred times the error of each of these methods.
+    The effect of the fault is at least a hundred times the error of each method checked.
     """
 
     def slightly(who, problem, scene, times, setting):
@@ -234,7 +234,7 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
 
 
 def test_a_lost_kick_is_found():
-    """Gravity is missing in one interval, which has a fixed length or the length of a step."""
+    """Omit gravity in one interval, which has a fixed length or the length of a step."""
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def losing(seconds):
@@ -285,9 +285,8 @@ def test_an_order_that_is_not_kept_and_a_tolerance_that_is_not_are_seen():
 def test_the_midpoint_rule_changes_the_axial_momentum_by_a_formula():
     """Compare the change per step with h (1 - cos theta) <v, a_> <torque at a_, v>.
 
-    The formula is derived in stiff_needle.py.
-
-    The drift of the energy is therefore not a fault of the implementation.
+    The formula is derived in stiff_needle.py. If it holds, the energy drift is a property of the
+    method, and not a fault of the implementation.
     """
     case = CASES["stiff: needle, 64 a turn of precession"]
     scene, step = case.scene(), 2 * pi / case.rate / case.steps
@@ -362,7 +361,7 @@ def test_random_tops_are_run_by_every_method_that_suits_them():
 
 @pytest.mark.parametrize("problem", published.load_problems(), ids=lambda problem: problem.name)
 def test_published_references_are_met(problem):
-    """The scene and the reference agree in all of their 17 digits."""
+    """Check that the published references are met in all of their 17 digits."""
     path = kr.solve(problem.scene, problem.end, method="extrap", tol=1e-13)
     assert attitude_error(path.q[-1], problem.reference["q"]) < 1e-9
     who = next(

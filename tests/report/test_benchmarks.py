@@ -36,7 +36,7 @@ def test_a_program_says_what_it_measures(name, capsys):
 
 
 def test_the_core_is_compiled_as_the_library_is():
-    """CMakeLists.txt defines the files, the instruction sets and the options."""
+    """Check that the files, instruction sets and options are those in CMakeLists.txt."""
     said = (ROOT / "CMakeLists.txt").read_text()
     assert compiling.core_files() == core_sources()
     globs = re.search(r"file\(GLOB kernels CONFIGURE_DEPENDS (.*)\)", said)[1].split()

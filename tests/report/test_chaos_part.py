@@ -16,7 +16,7 @@ SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
 
 
 def test_the_ten_regions_differ():
-    """The critical values have different orders, except for two regions separated by g = 1."""
+    """Check the orders of the critical values. Only two regions, with g < 1 and g > 1, agree."""
     kinds = [
         tuple(kind for _, kind in kowalewski.critical_values(g, h)) for g, h in kowalewski.REGIONS
     ]
@@ -74,9 +74,9 @@ def test_a_section_of_kowalewskis_top_has_every_K():
 
 
 def test_frequencies_tell_regular_motions():
-    """Most motions at 2 % are regular.
+    """Check that most motions at 2 % are regular.
 
-    All orbits in a chain of islands have the same rotation number.
+    Also check that all orbits in a chain of islands have the same rotation number.
     """
     axial, turns, change = frequency_data.measure_rotation(16, "moments 2 % apart")
     assert (np.abs(turns) <= 0.5).all() and np.median(change) < 1e-6 and len(axial) == 16

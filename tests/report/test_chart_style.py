@@ -14,7 +14,7 @@ from validation.competitors.method_families import group_methods
 from validation.drawing import cost_curves
 from validation.drawing.style import COLOURS, MARKERS, choose_line_styles, make_panel, plt
 
-# Machado, Oliveira and Fernandes (2009), full dichromacy, on linear RGB.
+# Source: Machado, Oliveira and Fernandes (2009), full dichromacy, for linear RGB.
 VISION = {
     "normal": np.eye(3),
     "protanopia": [
@@ -88,7 +88,7 @@ class Run:
 
 
 def test_methods_that_lead_have_their_own_colour_in_the_small_figures(monkeypatch):
-    """Each label must repeat the colour and the marker of its line."""
+    """Check that each label repeats the colour and the marker of the line that it names."""
     drawn = []
     monkeypatch.setattr(
         cost_curves, "figure_to_svg", lambda figure: drawn.append(figure) or "<svg>"

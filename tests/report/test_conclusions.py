@@ -63,7 +63,7 @@ def run(scene, method, seconds):
 
 
 def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
-    """The scenes are a win, two ties, a loss, and one that no peer solves."""
+    """Check a win, two ties, a loss, and a scene that no peer solves."""
     rows = []
     for scene, own, peer in (
         ("won", 1.0, 1.34),

@@ -1,4 +1,4 @@
-"""Tests that files survive when their writers are killed, and that a torn file is detected."""
+"""Tests that files survive if their writers are killed, and that a partly written file is found."""
 
 import random
 

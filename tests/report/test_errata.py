@@ -8,7 +8,7 @@ from validation.thesis import chapter, errata_maps, su2
 from validation.thesis.integrals import special_scene
 from validation.thesis.trajectories import SCENE, solve_fixed_step, solve_theorem42, solve_truth
 
-STATED = {  # the error of the text, within a tenth, and the largest error of the correction
+STATED = {  # the error of the text, to within a tenth, and the largest error of the correction
     1: (2.42, 5e-3),
     2: (8.5e-2, 1e-13),
     3: (2.96, 5e-3),
@@ -52,7 +52,10 @@ def test_c_does_not_become_right_with_smaller_steps():
 
 
 def test_c_is_not_seen_in_the_scene_of_the_thesis():
-    """The scene has a0 = e3, so <m, p> / g equals <m, a>, and g = p = 1 before scaling."""
+    """Check that the erratum on c has no effect on the scene of the thesis.
+
+    The scene has a0 = e3, so <m, p> / g equals <m, a>, and g = p = 1 before scaling.
+    """
     course = solve_truth(SCENE, np.linspace(0, 20, 21))
     assert course.axial_momentum == pytest.approx(course.vertical_momentum, abs=1e-10)
 
@@ -88,7 +91,7 @@ def test_the_first_terms_of_h_eps_are_the_energy_but_for_a_constant():
 
 
 def test_inverse_and_change_do_not_commute():
-    """The proof of theorem 3.5 has (Phi')^-1 instead of (Phi^-1)'."""
+    """Check the proof of theorem 3.5, which contains (Phi')^-1 instead of (Phi^-1)'."""
     h, a = 1e-5, np.array((2, -1, 2)) / 3
     before, now, after = (su2.rotation_matrix(a, angle) for angle in (0.7 - h, 0.7, 0.7 + h))
     change = (after - before) / (2 * h)
@@ -103,7 +106,7 @@ def test_inverse_and_change_do_not_commute():
     ids=["rk4", "extrap"],
 )
 def test_one_step_methods_need_no_past(words):
-    """Restarts do not reduce the accuracy, which would be impossible for multi-step methods."""
+    """Check that restarts do not reduce the accuracy, as they would in a multi-step method."""
     whole, half = kr.solve(SCENE, 4.0, **words), kr.solve(SCENE, 2.0, **words)
     again, true = kr.solve(half.end, 2.0, **words), su2.exact_attitude(SCENE, 4.0)
     assert kr.attitude_error(again.q[-1], true) < 3 * kr.attitude_error(whole.q[-1], true)
@@ -115,7 +118,10 @@ def test_runge_kutta_has_four_stages():
 
 
 def test_g_is_constant_for_level_momenta_only():
-    """The derivative is dG/dt = 2 M2 <M, P> in the units of (5.2)."""
+    """Check that G is constant for horizontal momenta, and varies for other momenta.
+
+    The derivative is dG/dt = 2 M2 <M, P>, in the units of equation (5.2) of the thesis.
+    """
     level = special_scene("goryachev_chaplygin")
     tilted = level.replace(momentum=SCENE.momentum)
     change = [

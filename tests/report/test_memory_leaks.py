@@ -4,7 +4,7 @@ import pytest
 
 from validation.mutation import memory_leaks
 
-CALLS, FEWER = 150, 100  # caches may grow once by some blocks, a leak grows by one per call
+CALLS, FEWER = 150, 100  # caches may grow once by some blocks, a leak grows by one block per call
 
 
 @pytest.mark.parametrize("name", memory_leaks.list_calls(memory_leaks.Path("/nowhere")))

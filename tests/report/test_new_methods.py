@@ -23,11 +23,11 @@ MACHINERY = [
     for folder in ("competitors", "drawing", "parts", "report")
     for file in sorted((ROOT / "validation" / folder).glob("*.py"))
 ]
-NAMED = {  # why each of these files knows a method by name
+NAMED = {  # files that contain the name of a method, each with the reason
     "chaos": {"taylor"},  # the method that integrates the tangents for the exponents
     "omissions": {"suzuki4", "taylor"},  # the methods whose omissions are measured
-    "ensemble_runs": {"exact", "taylor", "gsl_rk8pd"},  # methods for many tops at once
-    "published": {"rk4"},  # used only to get the angular velocity at the start
+    "ensemble_runs": {"exact", "taylor", "gsl_rk8pd"},  # methods for many tops in one call
+    "published": {"rk4"},  # a method that is used only to get the angular velocity at the start
     "fastest": {"gsl_rk8pd"},  # the peer in the tables
     "frequency_data": {"taylor"},  # the method whose frequencies are compared with the closed form
     "stiff_needle": {"exact"},  # the reference, and not a method that is compared

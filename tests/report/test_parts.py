@@ -49,7 +49,7 @@ TEMPLATE = """<ul>{% for name in names %}<li>{{ name }}</li>{% endfor %}</ul>
 
 
 def diff_trees(one, other):
-    """Return the names of files that differ between two trees."""
+    """Return the names of the files that differ between two trees."""
     names = {
         file.relative_to(tree)
         for tree in (one, other)
@@ -151,7 +151,7 @@ def test_every_part_has_a_template_beside_its_file(part):
 
 @pytest.mark.parametrize("file", ["main.py", "page.py", "templates/report.html"])
 def test_the_report_names_no_part(file):
-    """The files that loop over all parts must not contain the name or the title of a part."""
+    """Check that files that loop over all parts contain no name and no title of a part."""
     text = (ROOT / "validation/report" / file).read_text()
     words = {word for part in PARTS for word in (part.name, part.title, part.heading)}
     named = {word for word in words if re.search(rf"[\"'#>]{re.escape(word)}[\"'<.]", text)}

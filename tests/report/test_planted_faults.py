@@ -31,7 +31,7 @@ FAMILIES = {
 ALL = [*FAMILIES, "led on by reset"]
 
 
-# A time whose rounding turns the top by 2^-19 rad. Only closed forms reach it.
+# Only closed forms reach this time. Rounding the time turns the top by 2^-19 rad.
 LATE = Case(
     "planted", "late", scene_factory(lagrange, **SPUN), 2**34 / (2 * np.pi), 16, closed=True
 )
@@ -132,16 +132,16 @@ def test_sound_runs_are_not_silent(family):
 @pytest.mark.parametrize("fault", SIZES)
 @pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
 def test_what_both_runs_are_off_by_is_silent(family, fault):
-    """Methods whose own errors are far below the fault must be silent.
+    """Check that a fault in both runs is silent if the error of the method is far below the fault.
 
-    A fault within the requested tolerance is an exception.
+    Faults within the requested tolerance are exceptions.
     """
     sound, faulty = find_cells(family)["sound"], find_cells(family)[fault]
     clean = [name for name, cell in sound.items() if cell["shown"] < SIZES[fault] / 100]
     assert clean or (family, fault) == ("8 steps a turn", "1e-9")
     for name in clean:
         cell = faulty[name]
-        # the rotated attitude may by chance be close to the original one
+        # the rotated attitude may by chance be close to the original attitude
         if cell["attitude_error"] < SIZES[fault] / 3:
             continue
         within = cell["tol"] and cell["attitude_error"] <= cell["tol"] * cell["steps"]
@@ -158,7 +158,7 @@ def test_what_grows_with_the_error_is_never_silent(family):
 
 
 def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
-    """At two steps a turn a fault may go unnoticed only if the large step itself is reported."""
+    """Check that at two steps per turn an unnoticed fault comes with a report of the large step."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
@@ -199,13 +199,13 @@ def late():
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
-    """The closed form must be as accurate as the data allow at a late time."""
+    """Check that late faults are silent unless rounding of the initial values explains them."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
     assert silent(late()[fault]) != told_by_data
 
 
 def test_nobody_is_right_at_times_that_no_double_tells():
-    """Every method must refuse such times.
+    """Check that every method refuses a time at which doubles cannot resolve the attitude.
 
     A run that ends at a fraction of the time must be called lost.
     """

@@ -39,13 +39,13 @@ def test_the_report_writes_its_table(quick):
     for name in HORIZONS:
         ran = {
             run["method"]: run for run in rows_of(quick) if run["scene"] == name
-        }  # the tightest setting of each method
+        }  # the last run of each method has the tightest setting
         scene = load_problem(name).to_scene()
         suited = {method for method in kr.methods if kr.methods[method].suits(scene)}
         assert set(ran) == suited | {"heyoka", "scipy_dop853"}
         for method, run in ran.items():
             assert not run["failure"] and float(run["seconds"]) > 0, f"{method} on {name}"
-            if method != "scipy_dop853":  # may stop early on a slow machine
+            if method != "scipy_dop853":  # the run may stop early on a slow machine
                 assert float(run["attitude_error"]) < 0.1 and float(run["energy_error"]) < 1e-2, (
                     f"{method} on {name}"
                 )
@@ -68,7 +68,7 @@ def test_the_report_writes_its_page(quick):
     )
     for file in set(re.findall(r'href="([^#"]+)"', page)) - {
         "thesis.html"
-    }:  # this picture has a separate command
+    }:  # a separate command makes this picture
         assert (quick / file).exists(), file
 
 
@@ -79,7 +79,7 @@ def test_the_report_writes_the_table_of_the_readme(quick):
 
 
 def test_the_report_takes_a_scene_of_ones_own(tmp_path):
-    """The errors must be small although the scene is not described in its principal axes."""
+    """Check that the errors are small although the scene is not described in its principal axes."""
     turned = kr.Body(1.0, [[2.0, 0.3, 0.1], [0.3, 1.5, -0.2], [0.1, -0.2, 1.0]], (0.1, 0.2, 0.6))
     kr.Scene(turned, momentum=(0.5, -0.4, 2.0), gravity=2.0).to_toml(tmp_path / "mine.toml")
     assert report.main(["--quick", "--out", str(tmp_path), str(tmp_path / "mine.toml")]) == 0

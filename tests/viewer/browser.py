@@ -9,20 +9,20 @@ from kreisel import _core
 from toolbox import ROOT
 
 PAGE = view._PAGE
-WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # windows, in pixels
-COARSE = 0.25  # screen pixels per page pixel, for tests that do not depend on the drawing
+WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # sizes of windows [pixels]
+COARSE = 0.25  # screen pixels per page pixel, for tests that do not look at the picture
 UPRIGHT = "Lagrange's top"  # the preset shown when a test of the shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
-TICKS = 1_000_000  # ticks of the page's clock per unit of time
+TICKS = 1_000_000  # the page counts time in ticks; number of ticks per unit of time
 LEVEL = [each for each in _core.quantities if each["doubles"] == 1 and not each["turns"]]
-# measures that the page records
+# names of the quantities that the page records
 MEASURES = [*(each["name"] for each in LEVEL), "error", "modified_energy"]
 TRACE = 2048  # largest number of points in a trace
-ROD_SIDES = 12  # sides of the polygon that a rod has as cross section
+ROD_SIDES = 12  # number of sides of the cross section of a rod, which is a polygon
 
 
 def wait_for(page, condition, arg=None):
-    """Wait until `condition` holds in the page. If it is a function, it is called with `arg`."""
+    """Wait until `condition` holds in the page. A function is called with the argument `arg`."""
     page.evaluate(
         f"""(arg) => new Promise((done, fail) => {{
             const end = performance.now() + 30000;
@@ -72,7 +72,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
 
 
 def load(page, preset=UPRIGHT, **changes):
-    """Load a preset at its start, with some values changed."""
+    """Load a preset, change some values, and stop at the start."""
     loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
@@ -88,7 +88,7 @@ def advance(page, t):
 
 
 def wait_until_time(page, t):
-    """Wait until a jump in time has reached `t`."""
+    """Wait until the page, after a jump in time, shows the time `t`."""
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 

@@ -10,7 +10,7 @@ SOFTWARE = [  # options for rendering without a GPU
     "--no-sandbox",
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
-    "--disable-gpu-compositing",  # faster without an emulated compositor
+    "--disable-gpu-compositing",  # rendering is faster without an emulated compositor
 ]
 
 

@@ -1,4 +1,4 @@
-"""Tests that the page computes the same states as Python, works offline, and saves files."""
+"""Tests that the page computes the same states as Python, works offline and saves files."""
 
 import csv
 import gzip
@@ -127,7 +127,7 @@ def test_extrap_begins_anew_at_each_step(page):
     expected = [*now.attitude, *now.momentum]
     assert state[1:] == pytest.approx(
         expected, abs=1e-9
-    )  # logarithms and powers differ in the last bits
+    )  # logarithms and powers may differ in the last bits
     assert 1e-9 < measure_top(page, 3, "error") < 1e-3
 
 

@@ -117,14 +117,14 @@ def test_record_is_thinned_but_not_its_extremes(page):
     assert (long.min(), long.max()) == pytest.approx((short.min(), short.max()), rel=1e-3)
     assert (
         long[2::2].max() < 0.98 * short.min() and long[3::2].min() > 0.98 * short.max()
-    )  # at every time
+    )  # the values at every time
 
 
 def test_charts_are_of_the_quantities_of_the_table(page):
-    """Check the entries of the menu.
+    """Check that the menu lists all quantities that a chart can show.
 
-    These are all quantities that do not depend on the heading, the attitude error, and K or G if
-    conserved.
+    These are the attitude error, the integral K or G if it is conserved, and all quantities that do
+    not depend on the heading.
     """
     run_to(page, 1)
     menu = page.get_by_label("Quantity in the chart")
@@ -161,7 +161,7 @@ def test_a_chart_draws_an_integral_as_a_change_and_others_as_they_are(page, each
 def read_table(page):
     """Return the current values and changes of the integrals, (tops, 3 or 4, 2).
 
-    The integrals are E, <m, e3>, <m, apex>, and K or G if conserved.
+    The integrals are E, <m, e3> and <m, apex>, and in addition K or G if it is conserved.
     """
     rows = page.locator("#integrals .values").evaluate_all(
         "rows => rows.map((row) => [...row.querySelectorAll('td')].map((cell) => cell.textContent))"

@@ -2,7 +2,7 @@
 
 Contrasts are those of WCAG 2.2, which requires 3 for lines and 4.5 for text. Colour vision is
 simulated by the matrices of Machado, Oliveira and Fernandes (2009) in linear RGB. Distances are
-measured in CIELAB, where a distance of 10 is noticed at a glance.
+measured in CIELAB, where a distance of 10 is seen immediately.
 """
 
 import itertools
@@ -51,7 +51,7 @@ LIGHT, DARK = zip(
     strict=True,
 )
 FAINT = find_colours("style.css", "--faint: light-dark.*")
-HALL = find_colours("controls.css", r"\.projector \{[^}]*")  # ground, panel, faint, light and dark
+HALL = find_colours("controls.css", r"\.projector \{[^}]*")  # ground, panel, faint: light, dark
 EDGES = find_colours("controls.css", "--edge: light-dark.*")
 
 
@@ -115,7 +115,7 @@ TEXTS = [
 
 @pytest.mark.parametrize("name, text", TEXTS)
 def test_a_text_says_where_a_coloured_top_is(name, text):
-    """Readers who cannot distinguish the colours find a top by its side or by its dashed line."""
+    """Check that texts identify a top not only by colour, but by its side or its dashed line."""
     for colour in re.findall(r"\b(red|yellow|violet|green)\b", text.lower()):
         first = text.lower().index(colour)
         around = text.lower()[max(0, first - 40) : first + 50]

@@ -4,8 +4,8 @@ import pytest
 from browser import PAGE, PHONE, WIDE, advance, load, make_viewport, visit, wait_for
 
 FRAMES = [*((width, 480) for width in range(320, 1281, 32)), (798, 600), (768, 1024), (780, 390)]
-SITE = (736, 480)  # the frame on the pages of the site
-# Lists the items of the bar that leave their frame, overlap a neighbour, or are clipped.
+SITE = (736, 480)  # size of the frame in which the site shows the page
+# Lists the items of the toolbar that leave the frame, overlap a neighbour, or are clipped.
 BROKEN = """(() => {
     const frame = document.querySelector('main').getBoundingClientRect();
     const parts = [document.getElementById('bar'), ...document.querySelectorAll('#bar > *')];

@@ -231,7 +231,7 @@ def test_tolerance_is_kept_to(page):
     assert read_scene(page)["tol"] == 1e-10 and errors[1] < 1e-8 < 1e-5 < errors[0]
     field.fill("0")
     field.press("Tab")
-    # a tolerance of zero is not available
+    # the method does not offer a tolerance of zero
     assert 0 < read_scene(page)["tol"] == float(field.input_value())
 
 

@@ -1,6 +1,6 @@
 """Tests that the numbers in texts and in the picture agree with Python.
 
-Drawn solids of revolution must have the mass and the moments of their scenes.
+A drawn solid of revolution must have the mass and the moments of the body in the scene.
 """
 
 import json
@@ -344,7 +344,7 @@ def test_arrows_of_all_tops_are_seen(page):
     load(page, "Sleeping top")
     assert page.evaluate(through) == [True, True]  # the arrows protrude from both bodies
     open_exercise(page, "Both fast")
-    # the second arrow would be hidden in its body
+    # the second arrow would be hidden in the body of the second top
     assert page.evaluate(through) == [False, False]
 
 
@@ -409,7 +409,7 @@ def test_numbers_have_units(page):
 
 
 def list_round_times(page, *asks):
-    """Return the duration of one precession in each of several exercises."""
+    """Return how long one precession takes, in each of several exercises."""
     found = []
     for ask in asks:
         load(page, "Fast precession")

@@ -1,4 +1,4 @@
-"""Tests that the texts of presets are true for tops without a closed form and for methods."""
+"""Tests that the texts of presets tell the truth on tops without a closed form and on methods."""
 
 import kreisel as kr
 import numpy as np
@@ -43,7 +43,7 @@ def largest_errors(page, *times):
     return np.array(found)
 
 
-# Methods beside each other
+# Comparison of methods
 
 
 def test_equal_steps(page):

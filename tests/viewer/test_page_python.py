@@ -41,7 +41,7 @@ def test_a_path_plays_beside_a_live_top(browser, tmp_path):
     page.evaluate(
         "kreisel.page.beginChange(); kreisel.page.editScene((s) => (s.momentum[0] += 0.1))"
     )
-    assert read_scene(page)["tracks"] == []  # the track belonged to another motion
+    assert read_scene(page)["tracks"] == []  # the trace belonged to another motion
     page.context.close()
 
 

@@ -1,4 +1,4 @@
-"""Tests of the recipes: a new entry of presets.json is a preset, and a new quantity is a chart."""
+"""Tests of the recipes: a new entry of presets.json adds a preset, a new quantity adds a chart."""
 
 import sys
 

@@ -121,7 +121,7 @@ def test_wheel_zooms_within_limits(page, on):
     page.mouse.wheel(0, 100)
     wait_for(
         page, f"{size} {'<' if on else '>'} {before}"
-    )  # smaller in the 2D view, or more distant
+    )  # the picture is smaller in the 2D view, or the camera is more distant
     for way, limit in ((8000, least if on else most), (-16000, most if on else least)):
         page.mouse.wheel(0, way)
         wait_for(page, f"Math.abs({size} - {limit}) < 1e-6 * {limit}")
@@ -244,10 +244,10 @@ def test_rod_is_that_of_python_and_grows(page, preset):
     ends = path.apex[::-5] - path.apex[-1]
     assert (
         np.abs(line - (expected - expected[0])).max() < 0.06
-    )  # a sum of segments, each along the tangent at its newer end
+    )  # the sum of the segments, each along the tangent at the newer end of the segment
     assert (
         np.abs(line - (expected - expected[0]) - 0.025 * ends).max() < 0.002
-    )  # the error of this sum
+    )  # the error of this approximation
 
 
 # The trace of the apex

@@ -1,10 +1,10 @@
-"""Tests that meshes are reused, always show the current scene, and do not leak."""
+"""Tests that meshes are reused, always show the current scene, and are freed."""
 
 import numpy as np
 import pytest
 from browser import TICKS, advance, drag, load, read_scene, read_states, wait_for
 
-# Drags a part of top i by some moves, and releases it or not.
+# Drags a part of top i by some moves, and releases the part if requested.
 PULL = """window.pull = (part, moves = 4, {i = 0, altKey = false, lets = true} = {}) => {
     const {canvas} = kreisel.view, [x, y] = kreisel.locate(part, i, 5);
     canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
@@ -15,7 +15,7 @@ PULL = """window.pull = (part, moves = 4, {i = 0, altKey = false, lets = true} =
     for (let k = 1; k <= moves; k++) send('move', x + 3 * (k % 9), y - 2 * (k % 11));
     if (lets) send('up', x, y);
 };"""
-# Returns everything visible: the position, shape and colours of each part, and the letters.
+# Returns all that is visible: the position, shape and colours of each part, and the letters.
 SEEN = """window.seen = () => {
     const {view} = kreisel, parts = [];
     view.world.updateMatrixWorld(true);
@@ -72,7 +72,7 @@ CHANGES = """{
         spinning: () => preset('A spinning top'),
     };
 }"""
-# Creates all parts anew, which must not change the picture.
+# Creates all parts anew. The picture must not change.
 ANEW = "window.anew = () => (kreisel.view.partsKey = '', kreisel.view.build(kreisel.page, false));"
 PAIRS = """(first) => {
     const {page, presets} = kreisel, {onChange} = page;

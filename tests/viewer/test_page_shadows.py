@@ -15,7 +15,7 @@ BRIGHTNESS = """(() => {
     const sum = (at) => data[at] + data[at + 1] + data[at + 2];
     return Array.from({length: 120 * 100}, (_, i) => sum(4 * i));
 })()"""
-ROD = "Elastic rod"  # a scene that shows the rod instead of a body
+ROD = "Elastic rod"  # a scene that is drawn as a rod instead of a body
 
 
 def brightness(page):
@@ -35,7 +35,7 @@ def test_each_scene_has_shadows(page, preset):
     assert darker.max() > 15 and darker.min() > -3
     rows, _ = np.nonzero(darker > 10)
     assert len(rows) > (4 if preset == ROD else 40)
-    assert np.median(rows) > 40  # on the floor, below the middle
+    assert np.median(rows) > 40  # a point on the floor, below the middle of the picture
 
 
 def test_shadows_follow_the_top(page):

@@ -34,7 +34,7 @@ def chosen(page):
 
 
 def wait_until_drawn(page):
-    """Wait until everything is drawn, and return the number of frames so far."""
+    """Wait until everything is drawn, and return the number of frames drawn so far."""
     wait_for(page, "!kreisel.view.isDirty && kreisel.charts.clock === kreisel.page.clock")
     return page.evaluate("kreisel.view.renderer.info.render.frame")
 
@@ -165,7 +165,7 @@ def test_a_light_on_a_handle_asks_for_no_pictures(page):
 
 
 def read_drops(page):
-    """Return feet and heights of the drop lines from the tip of m and from the centre of mass."""
+    """Return the feet and heights of the drop lines from the tip of m and the centre of mass."""
     return np.array(
         page.evaluate(f"""{TOP}.drops.children.map(({{position, children}}) =>
             [...position.toArray(), children[0].scale.z])""")

@@ -132,7 +132,7 @@ def test_pace(page):
     page.get_by_label("Pace").select_option("0.25")
     assert read_scene(page)["speed"] == 0.25
     slider = page.get_by_role("slider", name="Speed")
-    slider.press("End")  # the field is as wide as the largest value so far
+    slider.press("End")  # the field is as wide as the widest value so far
     assert page.get_by_label("Pace").input_value() == slider.get_attribute("max")
 
 

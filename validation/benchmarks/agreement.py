@@ -5,9 +5,10 @@
 Each top is computed by solve, in an ensemble, as a stream, and as a run that is saved and resumed.
 It is also computed with events, as a section, with tangents, and by kr.lyapunov. All these runs
 have the default precision. The reference is the Taylor series with 20 digits. An attitude may
-deviate by `FLOOR` plus `SLACK` times its conditioning. The conditioning is the angle by which one
-rounding of each datum changes the attitude. The program prints a line for each family and each
-disagreement. It exits with status 1 if there is any disagreement.
+deviate from the reference by `FLOOR` plus `SLACK` times the conditioning. The conditioning is the
+angle by which the attitude changes if each initial value and parameter changes by one rounding
+error. The program prints a line for each family and each disagreement. It exits with status 1 if
+there is any disagreement.
 """
 
 import argparse
@@ -195,20 +196,20 @@ def check_events(reference):
     if len(found.t) == len(truth.t):
         yield "events", float(np.abs(found.t - truth.t).max(initial=0.0)) / allowed
         return
-    # Where the height barely touches an extremum, rounding decides whether it is an event.
+    # If the height barely reaches an extremum, rounding decides whether an event is found.
     extra = [t for t in found.t if np.abs(truth.t - t).min(initial=np.inf) > 1e-3]
     missed = [t for t in truth.t if np.abs(found.t - t).min(initial=np.inf) > 1e-3]
     yield "events: number", 2.0 if (extra or missed) and is_generic(scene) else 0.0
 
 
 def apex_range(scene):
-    """Return the range of the height of the apex, but at least the rounding of a height."""
+    """Return the range of the height of the apex, but at least the rounding error of a height."""
     path = kr.solve(scene, np.linspace(0, 3, 50), digits=20)
     return max(float(np.ptp(path.apex[:, 2])), 1e-16)
 
 
 def is_generic(scene):
-    """Return False if the apex is so nearly at rest that its extrema are due to rounding."""
+    """Return False if the apex is almost at rest, so that rounding errors cause its extrema."""
     return apex_range(scene) > 1e-8
 
 
@@ -250,7 +251,7 @@ def check_growth(reference, family):
 
 
 def check_top(family, scene, times, folder):
-    """Return the largest ratio of deviation to bound, for each public function."""
+    """Return the largest ratio of deviation to allowed deviation, for each public function."""
     reference = Reference(scene, times)
     if reference.allowed.max() > UNRESOLVED:
         return {}

@@ -1,11 +1,12 @@
-"""The overhead of kr.solve beyond the work of the core, and the cost of making a scene.
+"""The time that kr.solve adds to the work of the core, and the time to make a scene.
 
     python -m validation.benchmarks.call_overhead [--beside OTHER_PYTHON] [--rounds 15]
 
 The overhead is the time of a call minus the time of the core's own work: making a top, recording
 its states and freeing it. The core's own work is measured in C by call_overhead.c. Every case is
-timed in a separate process, alternately for this kreisel and for that of the other interpreter. The
-result is the median over the rounds of the fastest of 25 repeats, in microseconds.
+timed in a separate process. The processes run alternately with this kreisel and with the kreisel of
+the other interpreter. In each round, the fastest of 25 repeats counts. The result is the median
+over the rounds, in microseconds.
 """
 
 import argparse
@@ -75,7 +76,7 @@ def time_core(folder):
 
 
 def gsl_flags():
-    """Return the linker flags for GSL, if the library was built with it."""
+    """Return the linker flags for GSL if the library was built with GSL."""
     if "gsl_bsimp" not in kr.methods:
         return []
     asked = subprocess.run(["pkg-config", "--libs", "gsl"], capture_output=True, text=True)
@@ -112,7 +113,7 @@ def main(argv=None):
 
 
 def format_row(name, own, calls):
-    """Return a row with the core's own work, call and overhead of each kreisel, and a verdict."""
+    """Return a row: the times of the core and of the call, the overhead, and a verdict."""
     shares = [None if own is None else call - own for call in calls]
     cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)

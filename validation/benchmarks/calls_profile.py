@@ -2,8 +2,9 @@
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-Returns are counted too: calls into a file that an earlier call had left for another file. Calls of
-numpy, the standard library and the core are not counted, and neither are calls on other threads.
+Returns to a file are counted too. A return is a call into a file that was used before, with calls
+into other files in between. Calls of numpy, the standard library and the core are not counted, and
+neither are calls on other threads.
 """
 
 import argparse

@@ -127,7 +127,7 @@ class QuadMap:
         )
 
     def __call__(self, jobs):
-        """Return the states of each (case, step, integers k), as 7 mpmath numbers."""
+        """Return the states after k steps as 7 mpmath numbers each, for (case, step, list of k)."""
         lines = []
         for (i1, i3, lever, q, m), step, ks in jobs:
             numbers = (i1, i3, lever, step, *cases.normalize(q), *m)

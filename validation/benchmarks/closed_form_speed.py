@@ -3,8 +3,8 @@
     python -m validation.benchmarks.closed_form_speed [scene ...] [--rounds 41]
 
 kreisel is timed in C by closed_form_speed.c, and heyoka in its own loops, so that the overhead of
-Python is negligible. The runs of both are interleaved, and the fastest of all rounds counts.
-Disturbances mainly affect heyoka, whose runs are longer.
+Python is negligible. The runs of both programs are interleaved, and the fastest of all rounds
+counts. Other load on the machine slows heyoka most, because its runs are longer.
 """
 
 import argparse

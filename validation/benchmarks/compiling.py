@@ -1,4 +1,4 @@
-"""Compilation of the core as in CMakeLists.txt, with functions that users cannot call.
+"""Compilation of the core as in CMakeLists.txt, plus functions that users cannot call.
 
 Benchmarks and studies add sources, choose instruction sets, or change numbers of terms.
 """
@@ -30,7 +30,7 @@ def core_files():
 
 
 def isa_files():
-    """Return the source files that are compiled again for each instruction set."""
+    """Return the source files that are compiled once for each instruction set."""
     names = ("batch_eval.c", "batch_setup.c", "closed_form.c", "kowalewski.c", "map.c")
     exact = [CSRC / "exact" / name for name in names]
     return [*sorted(CSRC.glob("*/kernel*.c")), *exact]

@@ -3,11 +3,11 @@
     python -m validation.benchmarks.ensemble_speed [throughput threads large single]
 
 Random tops of one body are solved to t = 100 in two threads. Every program runs at several
-tolerances. In each round, all runs are timed in turn. Times are per top, interpolated to equal
-median attitude errors of a sample. The figure that is graded is the median over the rounds of the
-ratio to heyoka's batches of eight. The reference is a series with 30 digits. `must` and `stretch`
-are the required and the desired figure. SciPy solves only a few tops on one thread. Its time is
-halved, as if two threads shared the tops.
+tolerances. In each round, all runs are timed in turn. Times are per top. They are interpolated to
+equal median attitude errors of a sample of the tops. The reference is a series with 30 digits. In
+each round, the time of heyoka's batches of eight is compared with kreisel's time. The median of
+this ratio over the rounds is graded. `must` and `stretch` are the required and the desired ratio.
+SciPy solves only a few tops on one thread. Its time is halved, as if two threads shared the tops.
 """
 
 import argparse
@@ -45,7 +45,7 @@ print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM"
 
 
 def print_grade(what, value, must, stretch=None, unit="", at_most=False):
-    """Print a figure with its required and desired bounds."""
+    """Print a measured ratio with the required and the desired ratio."""
     sign = -1 if at_most else 1
     grades = {"stretch": stretch, "must": must}
     met = (name for name, bound in grades.items() if bound and sign * value >= sign * bound)
@@ -108,9 +108,9 @@ def print_comparison(what, told, bounds):
 
 
 def threads(options):
-    """Print the speedup of two threads, and that of two simultaneous calls on one thread each.
+    """Print the speedups by two threads, and by two simultaneous calls on one thread each.
 
-    The second speedup is the most that the machine allows.
+    The second speedup is the largest that the machine allows.
     """
     cases = {"asymmetric": ("taylor", Setting(tol=1e-9)), "Lagrange": ("exact", Setting())}
     for kind, (method, setting) in cases.items():
@@ -123,7 +123,7 @@ def threads(options):
 
 
 def measure_gains(one, two, rounds):
-    """Return the median speedups of two threads and of two simultaneous calls."""
+    """Return the median speedups by two threads and by two simultaneous calls."""
     with ThreadPoolExecutor(2) as pool:
 
         def beside():
@@ -137,7 +137,7 @@ def measure_gains(one, two, rounds):
 
 
 def large(options):
-    """Print the time and the memory that a very large ensemble takes."""
+    """Print the time and the memory needed to solve a very large ensemble."""
     n = options.large
     side, build = options.side, draw_tops("Lagrange", n).ensemble
     for what, call, must in (
@@ -160,7 +160,7 @@ def large(options):
 def single(options):
     """Print the ratio of the errors of an ensemble to the errors of individual runs.
 
-    The unit of the errors is the effect of a rounding of the start on each top.
+    The error of each top is divided by the effect of one rounding error at its start.
     """
     for kind in SCENES:
         tops = draw_tops(kind, options.sample)

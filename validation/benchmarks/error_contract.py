@@ -4,10 +4,11 @@
 
 Random tops of several families are solved to random times up to 100 in both directions, for targets
 from 1e-3 to 1e-10. The true attitude error on [0, t] is compared with the target. The reference is
-the Taylor series with 30 digits. On ten of every hundred scenes it is checked against heyoka with
-60 digits. The price is the number of torque evaluations, including trial runs, over the number
-needed with the largest step that meets the target. A refusal is needless if the rounding error of
-the Taylor series in doubles is less than a third of the target.
+the Taylor series with 30 digits. On ten of every hundred scenes, the reference is checked against
+heyoka with 60 digits. The price compares numbers of torque evaluations. It is the number used,
+including trial runs, divided by the number that the largest sufficient step needs. A refusal is
+called needless if the Taylor series in doubles has a rounding error of less than a third of the
+target.
 """
 
 import argparse
@@ -116,7 +117,7 @@ def near_a_rod(rng):
 
 
 def lively(rng):
-    """Draw an asymmetric body with about the energy to turn over, where motion is chaotic."""
+    """Draw an asymmetric body with nearly enough energy to turn over, where motion is chaotic."""
     body = random_body(rng, "asymmetric")
     lever = body.mass * np.linalg.norm(body.com)
     momentum = rng.normal(size=3) * np.sqrt(lever * max(body.moments))
@@ -132,7 +133,8 @@ def fast(rng):
 def nearly_of_a_kind(rng):
     """Draw a nearly symmetric or nearly spherical top, with any attitude or near upright.
 
-    The moments, the centre of mass or both deviate by 1e-16 to 1e-11 from those of the exact kind.
+    The moments, the centre of mass or both deviate by 1e-16 to 1e-11 from an exactly symmetric or
+    spherical top.
     """
     first, second = 10 ** rng.uniform(-16, -11, 2) * rng.choice([-1.0, 1.0], 2)
     off = (first, 0.0), (0.0, second), (first, second)
@@ -173,10 +175,10 @@ class Case:
     family: str
     plan: kr.Plan | None = None
     refused: str = ""
-    needless: bool = False  # the run was refused although roundings do not explain the refusal
+    needless: bool = False  # refused, although rounding errors do not explain it
     error: float = 0.0  # true error [rad]
     price: float = 0.0  # cost, including trials, over the cost of the cheapest sufficient run
-    alone: float = 0.0  # the same ratio without trials
+    alone: float = 0.0  # cost, excluding trials, over the cost of the cheapest sufficient run
     shown: float = 1.0  # ratio of true to estimated error of a path
     apart: float = 0.0  # difference between the two references, relative to the target
 
@@ -191,7 +193,7 @@ def run_error(case, times, truth, steps):
 
 
 def fewest_steps(case, times, truth, steps):
-    """Return, within 5 %, the fewest steps with which the chosen method meets the target.
+    """Return the fewest steps with which the chosen method meets the target, within 5 %.
 
     Step numbers up to about 4 * `steps` are tried.
     """
@@ -202,13 +204,13 @@ def fewest_steps(case, times, truth, steps):
 
 
 def rounding_error(case, times):
-    """Return the effect of roundings on a Taylor run in doubles [rad]."""
+    """Return the attitude error due to rounding of a Taylor run in doubles [rad]."""
     one, other = (kr.solve(case.scene, times, "taylor", digits=digits).q for digits in (16, 20))
     return attitude_errors(one, other).max()
 
 
 def estimate_ratio(case, times, truth):
-    """Return the ratio of the true error of a path at `times` to its own estimate.
+    """Return the ratio of the true error of a path at `times` to the error that the path estimates.
 
     The ratio is 1 if the error is at rounding level, or if the run is refused.
     """
@@ -244,7 +246,7 @@ def judge_case(case, second=None):
 
 
 def print_row(name, cases):
-    """Print a row for these cases, and return the number of missed targets and the price."""
+    """Print a row for `cases`, and return the number of missed targets and the price."""
     done = [case for case in cases if not case.refused]
     over = np.array([case.error / case.target for case in done])
     shown = np.array([case.shown for case in done])

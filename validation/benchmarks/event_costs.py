@@ -3,11 +3,10 @@
     python -m validation.benchmarks.event_costs
 
 The time of a run to t = 1000 with one event is divided by the time of a run without events. Both
-programs run alternately in one process, at the tightest tolerance and at 1e-9. For heyoka, its own
-event detection is used. Each line of output ends with the ratio of heyoka's time to kreisel's and
-with both numbers of events. The numbers of heyoka include the start, which is an event in both
-scenes. The nutation event is a zero of the time derivative of the apex height, and the plane is
-apex_x = 0.
+programs run alternately in one process, at the tightest tolerance and at 1e-9. heyoka uses its own
+event detection. Each line of output ends with the ratio of heyoka's time to kreisel's time, and
+with both numbers of events. heyoka also counts the start, which is an event in both scenes. The
+nutation event is a zero of the time derivative of the apex height, and the plane is apex_x = 0.
 """
 
 import argparse

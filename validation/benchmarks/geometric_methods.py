@@ -1,4 +1,4 @@
-"""Benchmarks of the geometric methods, with the required bound of each figure.
+"""Benchmarks of the geometric methods, with the required bound of each result.
 
     python -m validation.benchmarks.geometric_methods [section ...] [--full]
 
@@ -30,7 +30,7 @@ failed = []
 
 @dataclass(frozen=True)
 class Extent:
-    """The extent of a run: the rounds of timing, and the scenes for the error guarantee."""
+    """The extent of a benchmark: the rounds of timing, and the scenes for the error guarantee."""
 
     rounds: int
     scenes: int
@@ -134,7 +134,7 @@ def time_rounds(rounds, *calls):
 
 
 def time_ratio(one, two):
-    """Return the ratio of the shortest times, because disturbances can only add time."""
+    """Return the ratio of the shortest times. Other load on the machine can only add time."""
     return min(one) / min(two)
 
 
@@ -184,7 +184,7 @@ def gni(extent):
 
 
 def simo_wong(extent):
-    """Compare energy errors at the published step with the published ones."""
+    """Compare the energy errors at the published step with the published energy errors."""
     scene = load_literature_top("simo_wong_fast_top").to_scene()
     step = np.radians(26) / 50.0
     errors = {

@@ -2,9 +2,8 @@
 
     python -m validation.benchmarks.goryachev_chaplygin_speed [--tops 10000] [--checked 2000]
 
-The moments are exactly 4 : 4 : 1, with the axes in any order, and the momenta are horizontal. In
-all other respects, the tops and the measurements are those of
-validation/benchmarks/kowalewski_speed.py.
+The moments are exactly 4 : 4 : 1, with the axes in any order, and the momenta are horizontal.
+Everything else is drawn and measured as in validation/benchmarks/kowalewski_speed.py.
 """
 
 import kreisel as kr

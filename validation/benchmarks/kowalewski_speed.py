@@ -5,8 +5,8 @@
 The moments are exactly 2 : 2 : 1, with the axes in any cyclic order. Rates are 0.1 to 10 in the
 top's own unit of time. The centre of mass lies along either equal axis, and gravity has both signs.
 The reference is kreisel's Taylor series with 30 digits. The first `--checked` tops are compared
-with it at a time of 1 to 1000 units of either sign. For the first `--late` tops the time is 1e6
-units, which takes a minute each.
+with the reference at a time of 1 to 1000 units of either sign. The first `--late` tops are compared
+at 1e6 units, which takes a minute for each top.
 """
 
 import argparse
@@ -36,7 +36,7 @@ def draw(rng):
 
 
 def miss(scene, top, t):
-    """Return the attitude error [rad] and the relative momentum error at `t`."""
+    """Return the attitude error [rad] and the relative momentum error of the closed form at `t`."""
     truth, got = kr.solve(scene, [t], digits=30), top([t])
     p, q = truth.q[0], got.q[0]
     near = min(np.linalg.norm(p - q), np.linalg.norm(p + q))

@@ -1,10 +1,10 @@
-"""Savings from omitted output and computation, the latency of Ctrl-C, and checkpoint costs.
+"""The time saved by omitting output and computation, the delay of Ctrl-C, and checkpoint costs.
 
     python -m validation.benchmarks.omission_costs [--rounds 25]
 
-Each ratio is the time of the complete run over the time of the run with omissions. Both are the
-fastest of several interleaved rounds. The required and desired ratios are printed beside each
-ratio.
+Each ratio is the time of the complete run divided by the time of the run with omissions. Both times
+are the shortest of several interleaved rounds. The required and desired ratios are printed beside
+each ratio.
 """
 
 import argparse
@@ -100,7 +100,7 @@ def print_omissions(rounds):
 
 
 def output_cases():
-    """Yield cases with less output: name, complete run, reduced run, and the bounds if any."""
+    """Yield cases with less output: the name, the complete run, the reduced run, any bounds."""
     ends, few = np.array([0.0, END]), np.linspace(0, END, 1000)
     yield (
         "attitude, in C: want nutation and energy at the end",
@@ -129,7 +129,7 @@ def output_cases():
 
 
 def problem_cases():
-    """Yield cases with less to compute: name, complete run, reduced run."""
+    """Yield cases with less to compute: the name, the complete run and the reduced run."""
     symmetric, ends = kr.scenes.thesis, np.array([0.0, END])
     still, body = symmetric.replace(gravity=0.0), symmetric.body
     i1, i2, i3 = body.inertia
@@ -154,7 +154,7 @@ def problem_cases():
 
 
 def make_step_run(scene):
-    """Return a call that takes the same number of steps for every scene, enough to be timed."""
+    """Return a call that takes the same number of steps for every scene, enough for timing."""
     return compiled_core.make_recording_call(
         compiled_core.scene_bytes(scene), "taylor", np.array([1e5]), most=1000
     )

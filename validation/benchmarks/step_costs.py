@@ -1,9 +1,9 @@
-"""The cost of a step, compared with heyoka's at its tightest tolerance, and of recording.
+"""The cost of a step, compared with heyoka at its tightest tolerance, and the cost of recording.
 
     python -m validation.benchmarks.step_costs [scene ...] [--rounds 25]
 
 A step of heyoka covers much more time than a step of kreisel. The ratio shows the overhead of the
-methods and of the driver, and not which program is better.
+methods and of the driver. It does not show which program is better.
 """
 
 import argparse
@@ -46,7 +46,7 @@ def format_spread(values, form):
 
 
 def print_steps(scene, rounds):
-    """Print the median cost of a step, and the median over the rounds of its ratio to heyoka's."""
+    """Print the median cost of a step, and the median ratio of heyoka's step cost to this cost."""
     problem = load_problem(scene)
     heyokas = {
         name: HeyokaRun(problem, STEPS * STEP, Setting(tol=EPS), **options)
@@ -74,7 +74,7 @@ def print_steps(scene, rounds):
 
 
 def print_recording(scene, rounds):
-    """Print the cost of keeping every step over keeping none, from Python with new memory."""
+    """Print the time with all steps kept over the time with none, in Python with new memory."""
     problem = load_problem(scene)
     print(f"\n{scene}: time with {STEPS} states over time with none, from Python, in new memory")
     for who in list_contenders(problem):
@@ -91,7 +91,7 @@ def print_recording(scene, rounds):
 
 
 def print_recording_in_c(rounds):
-    """Print the same ratio in C with reused memory, measured by record.c."""
+    """Print the time with all steps kept over the time with none, in C with reused memory."""
     if not (shutil.which("cmake") and shutil.which("cc")):
         print("\nrecording in C needs cmake and cc")
         return

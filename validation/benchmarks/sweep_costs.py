@@ -1,9 +1,9 @@
-"""The cost of a sweep, compared with ensembles without files, of its plan, and of Ctrl-C.
+"""The costs of a sweep, compared with ensembles without files, and of planning and interrupting it.
 
     python -m validation.benchmarks.sweep_costs [cost memory plan stop check]
 
-`must` is the required figure. `cost` computes the same tops part by part with and without files. In
-each round, both are timed in turn. The files are written to --folder.
+`must` is the required result. `cost` computes the same tops part by part, with and without files.
+In each round, both computations are timed in turn. The files are written to --folder.
 """
 
 import argparse
@@ -117,7 +117,7 @@ def make_plan(tops, folder):
 
 
 def stop(options):
-    """Print the time until Ctrl-C ends a sweep that is within a part."""
+    """Print the time until Ctrl-C ends a sweep that is computing a part."""
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         command = [sys.executable, "-c", STOPPED, f"{folder}/here", str(10**7)]
         time_interrupt("by threads", command, subprocess.PIPE)
@@ -142,7 +142,7 @@ def time_interrupt(what, command, said, parts=None):
 
 
 def check(options):
-    """Print the rate at which parts are verified."""
+    """Print how fast parts are verified."""
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         found = run_sweep(f"{folder}/runs", options.tops)
         size = sum(file.stat().st_size for file in Path(found.folder).iterdir())

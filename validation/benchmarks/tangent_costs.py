@@ -1,4 +1,4 @@
-"""The cost of tangents.
+"""The time that tangents add to a run.
 
     python -m validation.benchmarks.tangent_costs [scalar ensemble heyoka rate]
 

@@ -2,11 +2,11 @@
 
     python -m validation.benchmarks.taylor_speed [ratios long digits dense]
 
-All calls run alternately in one process, and times are medians. Errors are those of the attitude at
-the end. The reference is the series with 30 digits, which is first checked against heyoka in 128
-bits. `must` and `stretch` are the required and the desired figure. For heyoka, seven equations are
-integrated, not in compact mode. Both programs use the loosest tolerance at which, and below which,
-the error meets the target.
+All calls run alternately in one process, and times are medians. Errors are attitude errors at the
+end. The reference is the series with 30 digits, which is first checked against heyoka in 128 bits.
+`must` and `stretch` are the required and the desired ratio. heyoka integrates seven equations, not
+in compact mode. Each program uses the loosest tolerance for which this and all tighter runs meet
+the error target.
 """
 
 import argparse
@@ -26,7 +26,7 @@ from ..references.problems import load_problem
 SCENES = ("thesis", "kowalewski", "asymmetric", "fast", "strong_gravity")
 TARGETS = ((1e-3, 2, 3), (1e-6, 2.2, 4), (1e-9, 2.2, 4), (0, 4.5, 7))  # error; must, stretch
 EPS = np.finfo(float).eps
-# tolerances looser than that of the reference
+# tolerances looser than the tolerance of the reference
 LOOSER = ("1e-28", "1e-29", "1e-30", "1e-31", "1e-32")
 TOLERANCES = 10.0 ** np.arange(-2, -15.6, -0.25)
 
@@ -95,9 +95,10 @@ def make_real128_run(name, t, tol):
 
 
 def median_times(calls, rounds=41):
-    """Return the median time of the first call, and times of the other calls from ratios to it.
+    """Return the median time of the first call, and this time multiplied by the others' ratios.
 
-    The calls are interleaved, and each ratio is the median over the rounds.
+    The calls are interleaved. The ratio of a call's time to the first call's is a median over the
+    rounds.
     """
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = timing.time_in_turn(calls, about, rounds)
@@ -107,7 +108,7 @@ def median_times(calls, rounds=41):
 
 @functools.cache
 def make_ladder(make, name, t, tightest, **words):
-    """Return runs from loose to tight, each with the largest error of this and all tighter runs."""
+    """Return the runs from loose to tight, with the largest error of this and tighter runs."""
     runs = [make(name, t, tol, **words) for tol in (*TOLERANCES, tightest)]
     errors = [attitude_error(name, t, run()) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1], strict=True))

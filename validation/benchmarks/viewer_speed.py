@@ -3,9 +3,9 @@
     python -m validation.benchmarks.viewer_speed
 
 The steps of a frame cover 1/60 of a unit of time. Each time is the median of its repetitions,
-followed by the largest. For drags, the program also prints the 99th percentile and the longest time
-that the page's own thread works for an event. On a busy machine the page also waits for the
-processor.
+followed by the largest. For drags, the program also prints the 99th percentile, and the longest
+time that the page's own thread works for one event. Durations also contain waiting for the
+processor on a busy machine.
 """
 
 import argparse
@@ -27,7 +27,7 @@ PAIRS = [
 
 WINDOW = {"width": 1280, "height": 800}
 EVENTS = 600  # per drag
-DRAGS = [  # preset, dragged part, top, and index of a corner
+DRAGS = [  # preset, dragged part, index of the top, and index of a corner
     ("A spinning top", "tip", 0, 0),
     ("A spinning top", "face", 0, 0),
     ("Sleeping top", "tip", 1, 0),
@@ -47,7 +47,7 @@ READY = """new Promise((done) => { const look = () => {
     kreisel.view.renderer.getContext().finish();
     done(performance.now());
 }; look(); })"""
-# Returns eleven means over 2000 frames of the milliseconds per frame for stepping alone.
+# Returns eleven values: the mean time of stepping in a frame [ms], each over 2000 frames.
 STEPPING = """(methods) => Array.from({ length: 11 }, () => {
     const preset = kreisel.presets.find((preset) => preset.name === "Compare four");
     kreisel.page.load({ ...preset, methods, step: [0.01, 0.01] });
@@ -75,7 +75,7 @@ LOAD = """(name) => {
     const preset = kreisel.presets.find((preset) => preset.name === name.split(",")[0]);
     kreisel.page.load({ ...preset, ghost: name.endsWith("ghost") });
 }"""
-# Returns the frames and milliseconds from each pointermove until it is drawn.
+# Returns how many frames and milliseconds pass from each pointermove until it is drawn.
 WATCH = """window.seen = []; kreisel.view.canvas.addEventListener("pointermove", (event) => {
     const { render } = kreisel.view.renderer.info, before = render.frame;
     let frames = 0;
@@ -131,7 +131,7 @@ def time_drag_events(browser, page, *held):
 
 
 def time_drag(page):
-    """Move the green tip a hundred times, and return frames and milliseconds until each drawing."""
+    """Move the green tip 100 times, and return the frames and milliseconds until each is drawn."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)

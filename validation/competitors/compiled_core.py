@@ -1,6 +1,6 @@
-"""The compiled core without its Python layer, to be timed like the inner loop of a peer.
+"""The compiled core without its Python layer, for comparison with the inner loop of a peer.
 
-No other file of validation uses private names of kreisel to run individual tops.
+This is the only file of validation that runs individual tops through private names of kreisel.
 """
 
 from functools import partial

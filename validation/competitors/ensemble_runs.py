@@ -1,4 +1,4 @@
-"""Integration of many tops of one body, by ensembles of kreisel and by peers used well.
+"""Integration of many tops of one body, by ensembles of kreisel and by peers in their best setting.
 
 For given tops, a setting and a number of threads, each program prepares a call. The call can be
 repeated, and returns the attitudes at the end, (n, 4). With heyoka, seven equations with the
@@ -51,7 +51,7 @@ def check_end_time(results):
 
 
 def make_batch_call(tops, setting, threads):
-    """Return a call in which heyoka integrates batches of eight, each on the next free thread."""
+    """Return a call in which heyoka integrates batches of eight tops on the next free threads."""
     starts, end = pad_to_batches(tops), tops.end
     own = [make_integrator(tops, setting) for _ in range(threads)]
     pool = ThreadPoolExecutor(threads)
@@ -95,8 +95,8 @@ def make_ensemble_call(tops, setting, threads):
 def make_scipy_call(tops, setting, threads):
     """Return a call in which SciPy integrates one top after another.
 
-    Python uses one thread. Its time may be divided by the number of threads, because processes
-    would share the tops.
+    Python uses one thread. The time may be divided by the number of threads, because several
+    processes could share the tops.
     """
     runs = [
         ScipyRun(replace(tops.problem, momentum=momentum), tops.end, setting)
@@ -160,7 +160,7 @@ PEERS = (
 def select_movers(tops, each=1):
     """Return the programs that can integrate these tops, kreisel first.
 
-    With `each` > 1, they keep only every `each`-th setting, counted from the tightest.
+    With `each` > 1, the programs keep only every `each`-th setting, counted from the tightest.
     """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [

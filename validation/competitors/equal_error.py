@@ -13,7 +13,7 @@ import numpy as np
 from ..references.problems import attitude_errors
 from . import timing
 
-NEAR = 1.2  # safety factor on the larger of the two smallest errors, which scatter
+NEAR = 1.2  # safety factor on the larger of the two smallest errors, because these errors scatter
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Run:
     middle: float  # median of the attitude errors of a sample [rad]
     bad: float  # 90 % quantile of these errors [rad]
     worst: float
-    seconds: list  # per top, one for each round
+    seconds: list  # time per top, one value for each round
 
     @property
     def microseconds(self):
@@ -81,7 +81,7 @@ def group_by_mover(found):
 
 
 def tightest_common_error(own, other):
-    """Return the smallest error that both programs reach and keep at tighter settings."""
+    """Return the smallest error that both programs reach and do not exceed at tighter settings."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
 
@@ -101,7 +101,7 @@ def seconds_at(target, own):
 
 
 def time_ratio(other, own, target):
-    """Return the median over the rounds of `other` over `own` time, and both times [s].
+    """Return the median time ratio of `other` to `own` over the rounds, and both times [s].
 
     All results are nan if one of the two programs does not reach the error.
     """

@@ -31,7 +31,7 @@ def describe_cores():
 
 
 def compiler_version():
-    """Return the compilers that built the extension, as recorded in its file."""
+    """Return the compilers that built the extension, as recorded in the extension's file."""
     made = re.findall(
         rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
     )

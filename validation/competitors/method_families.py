@@ -1,6 +1,6 @@
 """Families of methods for the figures, defined by properties of the methods.
 
-A new method is assigned to a family without a change of this file.
+A new method is assigned to a family automatically, without a change of this file.
 """
 
 import kreisel as kr
@@ -17,7 +17,7 @@ TITLES = {
 
 
 def group_methods():
-    """Return {title: (methods of the family, peers shown with them)}."""
+    """Return {title: (methods of the family, peers shown in the same figure)}."""
     others = [*filter(is_of_gsl, kr.methods), *(who.name for who in PEERS)]
     yardstick = [PEERS[0].name]
     return {

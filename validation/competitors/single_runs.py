@@ -1,9 +1,10 @@
 """Runs of one top at one setting, by all methods of kreisel and by two peers.
 
-A contender makes runs. The method `solve()` of a run is timed, and returns the attitude at the end.
-`attitude()` converts this attitude to the principal axes. `record(times)` returns attitudes and
-momenta. `steps` and `evaluations`, those of the right-hand side or the torque, are None if they do
-not exist. `setup` is the duration of the preparation [s], or None if there is none.
+A contender, which is a method or a peer, makes runs. The method `solve()` of a run is timed, and
+returns the attitude at the end. `attitude()` converts this attitude to the principal axes.
+`record(times)` returns attitudes and momenta. `steps` is the number of steps. `evaluations` is the
+number of evaluations of the right-hand side or of the torque. Either is None if the method has no
+such number. `setup` is the duration of the preparation [s], or None if there is none.
 """
 
 import math
@@ -64,7 +65,7 @@ class KreiselRun:
 
 
 class HeyokaRun:
-    """A run of heyoka in its fastest form: seven equations with constants, not in compact mode."""
+    """A run of heyoka's fastest form: seven equations with constants, not in compact mode."""
 
     evaluations = None
 
@@ -151,7 +152,7 @@ class ScipyRun:
 def compile_general_heyoka(tol, coefficients):
     """Compile one integrator for all tops.
 
-    It is as accurate as an integrator for a single top, but slower.
+    This integrator is as accurate as an integrator for a single top, but slower.
     """
     system = equations.build_general_system(float, coefficients)
     return hy.taylor_adaptive(
@@ -160,7 +161,7 @@ def compile_general_heyoka(tol, coefficients):
 
 
 def series_order(tol):
-    """Return the order of heyoka's series, which is also its number of evaluations per step."""
+    """Return the order of heyoka's series, which is also the number of evaluations per step."""
     return math.ceil(1 - math.log(tol) / 2)
 
 

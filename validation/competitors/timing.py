@@ -1,6 +1,6 @@
 """Timing on a noisy machine: in each round, every call runs once.
 
-A disturbance then affects all calls alike.
+Other load on the machine then slows all calls alike.
 """
 
 import gc
@@ -54,7 +54,7 @@ def time_in_turn(calls, seconds, rounds, tick=lambda: None):
 
 
 def best_times(calls, rounds, trials=1):
-    """Return the shortest time of each call over the rounds, because disturbances only add time."""
+    """Return the shortest time of each call over the rounds, because other load only adds time."""
     about = [min(time_once(call) for _ in range(trials)) for call in calls]
     samples, interrupted = time_in_turn(calls, about, rounds)
     if interrupted:

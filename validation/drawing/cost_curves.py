@@ -16,9 +16,9 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def collect_lines(groups, quantity, cost):
-    """Return the costs and errors of each method from loose to tight, and limits that include all.
+    """Return the costs and errors of each method from loose to tight, and limits of the axes.
 
-    Both results are empty if nothing is known.
+    Both results are empty if no costs and errors are known.
     """
 
     def cost_and_error(row):
@@ -65,7 +65,7 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draw one family in colours and with names, peers in ink, and all other methods in grey."""
+    """Draw one family coloured and named, peers in the text colour, and other methods in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -105,7 +105,7 @@ def find_leaders(lines):
 
 
 def select_leaders(groups, methods, quantities_and_costs):
-    """Return the members of `methods` that lead in one of the figures, except closed forms."""
+    """Return the members of `methods` that are leaders in a figure, except closed forms."""
     found = set()
     for quantity, cost in quantities_and_costs:
         lines, _ = collect_lines(groups, quantity, cost)
@@ -116,7 +116,7 @@ def select_leaders(groups, methods, quantities_and_costs):
 
 
 def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
-    """Draw all methods in one panel: `named` in colours, `peers` in ink, and the others in grey.
+    """Draw all methods in one panel: `named` coloured, `peers` in the text colour, others grey.
 
     A method of `named` has the same colour and marker in every panel with the same `named`.
     """

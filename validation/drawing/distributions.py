@@ -47,7 +47,7 @@ def draw_distributions(errors, family, peers):
 
 
 def label_positions(errors, styles):
-    """Return the positions of the names, ordered by error, each lower than the one before."""
+    """Return the positions of the names, ordered by error, each below the previous position."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)
         for name in styles

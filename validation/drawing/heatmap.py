@@ -1,4 +1,4 @@
-"""Heat maps of errors: cases by methods, where each square has a colour, a decade and a mark."""
+"""Heat maps of errors by case and method. Each square shows a colour, a power of ten and a mark."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide a
 
 @dataclass(frozen=True)
 class Square:
-    """The content of one square: the decade of its error, or only a mark."""
+    """The content of one square: the power of ten of the error, or only a mark."""
 
     row: str
     column: str
@@ -76,7 +76,7 @@ def set_labels(axes, columns, rows):
 
 
 def draw_heatmap(squares, columns):
-    """Draw the squares below the given columns. Places without a square stay empty."""
+    """Draw the squares, with the given column titles. Places without a square stay empty."""
     rows = list(dict.fromkeys(square.row for square in squares))
     height = TOP + ROW * len(rows) + 0.05
     with plt.rc_context(STYLE):

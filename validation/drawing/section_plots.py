@@ -33,7 +33,7 @@ def draw_dots(axes, across, up, colour, title, size=0.45):
 
 
 def draw_sections(panels, columns, height):
-    """Draw panels, given by title as the spin angle, axial momentum and colour of each dot."""
+    """Draw panels. `panels` is {title: (spin angle, axial momentum, colour) of the dots}."""
     with plt.rc_context(FRAMED):
         rows = -(-len(panels) // columns)
         figure, all_axes = make_panels(rows, columns, height)
@@ -45,7 +45,7 @@ def draw_sections(panels, columns, height):
 
 
 def draw_section_and_rotation(panel, title, rotation):
-    """Draw a section, and beside it at the same height the rotation between two crossings."""
+    """Draw a section, and beside it the rotation between crossings on the same vertical axis."""
     axial, turns, change = rotation
     with plt.rc_context(FRAMED):
         figure, (left, right) = make_panels(1, 2, 4.6, sharey=True)
@@ -65,7 +65,7 @@ def draw_section_and_rotation(panel, title, rotation):
 def draw_regions(borders, points, greatest, highest, close):
     """Draw the position of each numbered section in the plane of vertical momentum and energy.
 
-    An inset enlarges the part `close`, given as two corners (g, h).
+    An inset enlarges the rectangle `close`, given as two corners (g, h).
     """
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 4.6), layout="constrained")
@@ -88,7 +88,7 @@ def draw_regions(borders, points, greatest, highest, close):
 def draw_kicks(angles, changes, amplitude):
     """Draw the change of axial momentum per swing, measured and predicted.
 
-    `changes` are the changes by name, per unit of the perturbation.
+    `changes` is a dictionary of the changes by name, each per unit of the perturbation.
     """
     turn = np.linspace(-np.pi, np.pi, 400)
     with plt.rc_context(FRAMED):
@@ -105,7 +105,7 @@ def draw_kicks(angles, changes, amplitude):
 
 
 def draw_widths(e, measured, predicted):
-    """Draw the measured and the predicted width of the layer."""
+    """Draw the measured and the predicted width of the chaotic layer."""
     with plt.rc_context(FRAMED):
         figure, axes = plt.subplots(figsize=(4.9, 3.6), layout="constrained")
         axes.loglog(e, np.array(e) * predicted, color=INK, linewidth=1, label="Melnikov, Chirikov")

@@ -10,7 +10,8 @@ ELEVATION = 20.0  # elevation of the eye above the horizontal plane [degrees]
 def project(points, elevation=ELEVATION, azimuth=0.0):
     """Return the coordinates across, up and towards the eye of points (..., 3).
 
-    The eye is at the given angles above the plane and about the vertical [degrees].
+    The direction to the eye is given by the elevation above the horizontal plane and by the azimuth
+    about the vertical [degrees].
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
@@ -35,7 +36,7 @@ def draw_globe(axes):
 
 
 def draw_trace(axes, apex, colour=COLOURS[0]):
-    """Draw the path of an axis (n, 3), faint behind the sphere, with a dot at its start."""
+    """Draw the path of an axis (n, 3), faint on the far side. A dot marks the start."""
     x, y, depth = project(apex)
     axes.plot(x, y, color=colour, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0, y, np.nan), color=colour, linewidth=1)

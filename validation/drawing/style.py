@@ -1,4 +1,4 @@
-"""The style of all figures: SVG whose ink has the text colour of the page, light or dark."""
+"""The style of all figures: SVG drawn in the text colour of the page, light or dark."""
 
 import io
 
@@ -12,7 +12,7 @@ INK = "#010203"  # replaced by the text colour of the page
 FAINT = "#8c8c8c"
 # Eight hues, distinct under normal vision, protanopia and deuteranopia, on white and on black.
 COLOURS = ("#6289eb", "#9d3b00", "#14b162", "#894e62", "#893bff", "#00b1c4", "#b19d14", "#9d279d")
-# one more than colours, so that no (colour, marker) pair repeats within 72 lines
+# one more marker than colours, so that no (colour, marker) pair repeats within 72 lines
 MARKERS = "os^vDPX<>"
 STROKES = (
     ((0, (4, 2)), "o"),
@@ -63,7 +63,7 @@ def format_tick(x, _=None):
 
 
 def set_power_ticks(axis, ticks=12):
-    """Set fixed ticks at powers of ten, because they are fast to draw."""
+    """Set fixed ticks at powers of ten. Fixed ticks are fast to draw."""
     axis.set_major_locator(matplotlib.ticker.LogLocator(numticks=ticks))
     axis.set_major_formatter(format_tick)
     axis.set_minor_formatter(matplotlib.ticker.NullFormatter())
@@ -130,7 +130,7 @@ def label_ends(axes, ends):
 def choose_line_styles(family, peers):
     """Return the colour and the marker of each line of a panel.
 
-    Lines of peers are dashed, in ink and with hollow markers.
+    Lines of peers are dashed, in the text colour and with hollow markers.
     """
     own = [name for name in family if name not in peers]
     found = {

@@ -16,9 +16,9 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def draw_throughput(groups, own):
-    """Draw the runs of each program, kreisel's in colours and those of peers in ink.
+    """Draw the runs of each program: kreisel in colours, and peers in the text colour.
 
-    `groups` is {name: runs}, where each run has a median error and its seconds per top.
+    `groups` is {name: runs}. Each run has a median error and a time per top [s].
     """
     lines = {
         name: tuple(

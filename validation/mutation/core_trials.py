@@ -1,7 +1,7 @@
 """Trials of mutants of the core, which is built for the baseline instruction set.
 
-The C tests run first, the fastest of them first. They run again under sanitizers, followed by the
-tests in Python. Only files that include the changed file are recompiled.
+The C tests run first, in order of their duration. They run again under sanitizers. The tests in
+Python run last. Only files that include the changed file are recompiled.
 """
 
 import os
@@ -25,7 +25,7 @@ SANITIZERS = (
 FUZZ = ("1", "20000")  # the seed and the number of rounds
 GOLDEN = "golden", "kernels", "snapshot"  # programs whose expected output is stored in a file
 LINKED = {"test_allocation_failure": ("-Wl,--wrap=calloc",)}  # as in CMakeLists.txt
-SLACK = 10  # time limit, as a multiple of the processor time without a mutation
+SLACK = 10  # time limit, as a multiple of the processor time of the unchanged core
 # Tests that depend on time or signals may fail on a busy machine.
 UNSURE = ("tests/python/test_interruption.py",)
 
@@ -65,7 +65,7 @@ class Trial:
             raise TrialError(f"{test} fails with nothing changed")
 
     def time_baseline(self, how):
-        """Return the time of each test without a mutation [s], fastest first."""
+        """Return the time of each test on the unchanged core [s], fastest first."""
         seconds = {}
         for name in self.programs:
             done = self.run_program(name, {}, 600, how)
@@ -100,7 +100,7 @@ class Trial:
         command = ("gcc", *LINKED.get(name, ()))
         self.link([*self.core, *self.programs[name]], changed, program, *command, how=how)
         words = [program, *(FUZZ if name == "fuzz" else ())]
-        memory = None if how else MEMORY  # sanitizers reserve more memory than any machine has
+        memory = None if how else MEMORY  # sanitizers reserve any amount of memory
         done = run_with_limits(words, self.root, seconds, 20 * seconds, memory)
         is_wrong = (
             name in GOLDEN and not done.status and not self.has_expected_output(name, done.said)
@@ -109,7 +109,7 @@ class Trial:
 
     def has_expected_output(self, name, said):
         golden = (self.root / f"tests/c/{name}.txt").read_text().splitlines()
-        if name == "kernels":  # each line begins with the instruction set and its rounding
+        if name == "kernels":  # a line begins with the instruction set and its rounding
             lines = [line.split(maxsplit=1)[1] for line in said.splitlines()]
             return lines == [line for line in golden if line.split()[0] == lines[0].split()[0]]
         return said.splitlines() == golden

@@ -3,8 +3,8 @@
     python -m validation.mutation.crash_safety [--times 400] [--seed S]
 
 Processes that save repeatedly are killed with SIGKILL at a random moment. Each process alternately
-writes two contents over an old one. Afterwards the file must be equal to one of the three contents.
-Leftover temporary files must have names that no user file has.
+writes two contents over an old content. Afterwards the file must have one of these three contents.
+A leftover temporary file must have a name that no user file has.
 """
 
 import argparse
@@ -51,7 +51,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """Return the contents that each way writes, and the longest duration of a write [s]."""
+    """Return the contents that each of the two ways writes, and the longest time of a write [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()
@@ -95,7 +95,7 @@ def inspect_file(file, contents):
 def count_outcomes(file, ways, times, chance):
     """Kill a writer `times` times and count the states of its file and the leftovers.
 
-    Unexpected files are counted too, and so are writers that ended by themselves.
+    Unexpected files, and writers that ended before they were killed, are counted too.
     """
     contents, longest = write_contents(file, ways)
     assert contents[0] != contents[1]

@@ -1,7 +1,8 @@
 """The lines of the package that each test runs, and the duration of each test.
 
 Each test module is measured separately, with the running test as coverage context. The results are
-stored beside the copies. They are valid until the test module, or a file that it may use, changes.
+stored beside the copies of the tree. They are valid until the test module, or a file that it may
+use, changes.
 """
 
 import hashlib
@@ -19,7 +20,7 @@ from coverage import CoverageData
 from .sandbox import TrialError, run_with_limits
 
 PLUGIN = Path(__file__).with_name("pytest_contexts.py")
-SET_UP = ""  # context of code outside tests: import, fixtures, other processes
+SET_UP = ""  # the context of code that runs outside tests: imports, fixtures, other processes
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class ModuleUsage:
         return {test: sum(len(of.get(test, ())) for of in files) for test in self.tests}
 
     def rank_tests(self, file, lines):
-        """Return the tests that run one of the lines, each with its cost.
+        """Return the tests that run at least one of `lines`, each with its cost.
 
         The cost grows with the duration of the test and with the number of lines that it runs. A
         test that runs few lines checks them more closely.

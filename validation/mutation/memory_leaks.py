@@ -80,7 +80,7 @@ def default_step(method):
 
 
 def solve_for(name):
-    """Return a path that has the attribute `name`."""
+    """Solve a scene for a path that has the attribute `name`."""
     if name.startswith(("tangents", "conditioning")):
         columns = ("start", "moments", "com", "gravity", "mass")
         return kr.solve(SYMMETRIC, TIMES, "taylor", tangents=columns)
@@ -134,7 +134,7 @@ def error_calls():
 
 
 def measure_growth(call, number):
-    """Repeat a call, and return the growth of Python's blocks and of the process in bytes."""
+    """Repeat a call, and return the growth of Python's memory blocks and of the process [bytes]."""
     for _ in range(20):
         call()
     gc.collect()

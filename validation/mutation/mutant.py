@@ -21,7 +21,7 @@ class Mutant:
 
     @cached_property
     def line_text(self):
-        """The line in which the mutant begins, without surrounding space."""
+        """The line of the text in which the change begins, without surrounding space."""
         return self.text.splitlines()[self.line - 1].strip()
 
     @cached_property
@@ -31,7 +31,7 @@ class Mutant:
 
     @property
     def name(self):
-        """A unique name, which changes if the line is edited."""
+        """A unique name. If the line of the source is edited, the name changes."""
         column = self.begin - self.text.rfind("\n", 0, self.begin)
         return f"{self.file}:{self.line}:{column}: {self.change} in {self.line_text}"
 

@@ -1,4 +1,4 @@
-"""Mutation testing: random small changes of the source, to which the tests are applied.
+"""Mutation testing: the source is changed at random, and the tests should detect each change.
 
     python -m validation.mutation.mutate core|package
 

@@ -74,7 +74,7 @@ def mutate_node(node, text, span):
 
 
 def mutate_operator(op, begin, end, text):
-    """Yield the mutations of an operator between two operands, which may be in brackets."""
+    """Yield the mutations of an operator between two operands. The operands may be in brackets."""
     old, new = OPERATORS.get(type(op), ("", ""))
     words = r"\s+".join(map(re.escape, old.split()))
     if old and (found := re.search(words, text[begin:end])):

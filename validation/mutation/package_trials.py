@@ -11,7 +11,7 @@ from . import mutate_python
 from .line_usage import measure_usage
 from .sandbox import Verdict, copy_tree, run_pytest
 
-FOLDERS = ("python", "report", "repo")  # folders of tests; those of the page need a browser
+FOLDERS = ("python", "report", "repo")  # tests/viewer is left out, because it needs a browser
 SLOW = ("test_report.py", "test_thesis.py", "test_atlas.py", "test_house.py", "test_install.py")
 ELSEWHERE = (
     "test_style.py",
@@ -43,7 +43,7 @@ def list_mutants(root, only=""):
 def list_test_modules(root):
     """Return the test modules that are used to kill mutants.
 
-    Tests of style are left out, because they would detect the change itself and not its effect.
+    Tests of style are left out. They would detect that the text has changed, and not its effect.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     kept = [file for file in files if file.name not in SLOW + ELSEWHERE]
@@ -89,7 +89,7 @@ class Trial:
     def select_tests(self, mutant):
         """Return the tests that may kill a mutant, with their times [s].
 
-        A few good tests come first, then all others.
+        The tests with the lowest costs come first, then all others.
         """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
         if is_general := mutant.line in at_import:  # every test that uses the file may be affected
@@ -103,7 +103,7 @@ class Trial:
             first.append((took, test))
         later = [(took, test) for _, took, test in tests[len(first) :]]
         of_module = {uses.module: uses.seconds for uses in self.uses}
-        # groups the tests by module, so that each module is set up once
+        # sorts the tests by module, so that each module is set up once
         later.sort(key=lambda row: of_module[row[1].partition("::")[0]])
         around = sorted(
             (uses.seconds, uses.module)

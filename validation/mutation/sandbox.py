@@ -17,7 +17,7 @@ sys.meta_path[:] = [finder for finder in sys.meta_path if "Scikit" not in type(f
 
 
 class TrialError(Exception):
-    """An error that is raised if the tests fail even without a mutation."""
+    """The error raised if the tests fail on the unchanged tree."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def copy_tree(root, to):
 
 
 def make_ignore(root):
-    """Return a filter for build products. Some names are filtered at the top level only."""
+    """Return a filter that excludes build products, some of them at the top level only."""
     anywhere = shutil.ignore_patterns("node_modules", "__pycache__", "*.so")
     at_the_top = shutil.ignore_patterns(*LEFT_OUT)
 

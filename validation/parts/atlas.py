@@ -97,8 +97,8 @@ def family_contexts(found):
 def describe_cell(cell):
     """Return (verdict, message) for a cell that needs a note, and None for other cells.
 
-    Notes are needed for cells that stopped, were refused or are wrong in silence, and for adaptive
-    runs that are lost.
+    A note is needed if the run stopped, was refused or is wrong in silence, or if an adaptive run
+    is lost.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):
@@ -112,7 +112,7 @@ def describe_cell(cell):
 
 
 def collect_notes(found):
-    """Yield the rows of notes. Cases with equal notes and equal methods share a row."""
+    """Yield the rows of the notes. Cases with the same notes for the same methods share a row."""
     said = {}
     for cell in found:
         if describe_cell(cell):

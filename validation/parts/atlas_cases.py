@@ -20,13 +20,13 @@ UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
 class Case:
     family: str
     name: str
-    scene: Callable  # a factory, so that invalid scenes can be reported too
+    scene: Callable  # a function that makes the scene, so that invalid scenes can be reported too
     turns: float = 20.0
-    steps: float = 64.0  # per turn
+    steps: float = 64.0  # steps per turn
     rate: float | None = None  # rate that defines a turn [T^-1]
-    begin: bool = False  # the step is also the first step of adaptive methods
-    most: int = 100_000  # maximum steps of an adaptive method
-    # True if only a closed form can be the reference, because the run is so long
+    begin: bool = False  # True if the step is also the first step of adaptive methods
+    most: int = 100_000  # largest number of steps of an adaptive method
+    # True if the run is so long that only a closed form can be the reference
     closed: bool = False
 
     @property
@@ -220,13 +220,13 @@ def step_cases():
 
 
 def antipodal_cases():
-    """Yield cases in which a step turns the axis to nearly the opposite direction.
+    """Yield cases in which one step turns the axis to nearly the opposite direction.
 
     Bobenko-Suris turns the axis by 2 atan(h |w| / 2) per step, which is always less than half a
     turn. The difference from half a turn is `gap` if h |w| / 2 = cot(gap / 2). Other methods turn
     the axis by h |w|.
     """
-    across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, one radian per unit of time
+    across = (0.8, 0.6 * cos(1.0), 0.6 * sin(1.0))  # without spin, the rate is 1
     light = scene_factory(lagrange, 1.0, momentum=across, gravity=1e-3)
     for gap in (1.0, 1e-1, 1e-2, 1e-4, 1e-8):
         turns = 1 / tan(gap / 2) / pi
@@ -313,7 +313,7 @@ def si_cases():
 
 
 def stiff_cases():
-    """Yield cases with a spin of 1e4 times the precession, whose steps resolve only precession."""
+    """Yield cases with a spin of 1e4 times the precession. Steps resolve only the precession."""
     needle = scene_factory(partial(lagrange, 1.0, 1e-4), body_momentum=(0.2, 0.1, 1.0))
     fast = scene_factory(lagrange, body_velocity=(0.0, 0.0, 1e2 * 2.0**0.5))
     for number in (16, 64, 256):
@@ -329,7 +329,7 @@ def stiff_cases():
 
 
 def damping_cases():
-    """Yield damped tops, whose motion becomes slow while the damping is stiff."""
+    """Yield damped tops. Their motion becomes slow while the damping is stiff."""
     for damping in (0.1, 10.0, 1e3, 1e5, 1e7, 1e9):
         yield Case(
             "damping",

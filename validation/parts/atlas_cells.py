@@ -1,7 +1,7 @@
 """The cells of the stability atlas: every method and every peer on every case.
 
-Each cell is run twice, with the requested and with a finer setting. It is judged by both runs and
-by the reference solution.
+A cell is the result of one method on one case. Each cell is run twice, with the requested and with
+a finer setting. The verdict on the cell follows from both runs and from the reference solution.
 """
 
 from collections.abc import Callable
@@ -36,7 +36,7 @@ class Candidate:
     steered: str  # control: "step", "tol" or ""
     order: int
     run: Callable
-    longest: float = float("inf")  # longest run of this candidate, as an angle [rad]
+    longest: float = float("inf")  # angle through which this candidate may follow a top [rad]
 
 
 def make_method_candidate(method):
@@ -119,7 +119,7 @@ def drop_attitude(cell):
 
 
 def make_cells(case, who=list_candidates):
-    """Return the cells of a case, one per method. If the scene is invalid, every cell says so."""
+    """Return the cells of a case, one per method. Every cell reports a scene that is invalid."""
     about = {"family": case.family, "case": case.name, "turns": case.turns}
     try:
         scene = case.scene()

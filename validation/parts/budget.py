@@ -1,6 +1,7 @@
 """The time budget of a report, and its tasks.
 
-There are three budgets: for a quick look, for the default of a few minutes, and for everything.
+There are three budgets: "quick" for some seconds, "default" for some minutes, and "full" without a
+limit.
 """
 
 from collections.abc import Callable
@@ -33,7 +34,7 @@ BUDGETS = {
 class Task:
     """One finding to compute. The finding is not stored if `key` is None."""
 
-    key: str | None  # key in the store
+    key: str | None  # key under which the finding is stored
     make: Callable
     weight: float = 0.0  # expected duration [s]
     until: float | None = None  # fraction of the budget after which the task is skipped, or None

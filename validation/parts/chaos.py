@@ -19,7 +19,7 @@ from .part import Part, write_csv
 SMALL = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # relative differences of the moments in the layer
 SHOWN = (1e-2, 1e-4)
 NEAR = "8 %"  # the top whose frequencies are shown
-CLOSE = (1.18, 1.65), (1.48, 2.15)  # corners of the inset
+CLOSE = (1.18, 1.65), (1.48, 2.15)  # opposite corners of the inset
 FILES = {
     "layer.csv": ("e", "kick", "melnikov", "half_width", "predicted"),
     "exponents.csv": ("top", "starts", "chaotic", "exponent", "error", "certificate"),
@@ -28,7 +28,7 @@ FILES = {
 
 
 def choose_sizes(budget):
-    """Return the numbers of orbits, crossings, orbits with frequencies, swings and map cells."""
+    """Return the numbers of orbits, crossings, orbits with frequencies, swings and map points."""
     return {
         "orbits": min(budget.members, 90),
         "crossings": 60 if budget.quick else 450,
@@ -49,7 +49,7 @@ def measure_energy_drift(size):
 
 
 def measure_kowalewski(size):
-    """Yield the range of K, the drift of K along orbits and the critical values, by region."""
+    """Yield, by region, the range of K, the drift of K along orbits and the critical values."""
     for number, (g, h) in enumerate(kowalewski.REGIONS):
         section = section_data.compute_kowalewski_section(number, size["orbits"], size["crossings"])
         K = section.kowalewski.reshape(len(section), -1)

@@ -12,7 +12,7 @@ TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)  # targets for the attitude error [rad]
 # is not much worse. Errors at one time change sign with the setting, and an accidental zero
 # must not win.
 LUCK = 3.0
-# run times within this ratio count as equal, because settings are a factor of 2 or 10 apart
+# run times within this ratio count as equal, because neighbouring settings differ by 2 or 10
 TIE = 4 / 3
 
 
@@ -45,7 +45,7 @@ def fastest_row(rows, scene, target, wanted):
 
 
 def run_races(rows, scenes):
-    """Yield (scene, target, fastest row of kreisel, fastest row of a peer)."""
+    """Yield the scene, the target, and the fastest rows of kreisel and of a peer."""
     for scene in scenes:
         for target in TARGETS:
             own = fastest_row(rows, scene, target, lambda row: not row.peer)

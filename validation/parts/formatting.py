@@ -27,7 +27,7 @@ def format_brief(x):
 
 
 def format_power(x):
-    """Return a power of ten as 1e-9."""
+    """Return a power of ten in the form 1e-9."""
     return f"{x:.0e}".replace("e-0", "e-")
 
 

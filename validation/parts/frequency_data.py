@@ -1,4 +1,4 @@
-"""Frequencies for the part on chaos: rotation of orbits, and errors against the closed form."""
+"""Frequencies for the part on chaos: the rotation of orbits, and errors of kr.frequencies."""
 
 import kreisel as kr
 import numpy as np
@@ -11,9 +11,9 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 def measure_rotation(orbits, name):
     """Return the axial momentum, the rotation per nutation and its change, for each motion.
 
-    The axial momentum is that of the section point closest to spin angle 0. The rotation of the
-    apex between two lowest points is in turns, without whole turns. The change is the difference
-    between both halves of the run.
+    The axial momentum is taken at the section point closest to spin angle 0. The rotation of the
+    apex between two lowest points is given in turns, without whole turns. The change is the
+    difference of the rotation between both halves of the run.
     """
     tops = kr.starts(
         section_data.make_body(name),
@@ -38,7 +38,7 @@ def measure_rotation(orbits, name):
 
 
 def turns_per_nutation(path):
-    """Return the rotation of the apex per nutation in turns, up to whole turns."""
+    """Return the rotation of the apex per nutation in turns. Whole turns are arbitrary."""
     found = kr.frequencies(path, 1)
     return found.lines[0] / found.nutation
 

@@ -12,11 +12,11 @@ MAPPED = "20 %"
 ENERGIES, VERTICALS = (-0.9, 3.5), (0.0, 2.2)
 STARTS = 8  # number of starts per energy and vertical momentum
 LONG, MAPPED_LONG = 3000.0, 300.0  # integration times [T]
-TIMES = 5.0  # smallest growth rate of chaotic motions, in multiples of ln(t)/t
+TIMES = 5.0  # motions whose growth rate exceeds this multiple of ln(t)/t are chaotic
 
 
 def draw_starts(body, energy, vertical, seed):
-    """Return random starts, or None where no motion has this energy and vertical momentum."""
+    """Return random starts, or None if no motion has this energy and vertical momentum."""
     try:
         return kr.starts(body, energy=energy, vertical=vertical, n=STARTS, seed=seed)
     except ValueError:  # no motion has such a low energy

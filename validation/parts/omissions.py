@@ -1,7 +1,7 @@
 """Savings in time and memory from computations and output that a run omits.
 
 For each method, the savings from omitting gravity and the general form of a body are measured. For
-each scene, everything that the plan omits is measured separately, by runs with and without it.
+each scene, every omission of the plan is measured separately, by runs with and without it.
 """
 
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ SAVINGS = {
 
 @dataclass(frozen=True)
 class OmissionFindings:
-    """The findings of this part: times of methods by form, and plans and times for each scene."""
+    """The findings: the times of methods by form of the body, and plans and times by scene."""
 
     forms: list
     scenes: list
@@ -83,7 +83,7 @@ def measure_forms(rounds):
 
 
 def path_bytes(path):
-    """Return the bytes that a path keeps: the wanted quantities or eight numbers per state."""
+    """Return the bytes that a path keeps: the wanted quantities, or eight numbers per state."""
     return len(path) * path.plan.bytes
 
 
@@ -122,7 +122,7 @@ def list_omissions(problem, end):
 
 
 def measure_scene(problem, end, rounds):
-    """Return the plans of a scene, with a row of measurements per omission."""
+    """Return the plans of a scene, and a row of measurements for each omission."""
     scene, cases = problem.to_scene(), list(list_omissions(problem, end))
     calls = [call for _, *pair in cases for call in pair]
     sizes, seconds = [call() for call in calls], timing.best_times(calls, rounds)

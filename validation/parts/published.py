@@ -132,7 +132,7 @@ def list_settings(who, steps, quick):
 
 
 def energy_times(problem, setting):
-    """Return about a thousand times for the energy, which are multiples of a step."""
+    """Return about a thousand times at which the energy is compared: multiples of a step."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))

@@ -27,7 +27,7 @@ SEED, TURNS = 6, 10.0
 END = TURNS * 2 * pi
 GIVEN = 0.4e-3  # run time for each method [s]
 SOME, TRIALS = 16, 3  # numbers of tops and of repetitions to find the setting
-FAR = 3.0  # run times longer than this multiple of the given time are not disturbances
+FAR = 3.0  # longer run times, as multiples of the given time, are not due to noise
 PIECE = 50  # number of tops before the next method runs
 STEPS = 2000  # number of steps to measure the time of a step
 TOLERANCES = [10.0**-k for k in range(2, 15)]
@@ -124,7 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Run all methods on one slice of tops after another, so that disturbances affect all alike."""
+    """Run all methods on one slice of tops after another, so that other load slows all alike."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}

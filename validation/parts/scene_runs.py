@@ -17,9 +17,9 @@ from .budget import Task
 TIGHTER = range(2, 17)  # steps are turn / 2 ** k for these k
 TOLERANCES = [float(f"1e-{k}") for k in range(2, 16)]
 QUICK = ((6, 8, 10), [1e-4, 1e-8, 1e-12])
-CHAOS = 1e-6  # errors below this that no longer decrease are at rounding level [rad]
+CHAOS = 1e-6  # an error below this value that no longer decreases is due to rounding [rad]
 ROUNDS_UNTIL = 0.5  # fraction of the budget after which optional timing rounds are skipped
-LOOKS = 100  # approximate number of states for the energy
+LOOKS = 100  # approximate number of states at which the energy is evaluated
 
 
 @dataclass
@@ -51,7 +51,7 @@ class Measurement:
 
     @property
     def seconds(self):
-        """The shortest time of all rounds, because disturbances only add time."""
+        """The shortest time of all rounds, because other load on the machine only adds time."""
         return min(self.samples, default=self.about)
 
     @property
@@ -69,13 +69,13 @@ def turn_length(problem):
 
 
 def energy_times(end, step):
-    """Return times for the energy: multiples of the step, about equally many for each run."""
+    """Return the times at which the energy is evaluated: about equally many for each run."""
     every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
     return every * np.arange(int(end / every) + 1)
 
 
 class SceneRuns:
-    """One scene with its truth, and with the runs made so far, which the timing reuses."""
+    """One scene with its truth, and the runs made so far. The timing reuses these runs."""
 
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
@@ -91,7 +91,7 @@ class SceneRuns:
         return self.runs[row.key]
 
     def measure_errors(self, who, setting):
-        """Return the errors of one run, with a rough time."""
+        """Return the errors of one run, and its approximate time."""
         row = Measurement(
             self.problem.name, self.end, who.name, who.peer, setting.step, setting.tol
         )
@@ -174,7 +174,7 @@ def load_runs(store, scene):
 
 
 def load_measurements(store, scene):
-    """Return all measurements of a scene so far."""
+    """Return all measurements of a scene that are stored so far."""
     rounds, found = store.under(f"times/{scene}/"), load_runs(store, scene)
     for row in found:
         row.samples = [times[row.key] for times in rounds if row.key in times]

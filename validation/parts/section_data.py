@@ -6,8 +6,8 @@ import numpy as np
 from ..references import kowalewski
 
 ENERGY, VERTICAL = 1.6, 0.6
-MANY = 60  # number of candidates per start
-BODIES = {  # bodies, increasingly different from a Lagrange top
+MANY = 60  # number of random candidates for each start
+BODIES = {  # bodies, in order of their deviation from a Lagrange top
     "a Lagrange top": ((1.0, 1.0, 0.6), 0.0),
     "moments 2 % apart": ((1.0, 1.02, 0.6), 0.0),
     "8 %": ((1.0, 1.08, 0.6), 0.0),

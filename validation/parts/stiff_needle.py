@@ -1,13 +1,13 @@
 """The stiff needle: a spin of 1e4 times the precession, with steps that resolve only precession.
 
-The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the velocity at the midpoint,
-v = V / |V|, a_ the axis at the midpoint, and theta = 2 atan(h |V| / 4) half the rotation of a step.
-A step changes <m,a> by
+The implicit midpoint rule conserves <m,p> but not <m,a>. Let V be the angular velocity at the
+midpoint, v = V / |V|, and a_ the axis at the midpoint. Half the rotation of a step is theta = 2
+atan(h |V| / 4). A step changes <m,a> by
 
     (<m,a>)' - <m,a> = h (1 - cos theta) <v,a_> <M g p x a_, v>
 
-The change is of order h^2 if the step resolves the spin. Otherwise the change per unit of time is
-of the size of the component of the torque along V, whatever the step.
+The change is of order h^2 if the step resolves the spin. Otherwise the change per unit of time does
+not depend on the step. It is about as large as the component of the torque along V.
 """
 
 import kreisel as kr
@@ -38,7 +38,7 @@ def kind_of(method):
 
 
 def solve_or_stop(scene, times, method, step):
-    """Return the path up to its end or failure, and the message of the failure if any."""
+    """Return the path up to the end or up to a failure, and the message of the failure if any."""
     words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
     try:

@@ -9,7 +9,7 @@ from .formatting import format_brief, join_sentences, join_words
 from .part import Part, write_csv
 
 COLUMNS = ("scene", "t", "conditioning", "computed_by", "away")
-MANY = ("128", "30 digits")  # parts of the names of high-precision computations
+MANY = ("128", "30 digits")  # the names of high-precision computations contain one of these words
 
 
 def ways_key(problem):
@@ -43,7 +43,7 @@ def load_findings(problems, store):
 
 
 def heyoka_in_double(store, scene):
-    """Return the error of heyoka in doubles at its tightest tolerance, if it ran."""
+    """Return the error of heyoka in doubles at its tightest tolerance, if heyoka ran."""
     rows = (row for row in scene_runs.load_runs(store, scene) if row.method == "heyoka")
     errors = [row.attitude_error for row in rows if not row.failure]
     return [("heyoka, double", errors[-1])] if errors else []
@@ -56,8 +56,9 @@ def has_many_digits(way):
 def summarize_agreement(lines):
     """Yield for each scene how well the computations agree, relative to the conditioning.
 
-    The agreement is the largest difference between high-precision results, and the largest
-    difference of the other results with its name.
+    The row contains the largest difference between high-precision results. It also contains the
+    largest difference of the other results, and the name of the computation that has this
+    difference.
     """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

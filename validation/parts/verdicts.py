@@ -1,9 +1,9 @@
 """The verdict on a cell of the atlas, from its error and from what a careful user can observe.
 
 A user without a reference solution runs twice: with the requested setting, and with half the step
-or a hundredth of the tolerance. If the method shows its order p, its error is about d 2^p / (2^p -
-1), where d is the angle between both runs. The error of an adaptive method is about d. VERDICTS
-defines the terms.
+or a hundredth of the tolerance. Let d be the angle between the results of both runs. If the method
+attains its order p, the error is about d 2^p / (2^p - 1). The error of an adaptive method is about
+d. The dictionary VERDICTS defines each verdict.
 """
 
 from math import inf, isfinite, log2, pi, sqrt
@@ -12,10 +12,10 @@ from ..references import reference
 
 LOST = 0.1  # [rad]
 FACTOR = 3.0  # tolerated ratio of error to estimate
-PART = 30.0  # tolerated ratio if the error has another sign too
+PART = 30.0  # tolerated ratio if the user can notice the error in another way too
 RESOLVED = 16  # steps per turn that resolve the motion
 COARSE = 4  # fewer steps per turn are obviously too few
-PROMISED = 10.0  # tolerated ratio of an adaptive error to the error explained by its tolerance
+PROMISED = 10.0  # tolerated ratio of an adaptive method's error to `tolerance_angle`
 RIGHT, AS_ASKED, DEGRADED, SILENT = "right", "as asked", "degraded", "silent"
 VERDICTS = {
     RIGHT: "error below LOST, and no larger than rounding explains: the conditioning, in random "
@@ -62,11 +62,11 @@ def rounding_effect(true):
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Return the attitude errors [rad] that random and that aligned roundings can explain.
+    """Return the attitude errors [rad] that random and that aligned rounding errors can explain.
 
-    Random roundings occur once per step. Aligned roundings occur once per evaluation, all in one
-    direction. A closed form does not accumulate roundings, so at a late time it is as accurate as
-    the data.
+    Random rounding errors occur once per step. Aligned rounding errors occur once per evaluation,
+    all in one direction. A closed form does not accumulate rounding errors, so at a late time it is
+    as accurate as the initial values allow.
     """
     radians = problem.rate * cell["end"] if by_steps else 0.0
     random = max(10.0, sqrt(max(cell["steps"], radians)))
@@ -77,26 +77,27 @@ def rounding_angles(problem, true, cell, by_steps):
 def tolerance_angle(true, rounding, tol, steps):
     """Return the attitude error that a tolerance can explain [rad].
 
-    Each step may have an error of the size of the tolerance, which grows like roundings of the
-    data.
+    Each step may have an error of the size of the tolerance. Such an error grows like a rounding
+    error of the start.
     """
     return rounding + rounding_effect(true) / reference.ROUNDING * tol * steps
 
 
 def estimate_error(second_run, order):
-    """Return the error estimated from the second run [rad].
+    """Return the estimate of the error from the second run [rad].
 
-    Order 0 means that the run is controlled by a tolerance.
+    `second_run` is the difference between both runs. Order 0 means that a tolerance controls them.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
 
 def find_sign(error, shown, per_turn, explained):
-    """Return the sign by which a user can notice an attitude error, or None if there is none.
+    """Return the observation by which a user can notice an attitude error, or None.
 
     `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
-    methods. `explained` are the attitude errors that random and aligned roundings and a tolerance
-    can explain. An error that both runs share has no sign, however large the step.
+    methods. `explained` contains the attitude errors that random roundings, aligned roundings and a
+    tolerance can explain. If both runs have the same error, nothing indicates the error, however
+    large the step is.
     """
     random, aligned, tolerated = explained
     seen = shown >= error / PART
@@ -123,7 +124,7 @@ def choose_verdict(error, rounding, shown_by, tol=None):
 def has_order_reduction(order, error, finer, most):
     """Return True if the observed order is too low by one or more.
 
-    The order is not observable for errors near rounding, nor for large errors.
+    The order cannot be observed if the errors are near rounding level or large.
     """
     return bool(order and finer > 10 * most and error < LOST and log2(error / finer) < order - 1)
 

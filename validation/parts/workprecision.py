@@ -41,7 +41,7 @@ QUANTITIES = {
 }
 README_SCENE = "asymmetric"
 YARDSTICK = ("heyoka",)  # the peers in the small figures
-BUSY = 0.25  # if the spread of times is larger, they should not be quoted
+BUSY = 0.25  # if the spread of the times is larger than this, the times should not be quoted
 
 
 @dataclass(frozen=True)

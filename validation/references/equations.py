@@ -6,10 +6,10 @@ In terms of the angular velocity w in the body frame, the equations are
 
 D is the damping along the principal axes. Its term is left out if D is zero.
 
-There are seven equations: for the attitude, and for the angular velocity (the fastest form for
-heyoka) or the angular momentum in the body. The coefficients are computed with 40 digits and
-rounded once. They are either constants, or parameters, with which one compiled integrator serves
-every top.
+There are seven equations: four for the attitude, and three for the angular velocity or the angular
+momentum in the body frame. For heyoka, the form with the angular velocity is the fastest. The
+coefficients are computed with 40 digits and rounded once. They are either constants or parameters.
+With parameters, one compiled integrator serves every top.
 """
 
 import heyoka as hy
@@ -53,7 +53,7 @@ def round_to(numbers, fp):
 def compute_coefficients(problem, form="velocity", digits=40):
     """Return the 3 + 3 + 6 coefficients of the equations, as mpmath numbers.
 
-    The first three turn variables into velocities, the next three multiply products of two
+    The first three convert the variables to velocities. The next three multiply products of two
     variables, and the last six give the torque. A damped top has three more coefficients, the rates
     at which damping reduces each variable.
     """
@@ -64,7 +64,7 @@ def compute_coefficients(problem, form="velocity", digits=40):
 
 
 def coefficients_from(J, lever, form="velocity"):
-    """Return the coefficients for moments and a lever, which may be numbers of any type."""
+    """Return the coefficients for moments and a lever. These may be numbers of any type."""
     one = J[0] / J[0]
     velocity = form == "velocity"
     to_velocity = [one if velocity else one / x for x in J]

@@ -10,7 +10,7 @@ from .problems import Problem
 # The cuboid of the thesis, with lever = mass * gravity * com.
 I1, I3, LEVER = 5.12 / 3 * 4.64, 5.12 / 3 * 1.28, 5.12
 UPRIGHT, HANGING = (1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0)
-CRITICAL = 2 * math.sqrt(LEVER * I1)  # axial momentum below which a sleeping top falls
+CRITICAL = 2 * math.sqrt(LEVER * I1)  # critical axial momentum: with less, an upright top falls
 
 
 def tilt_attitude(angle, axis=(0.0, 1.0, 0.0)):
@@ -129,7 +129,7 @@ EULER = {  # moments, attitude, momentum
     "free, nearly spherical": ((1.0, 1.0 + 1e-8, 1.0 + 3e-8), ODD, (0.3, 0.7, 1.1)),
     "free, a plate": ((1.0, 2.0, 3.0), ODD, (30.0, -70.0, 11.0)),
 }
-TRANSITS = {  # times at which bodies that start near their middle axis leave it
+TRANSITS = {  # times at which a body that starts near its middle axis leaves this axis
     "free, about the middle axis 1e-20": (-106.0, 106.0),
     "free, about the middle axis 1e-30": (-156.5, 156.5),
     "free, about the middle axis 1e-74": (-382.0, 382.0),
@@ -182,7 +182,7 @@ def random_time(rng):
 
 
 def digits(case):
-    """Return the number of digits that resolves a free body's distance from its middle axis."""
+    """Return the number of digits needed to resolve a free body's distance from its middle axis."""
     least = min(abs(x) for x in case[-1] if x) / max(map(abs, case[-1]))
     return 50 if least > 1e-12 else 50 - int(5 * math.log10(least))
 
@@ -232,7 +232,7 @@ MAPS = [  # (name of a top, step of the Bobenko-Suris map)
 
 
 def random_map(rng, number):
-    """Draw a top and a step of either sign, of size 0.003 .. 5 in the top's own unit of time."""
+    """Draw a top and a step of either sign. Its size is 0.003 .. 5 of the top's unit of time."""
     i1, _, lever, _, m = case = random_lagrange(rng, number)
     rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
     return (

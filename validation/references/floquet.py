@@ -1,12 +1,12 @@
-"""Tangents of closed forms at any time: the derivatives of the state with respect to the start.
+"""Tangents of closed forms at any time, which are derivatives of the state by the start.
 
 In the body frame the motion is periodic. After the time tau, P and M return to their initial
-values; for a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
-the tangents are periodic in the same sense. With theta and N as in taylor/tangents.h, and with the
-matrix Phi(t) of their derivatives,
+values. For a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
+the tangents are periodic in the same sense. Let theta and N be as in taylor/tangents.h, and let
+Phi(t) be the matrix of their derivatives. Then
     Phi(k tau + s) = S^k Phi(s) (S^-1 Phi(tau))^k.
-One period is computed with 30 digits. The powers are computed in decimals of 50 digits, so that
-none of the 30 is lost.
+One period is computed with 30 digits. The powers are computed in decimals of 50 digits, so that all
+30 digits remain correct.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ Array = npt.NDArray[np.float64]
 Decimals = npt.NDArray[np.object_]  # an array of decimals
 _PRECISION = 50
 _LATE = 1e-9  # relative error allowed for the period in doubles
-_STEADY = 1e-12  # relative size of a motion that counts as rest
+_STEADY = 1e-12  # a relative size of motion below this value counts as rest
 _AXES = np.eye(3)
 
 
 def _add_as_decimals(high: Array, low: Array | None = None) -> Decimals:
-    """Return the numbers, including their low words, as decimals."""
+    """Return numbers as decimals, each the sum of its high and low word."""
     return _to_decimals(high) if low is None else _to_decimals(high) + _to_decimals(low)
 
 
@@ -66,7 +66,7 @@ def _cross_matrix(a: Decimals) -> Decimals:
 
 
 def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
-    """Return the matrix that applies `block` to theta and `other` (default: `block`) to N."""
+    """Return the matrix that multiplies theta by `block` and N by `other` (default: `block`)."""
     zero = _to_decimals(np.zeros((3, 3)))
     return np.block([[block, zero], [zero, block if other is None else other]])
 
@@ -153,7 +153,7 @@ class _Point(NamedTuple):
 
 
 def _find_symmetry(axis: Decimals | None, one: _Point, other: _Point) -> Decimals:
-    """Return the rotation about the axis that takes P and M of one point to those of another."""
+    """Return the rotation about the axis that takes P and M at one point to P and M at another."""
     if axis is None:
         return _to_decimals(_AXES)
     pairs = [(one.vertical, other.vertical), (one.momentum, other.momentum)]
@@ -194,7 +194,7 @@ def _tangents_in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, 
 def _find_steady_rate(point: _Point, body: _Body) -> float | None:
     """Return the rate at which P and M rotate about the axis in the body frame.
 
-    Returns None if P and M move in any other way.
+    Returns None if the motion of P and M is not such a rotation.
     """
     rates = [np.array(rate, dtype=float) for rate in point.rates(body)]
     rate = 0.0

@@ -2,13 +2,14 @@
 
 The motions are classified by the critical values of the integral K, at which tori merge or vanish.
 
-Let the moments be 2, 2 and 1, let mass * gravity * |com| = 1, and let h be the energy and g = <m,
-e3> / sqrt(2). The critical values are
+Let the moments be 2, 2 and 1, and let mass * gravity * |com| = 1. Let h be the energy, and let g =
+<m, e3> / sqrt(2). The critical values are
     K = 0                                 where h > g^2
     K = (h - g^2)^2                       where g^2/2 - 1 <= h <= g^2 + 1/(2 g^2)
     K = 1 + t g + t^4/4                   where h = t^2/2 - g/t, t < 0 or t > g
-if K attains them. K is never below 0, and if h < g^2 it is never below the second value. The curves
-in the plane of g and h along which their order changes divide it into ten regions.
+if K attains them. K is never below 0. If h < g^2, K is never below the second value. The order of
+the critical values changes along curves in the plane of g and h. These curves divide the plane into
+ten regions.
 
 Sources: Kharlamov, Topological analysis of integrable problems of rigid body dynamics, 1988;
 Bolsinov, Richter and Fomenko, Sbornik: Mathematics 191 (2000) 151. The ten sections are those of
@@ -41,7 +42,7 @@ def vertical_momentum(g):
 def critical_values(g, h):
     """Return the critical values of K that are attained, in ascending order.
 
-    Each value is paired with the number, 1 to 3, of its line in the list above.
+    Each value is paired with a number from 1 to 3: the line of the list at the head of this file.
     """
     parabola = (h - g * g) ** 2
     found = [(0.0, 1)] if h > g * g else []

@@ -1,8 +1,8 @@
 """The chaotic layer along the separatrix of a slightly asymmetric upright top, by theory.
 
-A Lagrange top that spins too slowly to sleep falls from the upright position, swings and returns to
-it. With moments I1 / (1 - e), I1 / (1 + e), I3, the axial momentum c changes at the rate dc/dt = 2
-e M1 M2 / I1. To first order, it changes in a swing by
+A Lagrange top that spins too slowly to sleep falls from the upright position, swings and becomes
+upright again. Let the moments be I1 / (1 - e), I1 / (1 + e) and I3. Then the axial momentum c
+changes at the rate dc/dt = 2 e M1 M2 / I1. To first order in e, the change of c in a swing is
     e A sin(2 psi),    A = -Re int (M1 + i M2)^2 dt / I1
 Here psi is the spin angle at the lowest point of the swing. The integral is Melnikov's, along the
 separatrix with its lowest point at the spin angle 0. Near the upright position the apex escapes at
@@ -20,11 +20,11 @@ import kreisel as kr
 import numpy as np
 
 I1, I3, VERTICAL = 1.0, 0.5, 1.0  # mass * gravity * |com| is 1; the top sleeps for <m, e3> >= 2
-ESCAPE = sqrt(1.0 / I1 - VERTICAL**2 / (4.0 * I1**2))  # rate of escape from the upright [T^-1]
-TURN = abs(VERTICAL / (2.0 * I1) - VERTICAL / I3)  # rate of the body under the apex there [T^-1]
-# duration of the return to the upright in units of 1 / ESCAPE; number of points
+ESCAPE = sqrt(1.0 / I1 - VERTICAL**2 / (4.0 * I1**2))  # s in the formulas above [T^-1]
+TURN = abs(VERTICAL / (2.0 * I1) - VERTICAL / I3)  # w in the formulas above [T^-1]
+# duration of the return, in units of 1 / ESCAPE; number of points
 LONG, POINTS = 18.0, 6001
-PUSH, PUSHES = 1e-5, 16  # size of the horizontal momentum, and number of its directions
+PUSH, PUSHES = 1e-5, 16  # magnitude and number of directions of the horizontal momentum
 
 
 def make_body(e):
@@ -48,7 +48,7 @@ def melnikov_amplitude():
 
 
 def layer_half_width():
-    """Return half the width of the layer in c, per unit of e."""
+    """Return half the width of the chaotic layer in c, per unit of e."""
     return 2.0 * TURN * melnikov_amplitude() / ESCAPE
 
 

@@ -1,8 +1,8 @@
 """Attitudes of any undamped top with 60 digits, by one compiled integrator of heyoka.
 
 The attitudes are the reference for runs with 30 digits. As in kreisel, the doubles of a scene are
-taken as exact. The attitude is a rotation whatever the length of the quaternion, and the moments
-are those about the principal axes.
+taken as exact. A quaternion of any length is used as a rotation. The moments are taken about the
+principal axes.
 """
 
 import heyoka as hy
@@ -35,7 +35,7 @@ class MultiprecisionIntegrator:
         )
 
     def __call__(self, scene, times):
-        """Return the attitudes, principal axes -> space, at times that are monotonic from 0."""
+        """Return the attitudes, principal axes -> space, at `times`, which are monotonic from 0."""
         body = scene.body
         q = np.array(product(to_reals(scene.attitude), to_reals(body.axes)))
         square = q @ q

@@ -32,7 +32,7 @@ def fit_slope(steps, errors, rounding):
 
 
 def compute_errors(path, truth):
-    """Return the error in q and the relative error in m, as the largest over several times.
+    """Return the largest error in q and the largest relative error in m over several times.
 
     At a single time, an error might happen to change its sign.
     """
@@ -43,7 +43,8 @@ def compute_errors(path, truth):
 def measure_order(name, body):
     """Return the slopes in q and, unless m is conserved, in m.
 
-    High orders are measured on a fast top, because on a slow top rounding hides the leading term.
+    High orders are measured on a fast top. On a slow top, rounding would hide the leading error
+    term.
     """
     high = kr.methods[name].order > 4
     top = tilt_scene(body, momentum=(8.0 if high else 1.0) * np.array((0.172, -1.862, 1.46)))

@@ -1,4 +1,4 @@
-"""The scenes of problems.json and the scenes of a user, exact to the last bit.
+"""The scenes of problems.json and the scenes of a user, as exact doubles.
 
 Every method and every reference solution starts from these doubles.
 """
@@ -31,17 +31,17 @@ class Problem:
 
     name: str
     inertia: tuple  # moments at the fixed point [M L^2]
-    lever: tuple  # mass * gravity * centre of mass seen from the fixed point [M L^2 T^-2]
+    lever: tuple  # mass * gravity * (centre of mass relative to the fixed point) [M L^2 T^-2]
     attitude: tuple  # principal axes -> space, scalar first, a unit quaternion up to rounding
-    momentum: tuple  # about the fixed point, seen from space [M L^2 T^-1]
+    momentum: tuple  # about the fixed point, in the space frame [M L^2 T^-1]
     # the torque is -damping * w along the principal axes [M L^2 T^-1]
     damping: tuple = (0.0, 0.0, 0.0)
-    user: kr.Scene | None = None  # the original scene, if it contains more information
+    user: kr.Scene | None = None  # the original scene, if it contains more than this description
 
     def to_scene(self):
         """Return the top as a kreisel scene.
 
-        Mass and gravity are 1, so that the centre of mass equals the lever.
+        Mass and gravity are 1, so the centre of mass equals the lever.
         """
         if self.user:
             return self.user
@@ -62,7 +62,7 @@ class Problem:
 
     @property
     def symmetric(self):
-        """True if the top is a Lagrange top to the last bit."""
+        """True if the top is exactly a Lagrange top, without tolerance."""
         return self.inertia[0] == self.inertia[1] and self.lever[0] == self.lever[1] == 0
 
     @property
@@ -101,7 +101,8 @@ class Problem:
 
         The first state is the start.
 
-        For a damped top only a growth of the energy is an error, because its energy decreases.
+        The energy of a damped top decreases, so for such a top only a growth of the energy is an
+        error.
         """
         kinetic, potential = self.energies(q, m)
         energy = kinetic + potential

@@ -2,8 +2,8 @@
 
 This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
 is an elliptic function of time (Jacobi's sn). The two angles of the attitude are elliptic integrals
-of the third kind, computed from Carlson's R_F and R_J and the number of whole periods. DIGITS is
-large enough for roots that nearly coincide.
+of the third kind. They are computed from Carlson's R_F and R_J, and from the number of whole
+periods. DIGITS is large enough for roots that nearly coincide.
 """
 
 import mpmath as mp
@@ -46,7 +46,7 @@ def normalize(q):
 
 
 def attitude_of_axes(n, b, t):
-    """Return the attitude whose body axes are n, b, t in space."""
+    """Return the attitude for which the body axes are n, b and t in space."""
     sizes = [
         1 + n[0] + b[1] + t[2],
         1 + n[0] - b[1] - t[2],
@@ -65,7 +65,7 @@ def attitude_of_axes(n, b, t):
 def attitude_error(truth, q):
     """Return the angle between a reference and a unit quaternion in doubles.
 
-    If the quaternions have opposite signs, the result exceeds 7.
+    The signs of the quaternions must agree. If they differ, the result exceeds 7.
     """
     with mp.workdps(DIGITS):
         d = product(conjugate(truth), [mp.mpf(float(x)) for x in q])
@@ -82,7 +82,7 @@ def cubic_roots(c2, c1, c0):
 
 
 class Quadrature:
-    """Integrals of functions of sn^2 from a start at sn^2 = v0, where sn^2 rises or falls.
+    """Integrals of functions of sn^2, from a point with sn^2 = v0, where sn^2 rises or falls.
 
     The argument x is scaled so that sn has the period 4 K.
     """
@@ -92,7 +92,7 @@ class Quadrature:
         self.start = mp.sqrt(v0) * mp.elliprf(1 - v0, 1 - k2 * v0, 1) * (1 if rising else -1)
 
     def functions(self, x):
-        """Return sn, cn and dn at start + x, and the number n of half periods.
+        """Return sn, cn and dn at start + x, and the number n of half periods in start + x.
 
         The argument is reduced by start + x = x' + 2 n K with |x'| <= K.
         """
@@ -187,7 +187,8 @@ class Lagrange:
     def _integrate_angle(self, x, weight, a, b, at_bottom):
         """Integrate weight / (a + b sn^2) from the start to `x`.
 
-        For a weight of zero, return half a turn for each passage of the pole, except at the start.
+        If `weight` is zero, the integral is zero except for jumps: the angle changes by half a turn
+        whenever the axis passes through the pole. Such jumps after the start are counted.
         """
         if weight:
             return weight / (2 * self.rate) * self.curve.third(x, a, b)
@@ -223,7 +224,8 @@ class Lagrange:
 class Euler:
     """The free body with three different moments, in any motion that is not a permanent rotation.
 
-    Near the middle axis, `digits` must resolve the square of the distance from this axis.
+    If the body rotates nearly about the middle axis, `digits` must resolve the square of the
+    distance from this axis.
     """
 
     def __init__(self, inertia, q, m, digits=DIGITS):
@@ -238,7 +240,7 @@ class Euler:
                 self.m[1],
                 -self.m[0],
                 mp.mpf(0),
-            ]  # rotates m to e3
+            ]  # a rotation that takes m to e3
             self.upright = (
                 normalize([w, x, y, z]) if w else [mp.mpf(0), mp.mpf(1), mp.mpf(0), mp.mpf(0)]
             )
@@ -271,7 +273,7 @@ class Euler:
         ]
         k2 = abs(two - one) * d3 / (abs(three - two) * d1)
         self.rate = mp.sqrt(abs(three - two) * d1 / (one * two * three))
-        # M1 = cn, M2 = way * sn and M3 = dn, each times its maximum
+        # M1, M2 and M3 are cn, way * sn and dn, each multiplied by its maximum
         self.way = 1 if three > one else -1
         v = min(1, (body[1] / self.most[1]) ** 2)
         self.turned = body[0] < 0  # shift by half a period: M1, M2 -> -M1, -M2

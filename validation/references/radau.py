@@ -7,8 +7,8 @@ The angular velocity w in the body frame and the damping D are taken along the p
 The method is Radau IIA of order 17 (Hairer and Wanner, Solving Ordinary Differential Equations II,
 section IV.5). It damps the fast modes at any step size, so the steps follow the slow motion.
 Newton's method solves for the stages. Its matrices are in double precision, and its residuals are
-in extended precision. The step size is chosen by the last Legendre coefficient of the stages, which
-measures the neglected terms.
+in extended precision. The step size is chosen by the last Legendre coefficient of the stages. This
+coefficient measures the neglected terms.
 """
 
 from functools import cache
@@ -173,8 +173,8 @@ def integrate(problem, times, tol=TOL):
 def truncation_size(top, term, stages):
     """Return the size of the last `term` of a step, relative to the state.
 
-    Angular velocities below `NEGLIGIBLE` times the initial one are ignored, because they have
-    decayed.
+    An angular velocity below `NEGLIGIBLE` times the initial angular velocity is ignored, because
+    the motion has decayed.
     """
     least = max(NEGLIGIBLE * np.abs(top.start[4:]).max(), 1e-300)
     scale = max(np.abs(stages[:, 4:]).max(), least)

@@ -1,4 +1,4 @@
-"""Random tops of one body, with reference attitudes at the end, and the conditioning of these.
+"""Random tops of one body, with reference attitudes at the end, and their conditioning.
 
 The momenta scatter about the momentum of a scene of the report. The k-th top depends only on the
 seed and on k, so larger ensembles start with the same tops.
@@ -19,7 +19,7 @@ ROUNDING = 2.0**-53
 
 @dataclass(frozen=True)
 class TopEnsemble:
-    """Tops that share a body, an attitude and gravity."""
+    """Tops with the same body, attitude and gravity, but different momenta."""
 
     problem: Problem
     momenta: np.ndarray  # (n, 3), about the fixed point, in the space frame [M L^2 T^-1]
@@ -68,7 +68,7 @@ def compute_truths(tops):
 
 
 def compute_conditioning(tops):
-    """Return the angle by which roundings of the start change the attitude at the end [rad].
+    """Return the angle by which rounding errors at the start change the final attitude [rad].
 
     A run in doubles may have an error of this size. The angle is larger for more chaotic tops.
     """

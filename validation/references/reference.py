@@ -3,11 +3,11 @@
 The solutions for the report's scenes are stored in reference.json by `python -m
 validation.references.reference`.
 
-Each solution is computed in several ways that share as little as possible: two forms of the
-equations, in 128 and in 80 bits. The differences show how accurate the result is. The conditioning
-is stored with the solution. It is the angle by which the attitude changes if all data (momentum,
-attitude, moments, lever) change by one rounding of a double. No method in doubles can be expected
-to be more accurate.
+Each solution is computed in several ways that have little in common: by two forms of the equations,
+in 128 and in 80 bits. The differences show how accurate the solution is. The conditioning is stored
+with the solution. It is the angle by which the attitude changes if all numbers of the top change by
+one rounding error of a double. These are the momentum, the attitude, the moments and the lever. No
+method in doubles can be expected to be more accurate.
 """
 
 import argparse
@@ -30,13 +30,13 @@ DIGITS = 40
 TOLERANCES = {hy.real128: "1e-33", np.longdouble: "1e-20", float: "1e-17"}
 # The second precision, to check the reference solutions.
 FINER = np.longdouble if np.finfo(np.longdouble).eps < 1e-18 else hy.real128
-# Sizes of perturbations in roundings, large enough that each precision resolves their effect.
+# Sizes of perturbations, in rounding errors. Each precision must resolve their effect.
 NUDGES = {FINER: 8, float: 2**20}
 ROUNDING = 2.0**-53
-# Number of times at which the conditioning is evaluated, because errors made at any time grow.
+# Number of times at which the conditioning is evaluated. Errors made at any time may grow.
 LOOKS = 16
-FEW = 4  # number of these times if each reference state is expensive
-LONG = 600.0  # angle beyond which 128-bit arithmetic takes more than about a second [rad]
+FEW = 4  # number of times for the conditioning if each reference state is expensive
+LONG = 600.0  # runs over larger angles take more than a second in 128 bits [rad]
 
 
 @cache
@@ -70,7 +70,7 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Return a sphere under the torque of a Lagrange top, whose axis moves like that of the top."""
+    """Return a sphere under the torque of a Lagrange top. Both axes move in the same way."""
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
@@ -129,7 +129,7 @@ def energy_error(problem, state):
 
 
 def perturb_data(problem, nudge):
-    """Yield copies of the top, in each of which one datum is changed by `nudge` roundings.
+    """Yield copies of the top. In each copy, one number is changed by `nudge` rounding errors.
 
     A symmetric top remains symmetric.
     """
@@ -153,7 +153,7 @@ def perturb_data(problem, nudge):
 
 
 def compute_conditioning(problem, times, form, fp=FINER):
-    """Return the angle by which one rounding of each datum changes the attitude [rad]."""
+    """Return the attitude change [rad] due to one rounding error in each number of the top."""
     own, _, rate = problem.scale_to_own_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
@@ -182,8 +182,8 @@ def conditioning_by_tangents(problem, times):
 def compute_truth(problem, end):
     """Return the reference solution of any scene within about a second.
 
-    The solution is computed in 128 bits, or in 80 bits if 128 would take longer. For a damped top
-    an implicit method is used, because damping would limit the steps of explicit methods.
+    The solution is computed in 128 bits, or in 80 bits if 128 bits would take longer. For a damped
+    top, an implicit method is used, because damping limits the steps of explicit methods.
     """
     if problem.is_damped:
         return truth_of_damped(problem, end)
@@ -273,7 +273,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each other computation, and the angle of its result to the truth [rad]."""
+    """Yield the name of each other computation, and the angle between result and truth [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (
@@ -305,7 +305,7 @@ def compare_computations(problem, end, kept):
 
 
 def compute_entry(problem, times):
-    """Return the reference solutions by time, together with numbers that show their accuracy."""
+    """Return the reference solutions by time, and numbers that show their accuracy."""
     form = "symmetric" if problem.symmetric else "velocity"
     found, again = integrate_states(problem, times), integrate_states(problem, times, "momentum")
     moved = compute_conditioning(problem, times, form)
@@ -327,7 +327,7 @@ def load_truth(name, t):
 
 
 def truth_of(problem, end):
-    """Return the reference solution, which is stored for scenes of the report and else computed."""
+    """Return the reference solution: stored for scenes of the report, computed for other scenes."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
         known[f"{end:g}"]

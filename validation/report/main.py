@@ -62,7 +62,7 @@ def make_parser():
 
 
 class LineProgress(Progress):
-    """The progress display without a terminal: a line for each tenth of the work."""
+    """A progress display for output that is not a terminal: a line for each tenth of the work."""
 
     def advance(self, task_id, advance=1):
         (task,) = self.tasks
@@ -84,7 +84,7 @@ def make_progress(console):
 
 
 def load_problems(files, budget):
-    """Return each problem with its end time: the problems of the files, or else of the report."""
+    """Return problems with end times: of the given files, or of the report if no file is given."""
     if not files:
         return [
             (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
@@ -105,7 +105,7 @@ def load_problems(files, budget):
 
 
 def run_parts(out, problems, parts, budget, console):
-    """Run the tasks of the parts, and return the store of findings and a note on missing ones."""
+    """Run the tasks of the parts. Return the store of findings and a note on missing findings."""
     own = [problem for problem, _ in problems if problem.user]
     store = ResultStore(out / f"findings-{budget.name}.jsonl", machine.fingerprint(*own))
     tasks = [task for part in parts for task in part.list_tasks(problems, budget, store)]

@@ -13,7 +13,7 @@ FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
 def load_template(name, *folders):
-    """Return a template of the report, of a part, or from another folder."""
+    """Return a template of the report or of a part, or a template in another folder."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, *FOLDERS]),
         autoescape=True,
@@ -29,7 +29,7 @@ def load_template(name, *folders):
 
 
 def render_section(part, found, about):
-    """Return the section of a part."""
+    """Return the HTML section of a part."""
     body = load_template(f"{part.name}.html").render(about=about, **part.build_context(found))
     return {"part": part, "conclusion": part.conclude(found), "body": body}
 

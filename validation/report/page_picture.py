@@ -13,7 +13,7 @@ TARGET = Path(__file__).with_name("page.png")
 PAGE = Path(__file__).parents[2] / "python/kreisel/viewer.html"  # the page as built by `make build`
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = {"width": 1120, "height": 640}
-UNTIL = 9  # time of the picture
+UNTIL = 9  # time of the motion at which the picture is taken
 
 
 def take_picture(target=TARGET):

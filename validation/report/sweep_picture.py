@@ -1,7 +1,8 @@
 """The picture of a sweep in docs/theory/ensembles.md: the greatest tilt of two million tops.
 
 All tops have the same body, whose centre of mass is slightly off its axis, so that there is no
-closed form. The tops differ in spin and tilt. Existing parts of the sweep are not computed again.
+closed form. The tops differ in spin and tilt. Parts of the sweep that exist already are not
+computed again.
 
     python -m validation.report.sweep_picture FOLDER [validation/report/sweep.png]
 """

@@ -21,9 +21,9 @@ from ..references.multiprecision import MultiprecisionIntegrator, path_attitudes
 
 LOOKS = 41
 FACTOR = 3.0  # tolerated ratio of estimated to true error
-# tolerated fraction of ratios beyond the factor, if errors are roundings
+# tolerated fraction of ratios beyond the factor, if the errors are due to rounding
 LUCKY = {"taylor 30": 0.1}
-ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # true errors below this are accidental [rad]
+ROUNDED = {16: 1e-15, 20: 1e-31, 30: 2e-32}  # true errors below this value are left to chance [rad]
 WAYS = {
     "auto": {},
     "strang": {"step": 0.01},
@@ -38,7 +38,7 @@ WAYS = {
 def estimate_ratio(scene, times, truth, way):
     """Return the ratio of the estimated to the true error of a path.
 
-    Return None if the path is as accurate as its digits allow, or if the run is refused.
+    Return None if the path is as accurate as its number of digits allows, or if the run is refused.
     """
     method, options = way.split()[0], WAYS[way]
     try:
@@ -65,7 +65,7 @@ def collect_ratios(scenes, seed):
 
 
 def print_row(name, ratios):
-    """Print a summary of the ratios, and return how many are beyond the factor."""
+    """Print a summary of the ratios, and return how many of them are beyond the factor."""
     beyond = sum(not 1.0 / FACTOR <= ratio <= FACTOR for ratio in ratios)
     least, middle, most = np.quantile(ratios or [math.nan], [0.0, 0.5, 1.0])
     print(f"  {name:30}{len(ratios):6}{least:9.3g}{middle:9.3g}{most:9.3g}{beyond:8}", flush=True)

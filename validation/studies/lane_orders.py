@@ -81,7 +81,7 @@ def error_quantiles(q, truth):
 
 
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
-    """Return how much to lower the tolerance for errors of at most `most`, or None."""
+    """Return how much to lower the tolerance to get errors of at most `most`, or None."""
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
         found = error_quantiles(run(), truth)

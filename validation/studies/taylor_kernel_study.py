@@ -36,7 +36,7 @@ def problem_bytes(name):
 
 
 def isas():
-    """Time each instruction set against heyoka, which always uses the best one of the machine."""
+    """Time each instruction set against heyoka, which always uses the best set of the machine."""
     kernels, plain = TaylorKernels(), TaylorKernels(plain=True)
     for name in ("thesis", "asymmetric"):
         for target, order in ((1e-3, 12), (1e-6, 16), (0, 28)):
@@ -68,9 +68,9 @@ def print_at_equal_error(kernels, plain, name, target, order):
 
 
 def headless():
-    """Time the savings from omitting the heading, at equal tolerance.
+    """Print how much time is saved by omitting the heading, at equal tolerance.
 
-    The savings that would remain if the heading were integrated separately are timed too.
+    Also print how much would still be saved if the heading were integrated separately.
     """
     kernels = TaylorKernels()
     for name in ("asymmetric", "thesis"):
@@ -94,11 +94,11 @@ def headless():
 
 
 def count_operations(order):
-    """Return the number of vector operations per step of the widest kernel, in sums and elsewhere.
+    """Return the numbers of vector operations per step of the widest kernel, in sums and elsewhere.
 
-    The first number counts the pairs and middle terms of the sums. The second number includes 3
-    operations to join two sums, 6 for the rates of q and P, 11 for the rates of W, 5 to permute W,
-    and 2 for the sum at the end.
+    The first number counts the pairs and middle terms of the sums. The second number counts 27
+    operations per order: 3 join two sums, 6 give the rates of q and P, and 11 give the rates of W.
+    5 operations permute W, and 2 compute the sum at the end.
     """
     pairs, middles = sum((n + 1) // 2 for n in range(order)), (order + 1) // 2
     return 7 * pairs + 5 * middles, 27 * order
@@ -107,8 +107,8 @@ def count_operations(order):
 def limits():
     """Compare the widest kernel with the peak of two operations per clock cycle.
 
-    The difference is due to latency: each coefficient depends on the previous one, and the sum at
-    the end depends on the step.
+    The difference is due to latency: each coefficient depends on the previous coefficient, and the
+    sum at the end depends on the step.
     """
     kernels = TaylorKernels()
     name, steps = "thesis", ctypes.c_int64()
@@ -157,7 +157,7 @@ DEPTHS_30 = (
 
 
 def depth():
-    """Print the time and the error of other heads, orders and tolerances, for 20 and 30 digits."""
+    """Print time and error for 20 and 30 digits, with other numbers of terms and tolerances."""
     for head, last in DEPTHS_20:
         kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
         print_depth(kernels, 0, what, (-66, -70, -74), 2e4)

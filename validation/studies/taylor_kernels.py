@@ -19,8 +19,8 @@ def compile_library(folder, terms, plain, alone):
     """Compile the core with the kernels into a library, and load the library.
 
     By default all instruction sets are compiled. `plain` compiles only the portable kernel. `alone`
-    compiles only the kernel for every x86_64, optimized for speed. `terms` (head and last for 20
-    digits, for 30) compiles only the widest kernel, with other numbers of terms.
+    compiles only the kernel for every x86_64, optimized for speed. `terms` compiles only the widest
+    kernel, with other numbers of terms: the head and the last term for 20 digits, then for 30.
     """
     if terms:
         defined = (f"-D{name}={n}" for name, n in zip(TERMS, terms, strict=True))
@@ -31,7 +31,7 @@ def compile_library(folder, terms, plain, alone):
 
 
 def read_list(give):
-    """Return the items that the core lists, up to the end of the list."""
+    """Return the items of a list in the core, up to the end of the list."""
     found = []
     while this := give(len(found)):
         found.append(this)

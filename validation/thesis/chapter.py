@@ -1,4 +1,4 @@
-"""The chapter on the thesis: the program runs the experiments and writes thesis.html."""
+"""The chapter on the thesis (Bodack 2008): it runs the experiments and writes thesis.html."""
 
 import time
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from .trajectories import HALF, IMPROVED, SCENE, Trajectory, compute_frame_error
 
 HERE = Path(__file__).parent
 TEMPLATE = OUTPUT = "thesis.html"
-INTERVALS = (0.2, 0.1, 0.01)  # lengths of intervals in which the frame rotates uniformly (3.4)
+INTERVALS = (0.2, 0.1, 0.01)  # intervals of uniform rotation of the frame (3.4)
 FORMS = {
     "extrap": ("rest frame (extrap)", BLUE, "o-"),
     "extrap_kirchhoff": ("body (extrap_kirchhoff)", ORANGE, "s-"),
@@ -151,7 +151,7 @@ def draw_forms(forms, scene):
 
 
 def make_units_table():
-    """Return the units of 4.2.1 for the cuboid, as in the text and as they should be."""
+    """Return the units of section 4.2.1 for the cuboid, as in the text and as they should be."""
     units = scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 class Erratum:
     """An erratum.
 
-    The fields `text` and `right` are the errors of both versions, as `measure` defines.
+    The fields `text` and `right` are the errors of the text and of the correction. `measure` says
+    how the error is defined.
     """
 
     number: int

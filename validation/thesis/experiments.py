@@ -1,4 +1,4 @@
-"""The experiments of chapter 6, and what is measured in them."""
+"""The experiments of chapter 6, and the quantities measured in them."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,8 +20,8 @@ from .trajectories import (
     solve_with_restarts,
 )
 
-PERIOD, SUBSTEPS, FINE_TOL, FINE_FIRST = 5.0, 166, 2e-8, 1.5  # 6.2.1
-RK4_STEPS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # 6.3
+PERIOD, SUBSTEPS, FINE_TOL, FINE_FIRST = 5.0, 166, 2e-8, 1.5  # section 6.2.1
+RK4_STEPS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # section 6.3
 
 
 def time_grid(step, end):
@@ -52,7 +52,7 @@ class FourTops:
 
     @cached_property
     def L(self):
-        """The frame errors, relative to the truth and, as in the text, between two trajectories."""
+        """The frame errors: of each trajectory against the truth, and of pairs as in the text."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -76,7 +76,7 @@ class FourTops:
 
 
 def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Run experiment 6.1, or the same experiment with other values."""
+    """Run experiment 6.1 with the values of the text, or with other values."""
     ratio = round(eps2 / eps1)
     return FourTops(
         scene,
@@ -106,7 +106,7 @@ def run_failing():
 
 
 def measure_growth(end=20.0, eps=0.2):
-    """Return how the error grows with the term of 6.1.5.
+    """Return how the frame error depends on the term of section 6.1.5.
 
     The rows are (gravity, factor of m, largest |term|, largest L), for several values of gravity
     and of the factor.
@@ -129,16 +129,16 @@ def measure_growth(end=20.0, eps=0.2):
 
 @dataclass(frozen=True)
 class EqualTime:
-    """Experiment 6.2: states every five units of time, all compared with the truth."""
+    """Experiment 6.2: states at every fifth unit of time, all compared with the truth."""
 
     red: Trajectory
     blue: Trajectory
     green: Trajectory
     equal: Trajectory
     true: Trajectory
-    # seconds per five units of time, for Bobenko-Suris with 166 sub-steps and for Extrap
+    # run times per five units of time [s]: Bobenko-Suris with 166 sub-steps, Extrap
     seconds: dict
-    substeps: int  # sub-steps of Bobenko-Suris in the time that Extrap takes on this machine
+    substeps: int  # sub-steps that Bobenko-Suris makes in Extrap's run time on this machine
     improved: dict = field(default_factory=dict)
 
     @property
@@ -173,9 +173,9 @@ def solve_in_periods(substeps, end, method=None):
 
 
 def time_period(green, rounds=9, some=40):
-    """Return the seconds for five units of time, by Bobenko-Suris (166 sub-steps) and by Extrap.
+    """Return the run times for five units of time by Bobenko-Suris (166 steps) and by Extrap [s].
 
-    The seconds exclude the overhead of a Python call, and are the shortest of all rounds.
+    The run times exclude the overhead of a Python call. They are the shortest of all rounds.
     """
     starts = [green.path.scene_at(i) for i in np.linspace(0, len(green.path) - 2, some).astype(int)]
     bs = {"method": "bobenko_suris", "step": PERIOD / SUBSTEPS}
@@ -206,7 +206,7 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return when the frame error of Extrap first exceeds that of Bobenko-Suris, by tolerance.
+    """Return, by tolerance, when Extrap's frame error first exceeds Bobenko-Suris' frame error.
 
     Each row is (tolerance, time or None, last error).
     """
@@ -225,7 +225,7 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 
 @dataclass(frozen=True)
 class EqualEvaluations:
-    """Experiment 6.3: equal evaluations, so that Bobenko-Suris has a quarter of the step."""
+    """Experiment 6.3: equal numbers of evaluations, so Bobenko-Suris has a quarter of the step."""
 
     eps2: float
     rk4: Trajectory
@@ -258,7 +258,7 @@ def run_equal_evaluations(end=30.0):
 
 
 def measure_first_steps(timed, first=(0.15, 0.5, 1.5, 5.0), end=1000.0):
-    """Return Extrap's largest frame error in experiment 6.2, for each first step (6.2.1)."""
+    """Return Extrap's largest frame error in experiment 6.2 for each first step (section 6.2.1)."""
     times = timed.t[timed.t <= end]
     true = solve_truth(SCENE, times)
     return {

@@ -132,7 +132,7 @@ def draw_picture(four, t):
 
 
 def tabulate_integrals(four):
-    """Yield the rows of the table in the tab: the values at the end, and their changes."""
+    """Yield the rows of the table of integrals: the values at the end, and their changes."""
     yield "top", "<m, p>", "<m, a>", "E"
     for name in TOPS:
         top = getattr(four, name)

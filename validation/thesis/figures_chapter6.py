@@ -1,7 +1,7 @@
 """The figures of chapter 6, redrawn.
 
-The left panel is as in the thesis. Where it is informative, the right panel has a logarithmic
-scale, the truth and more methods.
+The left panel is as in the thesis. The right panel, where it helps, has a logarithmic scale, the
+truth and more methods.
 """
 
 import numpy as np
@@ -50,7 +50,7 @@ def draw_frame_chart(t, L, named, end):
 
 
 def draw_frame_log(t, L, named, improved, end):
-    """Draw running maxima of errors, because zeros would dominate a logarithmic scale."""
+    """Draw running maxima of errors. Zeros of an error would dominate a logarithmic scale."""
     both = [(label, L[name], colour, "-") for name, label, colour in named]
     both += [(name, error, IMPROVED[name], "--") for name, error in improved.items()]
     series = [

@@ -48,7 +48,7 @@ def hide_frame(axes):
 
 
 def cuboid_faces(half, centre):
-    """Return the corners of each face of a cuboid, (6, 4, 3), counterclockwise from outside."""
+    """Return the corners of each face, (6, 4, 3), counterclockwise if seen from outside."""
     found = np.zeros((6, 4, 3))
     for i, face in enumerate(found):
         axis, sign = i // 2, 1.0 - 2.0 * (i % 2)
@@ -83,7 +83,8 @@ def draw_cuboid(axes, corners, top):
 def draw_vectors(axes, top, origin, behind):
     """Draw momentum in green and velocity in blue, scaled by their maxima along the path.
 
-    If `behind` is true, only vectors that point away from the eye are drawn, otherwise the others.
+    If `behind` is true, only vectors that point away from the eye are drawn. Otherwise only vectors
+    that point towards the eye are drawn.
     """
     for values, colour in ((top.path.m, GREEN), (top.path.velocity, BLUE)):
         tip = REACH * values[top.i] / np.linalg.norm(values, axis=1).max()
@@ -95,7 +96,7 @@ def draw_vectors(axes, top, origin, behind):
 
 
 def draw_tops(axes, tops, half, pivot, origin):
-    """Draw several tops about one origin."""
+    """Draw several tops with the same origin."""
     body = cuboid_faces(np.array(half), -np.array(pivot))
     for top in tops:
         draw_vectors(axes, top, origin, behind=True)
@@ -106,7 +107,7 @@ def draw_tops(axes, tops, half, pivot, origin):
 
 
 def origin_of(side):
-    """Return the origin of the tops on a side, -0.5 or 0.5."""
+    """Return the origin of the tops on one side of the picture, -0.5 or 0.5."""
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
 
@@ -118,7 +119,8 @@ def top_at_time(course, t, colour, width, opacity):
 def draw_four_tops(courses, t, half, pivot):
     """Draw figures 6.1 to 6.4 and similar figures.
 
-    `courses` contains red, blue, yellow and green by name. The two tops with eps2 are translucent.
+    `courses` contains the trajectories of the red, blue, yellow and green top by name. The two tops
+    with the step eps2 are translucent.
     """
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 3.3), layout="constrained")

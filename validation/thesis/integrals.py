@@ -16,7 +16,7 @@ STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_
 
 
 def special_scene(kind, half=0.8):
-    """Return the startup cuboid, adjusted to C_B = `half` as by the program's checkbox (5.6.6)."""
+    """Return the program's initial cuboid, adjusted to C_B = `half` as by its checkbox (5.6.6)."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
@@ -24,7 +24,7 @@ def special_scene(kind, half=0.8):
 
 @dataclass(frozen=True)
 class FourthIntegral:
-    """An integral and its change along a path of Extrap."""
+    """A fourth integral, and its change along a path computed by Extrap."""
 
     t: np.ndarray
     start: float
@@ -32,7 +32,7 @@ class FourthIntegral:
 
 
 def measure_fourth_integral(kind):
-    """Return the data of figure 5.5, or of its counterpart for G.
+    """Return the data of figure 5.5, or of the corresponding figure for G.
 
     Extrap is restarted every 0.1 over 300 units.
     """
@@ -70,7 +70,7 @@ class FormResult:
 
 
 def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compare the equations in rest frame and body frame (3.4), both with twelve variables."""
+    """Compare the equations in rest frame and body frame (3.4), each with twelve variables."""
     return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
@@ -87,10 +87,10 @@ def compare_forms_on(name, end, rounds):
 
 
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
-    """Return the attitude error of a frame that is advanced once per interval [rad].
+    """Return the attitude error of a frame whose velocity is updated once per interval [rad].
 
-    M and P are exact, but in each interval the frame rotates with the angular velocity at the start
-    of the interval. This is the drawback that the text describes.
+    M and P are exact. But within each interval, the frame rotates with the angular velocity at the
+    start of the interval. This is the drawback that the text describes.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])

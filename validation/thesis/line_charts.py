@@ -6,14 +6,14 @@ import numpy as np
 from ..drawing.style import COLOURS, FAINT, INK, STYLE, figure_to_svg
 
 BLUE, ORANGE, GREEN, RED, PURPLE, CYAN, OCHRE = COLOURS[:7]
-# colours of the four tops of 6.1.1
+# colours of the four tops of section 6.1.1
 TOPS = {"red": RED, "blue": BLUE, "yellow": OCHRE, "green": GREEN}
 IMPROVED = {"bobenko_suris": PURPLE, "bobenko_suris4": CYAN, "takahashi_imada4": ORANGE}
 POINTS = 500
 
 
 def thin_out(t, values, points=POINTS):
-    """Return the visible points: the least and the largest value of each stretch, in order."""
+    """Return the visible points: the least and the largest value of each short interval."""
     n = len(t)
     if n <= 2 * points:
         return t, values
@@ -59,7 +59,7 @@ def draw_scatter(groups, xlabel, ylabel):
 
 
 def draw_two_scales(t, left, right, labels, colours):
-    """Draw two quantities over one time, each on its own axis."""
+    """Draw two quantities over the same time, each with its own vertical axis."""
     with plt.rc_context(STYLE):
         figure, axes = make_axes(xlabel="time")
         other = axes.twinx()
@@ -99,7 +99,7 @@ def draw_mark(axes, point, text, offset, ha="left"):
 
 
 def draw_timer(eps1=0.2, eps2=0.5, stop=2.0):
-    """Draw figure 5.12: steps at the multiples of eps1 and of eps2, and their common end."""
+    """Draw figure 5.12: steps at multiples of eps1 and at multiples of eps2, with a common end."""
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(5.4, 1.5), layout="constrained")
         for y, eps, colour, name in (

@@ -1,6 +1,6 @@
 """Conversion to and from the units of Bobenko and Suris for the Lagrange top.
 
-They are described in Bodack 2008, 4.2.1.
+The units are described in the thesis (Bodack 2008), section 4.2.1.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class Units:
 def scaled_units(body: kr.Body) -> Units:
     """Return the units in which |a| = 1 and I1 = 1: length |com|, mass I1 / |com|^2.
 
-    Here I1 = M (C_N^2 + 4 C_T^2) / 3 for the thesis' cuboid, so that alpha = I3 is 2 C_N^2 / (C_N^2
-    + 4 C_T^2), the factor of momenta is 1 / I1, and the mass is not 1 but 3 C_T^2 / (C_N^2 + 4
-    C_T^2), which the text omits in p. Raises ValueError if the body is not a Lagrange top.
+    For the cuboid of the thesis, I1 = M (C_N^2 + 4 C_T^2) / 3. Therefore alpha = I3 is 2 C_N^2 /
+    (C_N^2 + 4 C_T^2), and the factor of momenta is 1 / I1. The mass is not 1 but 3 C_T^2 / (C_N^2 +
+    4 C_T^2). The text omits this factor in p. Raises ValueError if the body is not a Lagrange top.
     """
     i1, _ = _lagrange_moments(body)
     length = hypot(*body.com)

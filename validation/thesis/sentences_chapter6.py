@@ -29,7 +29,7 @@ def explain_experiment1(loose):
 
 
 def explain_experiment2(crossed, wanted=900.0):
-    """Return a sentence on the tolerances for which the lines of 6.2 would cross as in the text."""
+    """Return a sentence on the tolerances for which the curves of 6.2 cross as in the text."""
     late = [tol for tol, t, _ in crossed if t is None or t > wanted]
     early = [tol for tol, t, _ in crossed if t is not None and t <= wanted]
     return (
@@ -166,7 +166,7 @@ def correlate_errors(four, end=200.0):
     """Return the correlation of the energy error with the oscillating part of the frame error.
 
     The result is (coefficient at equal times, largest coefficient, its delay). The oscillating part
-    is L / t. Delays are less than half a nutation.
+    is L / t. Delays are shorter than half a nutation period.
     """
     kept = (four.t > 20) & (four.t <= end)
     swing = (four.L["BS"][1:] / four.t[1:])[kept[1:]]

@@ -13,7 +13,7 @@ from .trajectories import HALF, SCENE, solve_fixed_step, solve_theorem42, solve_
 
 OMEGA, ROOT = "\N{GREEK SMALL LETTER OMEGA}", "\N{SQUARE ROOT}"
 SQUARE, INVERSE = "\N{SUPERSCRIPT TWO}", "\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT ONE}"
-SPECIAL = {  # the construction in the text, and the ratio of the equal moments to the third
+SPECIAL = {  # the construction in the text, and (each of the equal moments) / (third moment)
     "kowalewski": (f"Kowalewski: C_T = C_B / 2, C_N = {ROOT}3 C_B gives moments 1 : 2 : 2", 2),
     "goryachev_chaplygin": (
         f"Goryachev-Chaplygin: C_T = C_B / 2, C_N = {ROOT}7 C_B gives 1 : 4 : 4",
@@ -23,7 +23,7 @@ SPECIAL = {  # the construction in the text, and the ratio of the equal moments 
 
 
 def check_chapter3(forms, frozen):
-    """Yield the sentences of 3.4 on the two forms of the equations.
+    """Yield the sentences of section 3.4 on the two forms of the equations.
 
     `frozen` is {interval: attitude error}.
     """
@@ -167,9 +167,10 @@ def check_fourth_integrals(k, g, values):
 
 
 def measure_discrete_rod(eps=0.05, end=20.0):
-    """Return the distance of the program's rod from the centre line, for eps and eps / 2.
+    """Return the distance between the program's rod and the centre line, for eps and for eps / 2.
 
-    The distance is taken at the end. The rod of the program moves each frame by eps along T.
+    The distance is taken at the end. In the program's rod, each frame is displaced from the
+    previous frame by eps along T.
     """
     errors = []
     for h in (eps, eps / 2):
@@ -219,7 +220,7 @@ def check_traces():
 
 
 def compare_with_rk4(target=1e-3, end=100.0):
-    """Return the evaluations of rk4 and of extrap for a frame error below the target."""
+    """Return the evaluations that rk4 and extrap need for a frame error below the target."""
     true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):

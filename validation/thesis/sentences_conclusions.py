@@ -108,9 +108,9 @@ def check_equal_time(timed):
 
 
 def find_overtaking(timed):
-    """Return the first time at which Extrap's largest error exceeds Bobenko-Suris', or None.
+    """Return when Extrap's largest error first exceeds that of Bobenko-Suris, or None.
 
-    Both methods have the same run time.
+    Both methods take the same run time.
     """
     ahead = np.maximum.accumulate(timed.L["Ext"]) <= np.maximum.accumulate(timed.L["equal"])
     last = int(np.flatnonzero(ahead)[-1])

@@ -1,4 +1,4 @@
-"""The su(2) and SU(2) of the thesis (3.2), and theorem 4.2 as printed with optional errata."""
+"""The algebra su(2) and the group SU(2) of the thesis (3.2), and theorem 4.2 with its errata."""
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def rotate(Phi, x):
 
 
 def rotation_matrix(axis, angle):
-    """Return the Phi of theorem 3.4 with the factor 2 that the text omits.
+    """Return the matrix Phi of theorem 3.4, with the factor 2 that the text omits.
 
     Phi^-1 X Phi then rotates by -angle.
     """
@@ -46,7 +46,7 @@ def from_quaternion(q):
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
     """Return xi_k of theorem 4.2, from m = m_(k+1), a = a_k and b = a_(k+1).
 
-    In the second form, the text has 2/c instead of 2/eps.
+    The second form of the text contains 2/c instead of 2/eps.
     """
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
@@ -65,9 +65,9 @@ def make_step(m, a, eps, g):
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Return the attitude at the end according to theorem 4.2.
 
-    `c_of` is 'a', or 'p' as in the text. `side` is the side on which w_k multiplies the quaternion,
-    or 'inverse' for a rotation g from rest frame to body frame. `text` selects 2/c in the second
-    form.
+    `c_of` is 'a', or 'p' as in the text. `side` is the side on which w_k multiplies the quaternion.
+    If `side` is 'inverse', g rotates from rest frame to body frame. `text` selects 2/c in the
+    second form, as printed.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity

@@ -8,7 +8,7 @@ import numpy as np
 # The half sides of the cuboid, and the centre of its lower face.
 HALF, PIVOT = (0.8, 0.8, 1.0), (0.0, 0.0, -1.0)
 SCENE = kr.Scene(kr.Body.cuboid(HALF, PIVOT), momentum=(0.172, -1.862, 1.46), gravity=1.0)  # 6.1.1
-FAILING = SCENE.replace(momentum=(5.0, 0.0, 0.0), gravity=10.0)  # 6.1.5
+FAILING = SCENE.replace(momentum=(5.0, 0.0, 0.0), gravity=10.0)  # section 6.1.5
 TOL, FIRST = 1e-5, 0.1  # tolerance and first step of Extrap (5.8.1)
 # Methods added to the plots of the thesis, if this build has them.
 IMPROVED = [
@@ -18,7 +18,7 @@ IMPROVED = [
 
 @dataclass(frozen=True)
 class Trajectory:
-    """The states of one top at several times, named as in the thesis, and their cost."""
+    """The states of one top at several times, named as in the thesis, and the cost of the run."""
 
     path: kr.Path
     evaluations: int
@@ -49,7 +49,7 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Return the closed form if it exists, and else the solution at the tightest tolerance."""
+    """Return the closed form if one exists, otherwise the solution at the tightest tolerance."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
@@ -62,9 +62,9 @@ def solve_fixed_step(scene, method, step, end, every=1):
 def solve_theorem42(scene, step, end, every=1):
     """Return the Bobenko-Suris discretization of the thesis, for a body in principal axes.
 
-    Its values of a and m are those of kreisel's bobenko_suris. Its rotation about the axis is 2
-    atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. In kreisel the first term is h c / I3, which
-    makes the twist exact.
+    The values of a and m are the same as with kreisel's bobenko_suris. The rotation about the axis
+    is 2 atan(h c / 2 I3) - 2 atan(h c / 2 I1) per step. In kreisel the first term is h c / I3, so
+    the rotation about the axis is exact.
     """
     course = solve_fixed_step(scene, "bobenko_suris", step, end, every)
     path = course.path
@@ -77,7 +77,7 @@ def solve_theorem42(scene, step, end, every=1):
 
 
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
-    """Return Extrap as the program uses it: restarted with its first step at each interval.
+    """Solve by Extrap as the program does: restarted with the first step at each interval.
 
     An interval is the time between two pictures, and not a step. The state at the end of every
     `every`-th interval is kept.
@@ -105,7 +105,7 @@ def compute_frame_error(one, other):
 
 
 def largest_until(t, values, until):
-    """Return the largest value up to a time."""
+    """Return the largest of `values` up to a time."""
     return float(values[t <= until * (1 + 1e-9)].max())
 
 
