@@ -16,7 +16,8 @@ FLAGS = (
 )
 OF_LOOPS = "batch_eval.c"  # this file is compiled with automatic vectorization
 AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
-SMALL = dict.fromkeys(("closed_form.c", "batch_setup.c", "map.c"), ("-Os", "-fno-inline-functions"))
+CLOSED_FORMS = ("closed_form.c", "goryachev_chaplygin.c", "kowalewski.c", "map.c")
+SMALL = dict.fromkeys((*CLOSED_FORMS, "batch_setup.c"), ("-Os", "-fno-inline-functions"))
 SMALL |= dict.fromkeys(
     ("kernel_dd.c", "kernel_tangent_batch_dd.c", "kernel_tangents_dd.c"), ("-O2", "-DKR_SMALL")
 )
@@ -31,8 +32,7 @@ def core_files():
 
 def isa_files():
     """Return the source files that are compiled once for each instruction set."""
-    names = ("batch_eval.c", "batch_setup.c", "closed_form.c", "kowalewski.c", "map.c")
-    exact = [CSRC / "exact" / name for name in names]
+    exact = [CSRC / "exact" / name for name in ("batch_eval.c", "batch_setup.c", *CLOSED_FORMS)]
     return [*sorted(CSRC.glob("*/kernel*.c")), *exact]
 
 
