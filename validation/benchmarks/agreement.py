@@ -22,7 +22,7 @@ from pathlib import Path
 import kreisel as kr
 import numpy as np
 
-SLACK, FLOOR = 5.0, 5e-14
+SLACK, FLOOR = 10.0, 5e-14
 UNRESOLVED = 1e-5  # tops with a larger allowed angle are skipped [rad]
 DATA = ("start", "moments", "com", "gravity", "mass")
 
