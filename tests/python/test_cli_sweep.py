@@ -83,7 +83,7 @@ def test_status_lists_the_first_ranges_of_missing_parts(plan):
 def test_processes_and_a_cluster_compute_the_parts(plan, plan_hash):
     call("sweep plan.toml --folder processes --workers 2")
     with LocalCluster(
-        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0"
     ) as cluster:
         call(f"sweep plan.toml --folder cluster --dask {cluster.scheduler_address}")
     for name in ("processes", "cluster"):
