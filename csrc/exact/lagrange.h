@@ -95,8 +95,8 @@ static inline void about_top(const initial *s, wide guess, turning *r)
     r->span = dd_sub(r->minus1, r->minus2);
     r->g31 = dd_add(r->minus3, dd_mul(s->g, r->minus1));
 }
-/* Of a and b, replaces the smaller by product / (larger * beside). The mask `smaller_a` has the
- * lanes in which a is the smaller. Leaves both unchanged if they are zero. */
+/* Computes the smaller of a and b again, as product / (larger * beside), which loses no digits. The
+ * mask `smaller_a` marks the lanes in which a is the smaller. If both are zero, they stay zero. */
 static inline void sharpen_smaller(dd *a, dd *b, mask smaller_a, dd product, dd beside)
 {
     const dd larger = dd_choose(smaller_a, *b, *a),

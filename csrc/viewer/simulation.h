@@ -29,7 +29,8 @@ enum {
     /* Number of measurements of integrals and errors between two rows of the record. It is smaller
      * if there are fewer times that all tops share. */
     KR_SIMULATION_SAMPLES = 64,
-    /* The same number for the other quantities, which take longer to compute. */
+    /* Number of measurements of all other quantities between two rows. They take longer to
+     * compute. */
     KR_SIMULATION_FULL_SAMPLES = 32,
     KR_SIMULATION_TICKS = 1000000, /* ticks in a unit of time */
     /* Special values of `reference`: the top has no reference, or the top is itself a reference. A

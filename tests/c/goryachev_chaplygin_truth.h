@@ -1,4 +1,4 @@
-/* Where Goryachev-Chaplygin tops are, by heyoka in quadruple precision;
+/* States of Goryachev-Chaplygin tops, computed by heyoka in quadruple precision;
  * `python -m validation.benchmarks.goryachev_chaplygin_truth` prints this file. */
 /* clang-format off */
 #ifndef KR_GORYACHEV_CHAPLYGIN_TRUTH_H

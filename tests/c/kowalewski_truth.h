@@ -1,4 +1,4 @@
-/* Where Kowalewski tops are, by heyoka in quadruple precision;
+/* States of Kowalewski tops, computed by heyoka in quadruple precision;
  * `python -m validation.benchmarks.kowalewski_truth` prints this file. */
 /* clang-format off */
 #ifndef KR_KOWALEWSKI_TRUTH_H

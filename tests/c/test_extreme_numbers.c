@@ -68,7 +68,7 @@ static void test_products(void)
     IS(same(state_at(3.0, &light, taylor(), deep), state_at(3.0, &weak, taylor(), deep)));
     IS(distance(state_at(3.0, &light, taylor(), deep), state_at(3.0, &s, taylor(), deep)) <= 1e-15);
 }
-/* The same motion, slower or faster by any power of two in the range of times. */
+/* Checks that a motion scaled in time by a power of two passes through the same states. */
 static void test_paces(void)
 {
     const kr_scene s = tilted();

@@ -4,8 +4,8 @@
 #include "kreisel.h"
 
 void choose_by_seed(uint64_t seed);
-/* Takes all further choices from these bytes and, when they are used up, from a generator seeded by
- * the first eight bytes. */
+/* Makes all further choices from `bytes`. After the last byte, choices come from a generator that
+ * is seeded with the first eight bytes. */
 void choose_by_bytes(size_t size, const unsigned char bytes[]);
 
 uint64_t choose(uint64_t n);             /* one of 0 .. n - 1 */

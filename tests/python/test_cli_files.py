@@ -229,6 +229,6 @@ def raising(error):
 
 def test_a_run_for_which_there_is_no_memory_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(cli.solve, "feed", raising(MemoryError()))
+    monkeypatch.setattr(cli.solve, "feed_outputs", raising(MemoryError()))
     assert "not enough memory" in call("solve asymmetric --t 1 --csv a.csv", code=1)
     assert os.listdir(tmp_path) == []

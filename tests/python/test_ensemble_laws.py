@@ -109,7 +109,7 @@ def test_a_top_that_fails_loses_nothing_else():
     assert 0 < failed.sum() < N and bounded.failed.tolist() == np.flatnonzero(failed).tolist()
     for some in (failed, ~failed):
         assert same(bounded[some], kr.solve(TOPS[some], TIMES, "taylor", max_steps=12))
-    good = np.arange(len(TIMES)) < bounded.done[:, None]
+    good = np.arange(len(TIMES)) < bounded.state_counts[:, None]
     free = kr.solve(TOPS, TIMES, "taylor")
     assert kr.attitude_error(bounded.q[good], free.q[good]).max() < 1e-12
     assert np.isnan(bounded.q[~good]).all() and np.isnan(bounded.energy[~good]).all()

@@ -113,7 +113,7 @@ def test_reductions_are_those_of_the_states():
 
 def test_what_failed_has_nothing_to_keep():
     kept = kr.reduce(UNDAMPED, [1.0, 9.0], {"spin": "max"}, "rk4", step=0.1, max_steps=20)
-    assert np.isnan(kept["spin"]["max"]).all() and (kept.done == 1).all()
+    assert np.isnan(kept["spin"]["max"]).all() and (kept.state_counts == 1).all()
     with pytest.raises(kr.Error, match=r"top\[0\], the first of 5 of 5") as error:
         kept.check()
     assert error.value.paths is kept and error.value.path.t.tolist() == [kept.reached[0]]
@@ -171,7 +171,7 @@ def test_events_are_those_of_each_top_alone():
             assert np.array_equal(met.t[met.top == i], alone.events.t)
         assert many[2:4].events.count.tolist() == met.count[2:4].tolist()
         assert many[[3, 1]].events.t.tolist() == [*many[3].events.t, *many[1].events.t]
-    assert (many.done < 3).any() and not many.failed.size
+    assert (many.state_counts < 3).any() and not many.failed.size
     assert len(kr.solve(MIXED, 1.0).events) == 0
     square = kr.solve(MIXED.reshape(2, 3), 9.0, events=low, want=["spin"]).events
     assert square.top.shape == (len(square), 2) and square.q.shape == (len(square), 4)

@@ -268,8 +268,8 @@ def test_of_a_top_that_takes_too_many_steps_the_states_are_kept_that_it_reached(
     for sign in (1.0, -1.0):
         asked = sign * np.array(times)
         paths = kr.solve(tops, asked, "geometric", error=1e-6, max_steps=20)
-        assert paths.failed.tolist() == [0, 1, 2] and paths.done[0] == 4
-        for i, n in enumerate(paths.done.tolist()):
+        assert paths.failed.tolist() == [0, 1, 2] and paths.state_counts[0] == 4
+        for i, n in enumerate(paths.state_counts.tolist()):
             true = kr.solve(tops[i], asked[:n]).q
             assert kr.attitude_error(paths.states[i, :n, 1:5], true).max(initial=0.0) < 1e-9
             assert np.isnan(paths.states[i, n:, 1:]).all()

@@ -26,7 +26,7 @@ def hashes(tmp_path_factory):
     place = tmp_path_factory.mktemp("hashes")
     for name, words in WORDS.items():
         done = run_sweep(place / name, words, threads=1)
-        assert done.missing == [] and len(done.done) == PARTS
+        assert done.missing == [] and len(done.present) == PARTS
         assert 0 < (done["status"] != 0).sum() < done.size
     return {name: hash_rows(place / name) for name in WORDS}
 
@@ -90,7 +90,7 @@ def test_a_killed_worker_loses_only_its_own_part(tmp_path, hashes, moment):
     left = kr.read_sweep(place)
     assert os.path.exists(flag) and 2 in left.missing
     assert {file.name for file in place.glob("*.parquet")} == {
-        f"part-{i:06}.parquet" for i in left.done
+        f"part-{i:06}.parquet" for i in left.present
     }
     run_sweep(place)
     assert hash_rows(place) == hashes["reduced"]
@@ -145,7 +145,7 @@ def test_a_failed_part_stops_the_sweep_and_keeps_stored_parts(tmp_path, monkeypa
     for executor in (None, ThreadPoolExecutor(1)):
         with pytest.raises(OSError, match=r"No space left on device.*part-000003"):
             run_sweep(tmp_path / str(executor is None), executor=executor)
-    assert kr.read_sweep(tmp_path / "True").done == [0, 1, 2]
+    assert kr.read_sweep(tmp_path / "True").present == [0, 1, 2]
 
 
 @pytest.mark.parametrize("executor", [None, ThreadPoolExecutor])
@@ -161,8 +161,8 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
     with pytest.raises(kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; the same") as told:
         run_sweep(tmp_path, executor=pool, progress=stop)
     found = told.value.sweep
-    assert f"interrupted: {len(found.missing)} of 5" in str(told.value) and found.done
-    assert pickle.loads(pickle.dumps(told.value)).sweep.done == found.done
+    assert f"interrupted: {len(found.missing)} of 5" in str(told.value) and found.present
+    assert pickle.loads(pickle.dumps(told.value)).sweep.present == found.present
     assert found.missing or pool
     run_sweep(tmp_path)
     assert hash_rows(tmp_path) == hashes["reduced"]
@@ -182,7 +182,7 @@ def test_parts_cancelled_by_ctrl_c_are_not_stored_later(tmp_path, monkeypatch):
     monkeypatch.setattr(store.SweepStore, "write_part", write_late)
     with ThreadPoolExecutor(1) as pool, pytest.raises(kr.SweepInterrupted) as told:
         run_sweep(tmp_path, executor=pool, progress=stop)
-    assert kr.read_sweep(tmp_path).done == told.value.sweep.done
+    assert kr.read_sweep(tmp_path).present == told.value.sweep.present
 
 
 def test_progress_rises_to_one_and_counts_the_tops_of_this_call(tmp_path):

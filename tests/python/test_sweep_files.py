@@ -269,7 +269,7 @@ def test_sources_and_sweeps_can_be_copied_and_have_a_repr(tmp_path):
         assert again[2:5] == source[2:5] and copy.copy(source)[1] == source[1]
         with pytest.raises(AttributeError, match=r"make another kreisel\.Source"):
             source.scene = TOP
-    assert pickle.loads(pickle.dumps(found)).done == [0, 1]
+    assert pickle.loads(pickle.dumps(found)).present == [0, 1]
     assert repr(SOURCE) == "<kreisel.Source of shape (12, 25): spin, gravity>"
     assert repr(found) == "<kreisel.SweepResult of shape (12, 25): 2 of 5 parts>"
     with pytest.raises(IndexError, match="there is no top 300 among 300"):
@@ -356,16 +356,16 @@ def test_a_plan_of_many_parts_lists_only_existing_files(tmp_path, source, part, 
     if part is None:
         words["parts"] = range(0)
         found = kr.sweep(source, 1.0, **words)
-        assert found.done == []
+        assert found.present == []
     else:
         found = kr.sweep(source, 1.0, **words, parts=range(parts - 2, parts))
-        assert found.done == [parts - 2, parts - 1]
-        assert kr.read_sweep(tmp_path, partial=True)["top"].tolist() == found.done
+        assert found.present == [parts - 2, parts - 1]
+        assert kr.read_sweep(tmp_path, partial=True)["top"].tolist() == found.present
         with pytest.raises(ValueError, match=r"999999998 of 1000000000 parts are missing: 0, 1, 2"):
             found["top"]
     (tmp_path / "part-0000001.parquet").write_bytes(b"of no part")
     (tmp_path / f"part-{parts}.parquet").write_bytes(b"of no part")
-    assert found.parts == parts and kr.read_sweep(tmp_path).done == found.done
+    assert found.parts == parts and kr.read_sweep(tmp_path).present == found.present
 
 
 # Boundary values

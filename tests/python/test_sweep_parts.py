@@ -19,7 +19,7 @@ def sweep_small(to, n=4, **more):
     [(range(0), 0), (range(4), 4), (range(3, 4), 1), (range(9, 7), 0), (range(-3, -5), 0)],
 )
 def test_parts_up_to_the_last_can_be_requested(tmp_path, parts, done):
-    assert len(sweep_small(tmp_path, parts=parts).done) == done
+    assert len(sweep_small(tmp_path, parts=parts).present) == done
 
 
 @pytest.mark.parametrize(

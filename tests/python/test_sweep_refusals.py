@@ -105,7 +105,7 @@ def test_a_part_of_another_plan_stays_untouched(tmp_path):
         found.check()
     with pytest.raises(ValueError, match="is not part 0 of this plan; the same call of kreisel"):
         found.part(0)
-    assert kr.read_sweep(other, partial=True).done == []
+    assert kr.read_sweep(other, partial=True).present == []
 
 
 READ_ONLY = """
@@ -233,7 +233,7 @@ def test_an_invalid_scene_is_named_with_its_index(tmp_path):
     source = kr.Source.grid(TOP, mass=masses)
     with pytest.raises(ValueError, match=r"^top\[2501\]: body: mass must be positive, not -1"):
         run_sweep(tmp_path, REDUCED | {"part_size": 1000}, source)
-    assert kr.read_sweep(tmp_path).done == [0, 1]
+    assert kr.read_sweep(tmp_path).present == [0, 1]
     masses[0] = -1.0
     with pytest.raises(ValueError, match=r"^top\[0\]: body: mass must be"):
         run_sweep(tmp_path / "none", source=kr.Source.grid(TOP, mass=masses))
@@ -254,7 +254,7 @@ def test_a_top_that_the_method_does_not_suit_is_named_with_its_index(tmp_path):
     assert 2501 not in source._sample()
     with pytest.raises(ValueError, match=r"^top\[2501\]: the method 'strang' does not apply to"):
         kr.sweep(source, 1, "strang", step=0.1, folder=tmp_path, part_size=1000)
-    assert kr.read_sweep(tmp_path).done == [0, 1]
+    assert kr.read_sweep(tmp_path).present == [0, 1]
 
 
 def test_starts_beside_a_plan_must_be_finite(tmp_path):

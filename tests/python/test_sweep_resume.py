@@ -217,7 +217,7 @@ def test_a_partial_sweep_leaves_out_damaged_parts(tmp_path):
     files[1].write_bytes(bytes(100))
     files[3].unlink()
     found = kr.read_sweep(tmp_path, partial=True)
-    assert found.done == [2, 4] and found.missing == [0, 1, 3]
+    assert found.present == [2, 4] and found.missing == [0, 1, 3]
     top = found["top"]
     assert top.tolist() == [*range(128, 192), *range(256, 300)]
     for name, values in whole.items():

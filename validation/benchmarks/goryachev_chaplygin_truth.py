@@ -12,7 +12,7 @@ from textwrap import fill
 import mpmath as mp
 import numpy as np
 
-from .kowalewski_truth import CYCLES, HEADER, Top, follow, integrator
+from .kowalewski_truth import HEADER, Top, draw_body, follow, integrator
 
 TOPS, SEED = 30, 41
 LATE = {24: 300.0, 25: -300.0, 26: 600.0}
@@ -24,15 +24,7 @@ def draw(number, rng):
     The order of the axes, the sign of gravity and the direction of time vary. The centre of mass
     lies on one of the two equal axes or between them.
     """
-    unit, odd = 2.0 ** rng.integers(-3, 4), CYCLES[number % 3]
-    across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
-    com = np.zeros(3)
-    com[list(odd[:2])] = across * rng.choice([-1, 1]) * 2.0 ** rng.uniform(-2, 2)
-    inertia = np.empty(3)
-    inertia[list(odd)] = 4 * unit, 4 * unit, unit
-    gravity = float((1.0, 9.81, -2.5)[number % 5 % 3])
-    attitude = rng.normal(size=4)
-    attitude /= np.linalg.norm(attitude)
+    inertia, unit, com, gravity, attitude = draw_body(4, number, rng)
     rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / (4 * unit))
     momentum = rng.normal(size=3) * 4 * unit * rate * 10.0 ** rng.uniform(-1, 1)
     momentum[2] = 0.0

@@ -42,21 +42,31 @@ class Top(NamedTuple):
         return [mp.mpf(self.gravity) * mp.mpf(x) for x in self.com]
 
 
-def draw(number, rng):
-    """Draw a top whose moments are exactly 2 : 2 : 1.
+def draw_body(ratio, number, rng):
+    """Draw the inertia of ratio : ratio : 1, its unit, a centre of mass, gravity and an attitude.
 
-    The order of the axes, the signs of gravity and the direction of time vary. The centre of mass
-    lies on one of the two equal axes or between them.
+    The order of the axes and the sign of gravity vary. The centre of mass lies on one of the two
+    equal axes or between them.
     """
     unit, odd = 2.0 ** rng.integers(-3, 4), CYCLES[number % 3]
     across = rng.normal(size=2) if number % 4 == 3 else np.eye(2)[rng.integers(2)]
     com = np.zeros(3)
     com[list(odd[:2])] = across * rng.choice([-1, 1]) * 2.0 ** rng.uniform(-2, 2)
     inertia = np.empty(3)
-    inertia[list(odd)] = 2 * unit, 2 * unit, unit
+    inertia[list(odd)] = ratio * unit, ratio * unit, unit
     gravity = float((1.0, 9.81, -2.5)[number % 5 % 3])
     attitude = rng.normal(size=4)
     attitude /= np.linalg.norm(attitude)
+    return inertia, unit, com, gravity, attitude
+
+
+def draw(number, rng):
+    """Draw a top whose moments are exactly 2 : 2 : 1.
+
+    The order of the axes, the signs of gravity and the direction of time vary. The centre of mass
+    lies on one of the two equal axes or between them.
+    """
+    inertia, unit, com, gravity, attitude = draw_body(2, number, rng)
     rate = np.sqrt(abs(gravity) * np.linalg.norm(com) / unit)
     momentum = rng.normal(size=3) * 2 * unit * rate * 10.0 ** rng.uniform(-1, 1)
     if number >= 45:  # <m, e3> is zero or tiny for these tops
@@ -122,7 +132,7 @@ def main(words=None):
     print(HEADER.replace("ROWS", "\n".join(lines)), end="")
 
 
-HEADER = """/* Where Kowalewski tops are, by heyoka in quadruple precision;
+HEADER = """/* States of Kowalewski tops, computed by heyoka in quadruple precision;
  * `python -m validation.benchmarks.kowalewski_truth` prints this file. */
 /* clang-format off */
 #ifndef KR_KOWALEWSKI_TRUTH_H

@@ -113,7 +113,7 @@ def plan(options):
 
 def make_plan(tops, folder):
     found = kr.sweep(tops, TIMES, folder=f"{folder}/runs", reduce=KEPT, parts=range(0))
-    assert found.size == 10**8 and found.done == []
+    assert found.size == 10**8 and found.present == []
 
 
 def stop(options):

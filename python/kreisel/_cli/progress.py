@@ -82,7 +82,7 @@ class Outcome:
     checkpoint: bytes | None = None
 
 
-def feed(
+def feed_outputs(
     outputs: list[Output], pieces: Iterator[Path], run: Run | None, stops: SignalHandler
 ) -> Outcome:
     """Add all pieces of a path to the outputs, and return how the run ended.

@@ -32,7 +32,7 @@ from .parsers import (
     translate_errors,
 )
 from .parsers import scene as a_scene
-from .progress import SignalHandler, feed
+from .progress import SignalHandler, feed_outputs
 from .run_outputs import OutputOptions, RunOutputs, output_options
 
 _LONGEST = 1 << 24  # bytes read at most from a checkpoint; checkpoints are much smaller
@@ -168,7 +168,9 @@ def _run_pieces(
     with stops.defer_signals():
         try:
             with stops.show_progress():
-                end = feed(left.outputs(), pieces, run if "--save" in left.files else None, stops)
+                end = feed_outputs(
+                    left.outputs(), pieces, run if "--save" in left.files else None, stops
+                )
         except MemoryError:
             left.discard()
             raise click.ClickException("not enough memory") from None

@@ -89,7 +89,7 @@ def run(plan: str, folder: str, parts: range | None, workers: int | None, dask: 
         found = run_sweep(
             Path(plan), folder=folder, parts=parts, executor=executor, progress=progress
         )
-    click.echo(_summary_text(found, found.done))
+    click.echo(_summary_text(found, found.present))
 
 
 @contextmanager

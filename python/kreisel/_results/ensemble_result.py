@@ -123,7 +123,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._reshape(self._buffers.reached)
 
     @property
-    def done(self) -> Counts:
+    def state_counts(self) -> Counts:
         """(*shape) the number of requested times that each top reached."""
         return self._reshape(self._buffers.done)
 

@@ -44,7 +44,7 @@ class Section(EnsembleResult, QuantityAttributes):
     @property
     def count(self) -> Counts:
         """(*shape) the number of states found for each top."""
-        return self.done
+        return self.state_counts
 
     @property
     def max_wait(self) -> Array:

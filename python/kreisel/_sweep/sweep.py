@@ -159,7 +159,7 @@ def _run_parts(
             runner.run_on(executor)
     except KeyboardInterrupt:
         result = SweepResult(store)
-        done = sum(i in chosen for i in result.done)
+        done = sum(i in chosen for i in result.present)
         left = f"{len(chosen) - done} of {len(chosen)} parts are left"
         message = f"interrupted: {left}; the same call resumes in {store.folder}"
         raise SweepInterrupted(message, result) from None

@@ -58,14 +58,14 @@ class SweepResult:
         self.__dict__.update(_store=store, _partial=partial, _found=store.list_parts())
 
     @cached_property
-    def done(self) -> list[int]:
+    def present(self) -> list[int]:
         """The numbers of the existing parts, or with partial=True of the intact parts."""
         if not self._partial:
             return self._found
         return [i for i in self._found if self._store.verify_part(i) in (DONE, OLD)]
 
     def __repr__(self) -> str:
-        done = f"{len(self.done)} of {self.parts} parts"
+        done = f"{len(self.present)} of {self.parts} parts"
         return f"<kreisel.SweepResult of shape {self.shape}: {done}>"
 
     @property
@@ -96,7 +96,7 @@ class SweepResult:
     @property
     def missing(self) -> list[int]:
         """The numbers of the parts that do not exist."""
-        return [i for gap in list_gaps(self.done, self.parts) for i in gap]
+        return [i for gap in list_gaps(self.present, self.parts) for i in gap]
 
     @property
     def plan(self) -> dict[str, Any]:
@@ -111,9 +111,9 @@ class SweepResult:
     @cached_property
     def _schema(self) -> PartTable:
         """The columns of a part without rows, read from the first existing part."""
-        if not self.done:
+        if not self.present:
             raise ValueError(f"{self.folder} has no part yet")
-        return self._store.read_part(self.done[0], [])
+        return self._store.read_part(self.present[0], [])
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -133,7 +133,7 @@ class SweepResult:
             raise KeyError(unknown_name_message("column", str(name), self.columns))
         parts = self._read_parts([name])
         values = np.concatenate([(p.ragged if is_ragged else p.columns)[name] for p in parts])
-        if len(self.done) == self.parts and not is_ragged:
+        if len(self.present) == self.parts and not is_ragged:
             values = values.reshape(*self.shape, *values.shape[1:])
         values.flags.writeable = False
         return values
@@ -143,20 +143,20 @@ class SweepResult:
 
         Raises ValueError if parts are missing, unless the sweep was opened with partial=True.
         """
-        left = self.parts - len(self.done)
+        left = self.parts - len(self.present)
         if left and not self._partial:
-            missing = chain.from_iterable(list_gaps(self.done, self.parts))
+            missing = chain.from_iterable(list_gaps(self.present, self.parts))
             some = ", ".join(map(str, islice(missing, 8)))
             raise ValueError(
                 f"{left} of {self.parts} parts are missing: {some}"
                 f"{', ...' if left > 8 else ''}; the same call of kreisel.sweep computes them, "
                 "read_sweep(folder, partial=True) reads the others"
             )
-        return (self._store.read_part(i, names) for i in self.done)
+        return (self._store.read_part(i, names) for i in self.present)
 
     def __iter__(self) -> Iterator[dict[str, Column]]:
         """Yield the columns of each existing part, as a mapping from names to arrays."""
-        for i in self.done:
+        for i in self.present:
             part = self._store.read_part(i)
             yield {**part.columns, **part.ragged}
 

@@ -62,7 +62,7 @@ print(
 )
 with tempfile.TemporaryDirectory() as folder:
     swept = kr.sweep(source, 10, folder=folder, reduce={"nutation": "max"}, parts=range(1))
-    print(swept["nutation_max"].max(), kr.read_sweep(folder, partial=True).done, swept.units)
+    print(swept["nutation_max"].max(), kr.read_sweep(folder, partial=True).present, swept.units)
 try:
     kr.solve(tops, 10).check()
 except kr.Error as error:
