@@ -68,7 +68,8 @@ def rounding_angles(problem, true, cell, by_steps):
     all in one direction. A closed form does not accumulate rounding errors, so at a late time it is
     as accurate as the initial values allow.
     """
-    radians = problem.rate * cell["end"] if by_steps else 0.0
+    # A damped top comes to rest, so its roundings are those of its steps.
+    radians = problem.rate * cell["end"] if by_steps and not problem.is_damped else 0.0
     random = max(10.0, sqrt(max(cell["steps"], radians)))
     aligned = max(10.0, cell["evaluations"], radians)
     return rounding_effect(true) * random, rounding_effect(true) * aligned
