@@ -22,7 +22,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* The version, as a string and as numbers for #if: 10000 * major + 100 * minor + patch. */
 #define KR_VERSION "0.1.0"
+#define KR_VERSION_MAJOR 0
+#define KR_VERSION_MINOR 1
+#define KR_VERSION_PATCH 0
+#define KR_VERSION_NUMBER (10000 * KR_VERSION_MAJOR + 100 * KR_VERSION_MINOR + KR_VERSION_PATCH)
 
 #if defined KR_SHARED && defined _WIN32
 #  define KR_API __declspec(dllexport)
@@ -61,7 +66,9 @@ extern "C" {
     X(ERR_INTERRUPTED, INTERRUPT, "interrupted")                                                  \
     X(ERR_NO_METHOD,   INPUT,     "there is no method: it is NULL, as kr_method_find returns it " \
                                   "for an unknown name")                                          \
-    X(ERR_NO_STEP,     INPUT,     "there is no step: a method of fixed steps needs one")
+    X(ERR_NO_STEP,     INPUT,     "there is no step: a method of fixed steps needs one")          \
+    X(ERR_NOT_BUILT,   INPUT,     "the method, or more than 16 digits, or tangents were left out " \
+                                  "when the library was built")
 typedef enum kr_status {
 #define KR_X_(name, what, text) KR_##name,
     KR_STATUS_LIST(KR_X_)
@@ -281,13 +288,20 @@ KR_API const char *kr_flag_name(unsigned flag);
 /* Returns the description of a single flag, or NULL. */
 KR_API const char *kr_flag_text(unsigned flag);
 
-/* Methods, a constant table. */
+/* Methods, a constant table. A static program that uses kr_method_strang and the like, and neither
+ * the table nor kr_method_find, links only the methods that it names. */
 typedef struct kr_method kr_method;
+extern KR_API const kr_method kr_method_exact, kr_method_bobenko_suris, kr_method_bobenko_suris2,
+    kr_method_bobenko_suris4, kr_method_strang, kr_method_takahashi_imada4, kr_method_suzuki4,
+    kr_method_blanes_moan6, kr_method_kahan_li6, kr_method_kahan_li8, kr_method_veselov2,
+    kr_method_veselov4, kr_method_hirota_kimura, kr_method_implicit_midpoint, kr_method_rk4,
+    kr_method_extrap, kr_method_taylor, kr_method_extrap_kirchhoff;
 /* Returns the number of methods. */
 KR_API size_t kr_method_count(void);
 /* Returns the method with index i. */
 KR_API const kr_method *kr_method_at(size_t i);
-/* Returns the method with this name, or NULL. */
+/* Returns the method with this name, or NULL. If the method was left out when the library was
+ * built, kr_top_create returns KR_ERR_NOT_BUILT for the result. */
 KR_API const kr_method *kr_method_find(const char *name);
 /* Returns the name of a method. */
 KR_API const char *kr_method_name(const kr_method *method);
@@ -342,6 +356,9 @@ typedef struct kr_config {
      * which select the derivatives to compute. */
     uint64_t tangents;
 } kr_config;
+/* Returns the default config: all numbers zero, no callback. Only fixed-step methods need more, a
+ * step. */
+KR_API kr_config kr_config_default(void);
 typedef struct kr_stats {
     int64_t steps, rejected, evaluations, iterations;
 } kr_stats;

@@ -69,6 +69,8 @@ typedef struct kr_seed {
 } kr_seed;
 /* Functions of a method that propagate deviations. */
 typedef struct kr_tangent_ops {
+    /* Starts the tangents of a top: kr_tangents_start. */
+    void (*start)(struct kr_top *top);
     /* Returns the number of doubles for n deviations, a multiple of 64 bytes. */
     size_t (*doubles)(int digits, size_t n);
     /* Starts n deviations at the current state. On entry the memory holds zeros. */
@@ -84,10 +86,20 @@ typedef struct kr_tangent_ops {
     double (*truncation)(const kr_motion *motion, double *memory);
 } kr_tangent_ops;
 
+/* Functions of the driver that only some methods need. A program links them with a method that
+ * refers to them. */
+typedef struct kr_extended_ops kr_extended_ops;
+extern const kr_extended_ops kr_extended;
+void kr_tangents_start(struct kr_top *top);
+
 struct kr_method {
     const char *name, *text, *conserves, *reference;
     int order;
     unsigned flags; /* KR_METHOD_DENSE is not stored, because it follows from `at` */
+    /* Return 1 if the method applies to a valid body of this kind under any gravity, or to a valid
+     * scene. NULL: the flags decide. */
+    int (*applies)(const kr_body *body, kr_kind kind);
+    int (*suits)(const kr_scene *scene);
     size_t work;
     /* Returns the number of additional doubles that a scene needs after `work`. Checkpoints omit
      * them, because `reset` at the start of the scene computes them again. NULL: none. */
@@ -105,8 +117,11 @@ struct kr_method {
     void (*at)(kr_motion *motion, double clock, kr_state *s);
     /* Returns the last step as a polynomial. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
-    /* Propagation of deviations, for KR_METHOD_TANGENTS. */
+    /* Propagation of deviations, for KR_METHOD_TANGENTS. NULL: left out of this build. */
     const kr_tangent_ops *tangents;
+    /* Conversion of starts and states with more than 16 digits, for KR_METHOD_DIGITS: &kr_extended.
+     * NULL: left out of this build. */
+    const kr_extended_ops *extended;
     /* Returns 1 if all counts, indices and loop bounds in `work` are in range. A damaged checkpoint
      * may contain numbers out of range. NULL: `work` has no counts, indices or bounds. */
     int (*is_valid)(const void *work);
@@ -115,9 +130,6 @@ struct kr_method {
     /* Returns the name of the kernel in use, and writes the order of the kernel. May be NULL. */
     const char *(*kernel)(const kr_motion *motion, int *order);
 };
-
-/* Methods that are named outside driver/method_table.c. */
-extern const kr_method kr_method_bobenko_suris, kr_method_exact, kr_method_taylor;
 
 /* Returns the torque at attitude q: e3 x (q lever q*). */
 static inline kr_vec3 motion_torque(const kr_motion *motion, kr_quat q)

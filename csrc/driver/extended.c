@@ -23,7 +23,7 @@ static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
     return (vec_dd){M[0], M[1], M[2]};
 }
 
-void kr_extended_set_lever(kr_top *top, double moment)
+static void set_lever(kr_top *top, double moment)
 {
     const kr_pull pull = kr_scene_pull(&top->scene, top->scene.body.com);
     const int power = pull.power - ilogb(moment) + 2 * ilogb(top->time_unit);
@@ -34,7 +34,7 @@ void kr_extended_set_lever(kr_top *top, double moment)
     top->main.lever = v3(lever[0].hi, lever[1].hi, lever[2].hi);
     top->main.lever_low = v3(lever[0].lo, lever[1].lo, lever[2].lo);
 }
-kr_state kr_extended_from_user(kr_top *top, const kr_state *start)
+static kr_state state_from_user(kr_top *top, const kr_state *start)
 {
     const quat_dd given = qdd_of(start->q),
                   q = qdd_unit(top->is_turned ? qdd_mul(given, kr_extended_axes(top)) : given);
@@ -44,7 +44,7 @@ kr_state kr_extended_from_user(kr_top *top, const kr_state *start)
     top->main.low = low;
     return own;
 }
-void kr_extended_to_user(kr_top *top, kr_state *state)
+static void state_to_user(kr_top *top, kr_state *state)
 {
     const kr_state *low = &top->main.low;
     const quat_dd own = q_dd(state->q, low->q),
@@ -55,3 +55,5 @@ void kr_extended_to_user(kr_top *top, kr_state *state)
     top->low.q = qdd_low(q);
     top->low.m = v_scale(top->momentum_unit, low->m);
 }
+
+const kr_extended_ops kr_extended = {set_lever, state_from_user, state_to_user};

@@ -14,10 +14,6 @@ size_t kr_tangent_columns(uint64_t tangents)
 #undef X
     return columns;
 }
-int kr_tangents_are_available(const kr_method *method, const kr_config *config)
-{
-    return method->tangents && !config->skip_heading && config->tangents < 2 * KR_TANGENT_MASS;
-}
 size_t kr_tangents_size(const kr_method *method, const kr_config *config)
 {
     const size_t n = kr_tangent_columns(config->tangents);
@@ -88,13 +84,12 @@ static void seed_tangents(seed_list *to, const kr_top *top)
     if (by & KR_TANGENT_GRAVITY) seed_lever(to, dd_of(body->mass), body->com);
     if (by & KR_TANGENT_MASS) seed_lever(to, dd_of(g), body->com);
 }
-void kr_tangents_begin(kr_top *top)
+void kr_tangents_start(kr_top *top)
 {
-    const size_t n = kr_tangent_columns(top->config.tangents);
     seed_list to;
-    if (n == 0) return;
     seed_tangents(&to, top);
-    top->method->tangents->begin(&top->main, top->tangents, n, to.seeds);
+    top->method->tangents->begin(&top->main, top->tangents,
+                                 kr_tangent_columns(top->config.tangents), to.seeds);
 }
 kr_status kr_tangents_advance(kr_top *top)
 {

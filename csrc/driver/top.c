@@ -57,7 +57,7 @@ static kr_status choose_units(kr_top *top)
     top->main.step = top->config.step / top->time_unit;
     top->main.tol = top->config.tol;
     top->main.scene = &top->scene;
-    if (has_extended_digits(top)) kr_extended_set_lever(top, own.moment);
+    if (has_extended_digits(top)) top->method->extended->set_lever(top, own.moment);
     return isfinite(top->main.step) && v_finite(top->main.damping) ? KR_OK : KR_ERR_ARGUMENT;
 }
 /* Converts `state` at time t to the user's frame and units, in place to avoid a costly copy.
@@ -67,7 +67,7 @@ static int convert_to_user(kr_top *top, double t, kr_state *state)
     const kr_state low = top->low;
     state->t = t;
     if (has_extended_digits(top)) {
-        kr_extended_to_user(top, state);
+        top->method->extended->to_user(top, state);
     } else {
         if (top->is_turned) state->q = q_mul(state->q, q_conj(top->axes));
         state->m = v_scale(top->momentum_unit, state->m);
@@ -214,18 +214,29 @@ static int parse_digits(const kr_method *method, const kr_config *config)
 }
 /* Returns the number of doubles in the work of all motions. */
 static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
+/* Returns KR_OK if `method` can compute the digits and tangents that `config` requests. */
+static kr_status check_outputs(const kr_method *method, const kr_config *config)
+{
+    const int has_tangents = method->flags & KR_METHOD_TANGENTS && !config->skip_heading &&
+                             config->tangents < 2 * KR_TANGENT_MASS;
+    if (parse_digits(method, config) < 0) return KR_ERR_ARGUMENT;
+    if (config->tangents && !has_tangents) return KR_ERR_ARGUMENT;
+    if (config->digits > 16 && !method->extended) return KR_ERR_NOT_BUILT;
+    return config->tangents && !method->tangents ? KR_ERR_NOT_BUILT : KR_OK;
+}
 /* Returns KR_OK if `method` applies to `scene` with `config`, else the status that gives the
  * reason. */
 static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
 {
     const double step = config->step, start = scene->start.t;
+    if (!method->reset) return KR_ERR_NOT_BUILT;
     if (!isfinite(step) || !(config->tol >= 0.0 && config->tol < 1.0)) return KR_ERR_ARGUMENT;
-    if (parse_digits(method, config) < 0) return KR_ERR_ARGUMENT;
+    const kr_status status = check_outputs(method, config);
+    if (status != KR_OK) return status;
     if (config->skip_heading && (!(method->flags & KR_METHOD_SKIPS_HEADING) || config->digits > 16))
         return KR_ERR_ARGUMENT;
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
-    if (config->tangents && !kr_tangents_are_available(method, config)) return KR_ERR_ARGUMENT;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
@@ -244,7 +255,7 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *
     top->requested = scene->start.t;
     const kr_status status = choose_units(top);
     if (status != KR_OK) return status;
-    const kr_state own = has_extended_digits(top) ? kr_extended_from_user(top, &scene->start)
+    const kr_state own = has_extended_digits(top) ? method->extended->from_user(top, &scene->start)
                                                   : kr_top_start_in_own_units(top, &scene->start);
     return method->reset(&top->main, &own);
 }
@@ -264,6 +275,7 @@ static void assign_memory(kr_top *top, int has_tangents)
     top->saved.work = top->main.work + work;
     top->side.work = top->saved.work + work;
 }
+kr_config kr_config_default(void) { return (kr_config){0}; }
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t more, kr_top **top)
 {
     const size_t tangents = kr_tangents_size(method, config),

@@ -67,14 +67,17 @@ kr_working kr_top_working_axes(const kr_top *top);
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
 /* Returns the rotation from working axes to the frame of description, in double-double. */
 quat_dd kr_extended_axes(const kr_top *top);
-/* Sets the lever of the main motion in double-double; `moment` is the own unit of moments. */
-void kr_extended_set_lever(kr_top *top, double moment);
-/* Converts `start` to own units, with the components of the momentum along the axes of the body.
- * Writes the low words to `low` of the main motion. */
-kr_state kr_extended_from_user(kr_top *top, const kr_state *start);
-/* Converts a state of the main motion to the user's frame and units. Writes the low words to `low`
- * of the top. */
-void kr_extended_to_user(kr_top *top, kr_state *state);
+/* Conversion between the user's units and own units for tops with more than 16 digits. */
+struct kr_extended_ops {
+    /* Sets the lever of the main motion in double-double; `moment` is the own unit of moments. */
+    void (*set_lever)(kr_top *top, double moment);
+    /* Converts `start` to own units, with the components of the momentum along the axes of the
+     * body. Writes the low words to `low` of the main motion. */
+    kr_state (*from_user)(kr_top *top, const kr_state *start);
+    /* Converts a state of the main motion to the user's frame and units. Writes the low words to
+     * `low` of the top. */
+    void (*to_user)(kr_top *top, kr_state *state);
+};
 
 /* Returns 1 if a state is good, that is, finite and with an attitude of unit length. After an
  * overflow the attitude does not have unit length. */
@@ -87,12 +90,13 @@ double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
 /* Allocates a top without a scene, for `method` and for the tangents of `config`. There are `more`
  * doubles after the method's work. */
 kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t more, kr_top **top);
-/* Returns 1 if `method` can compute the tangents that `config` requests. */
-int kr_tangents_are_available(const kr_method *method, const kr_config *config);
 /* Returns the number of doubles for the tangents of `config`; 0 without tangents. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
 /* Starts the requested tangents at the start of the main motion. */
-void kr_tangents_begin(kr_top *top);
+static inline void kr_tangents_begin(kr_top *top)
+{
+    if (top->config.tangents) top->method->tangents->start(top);
+}
 /* Propagates the tangents over the last step of the main motion. */
 kr_status kr_tangents_advance(kr_top *top);
 /* Writes the tangents at the last requested time, in working axes and own units. */

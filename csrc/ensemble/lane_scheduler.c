@@ -10,9 +10,11 @@ enum { STEPS_PER_POLL = 64 /* largest number of steps between two calls of poll 
 const kr_lanes_isa *kr_lanes_isa_at(int i)
 {
     static const kr_lanes_isa isas[] = {
-#if defined KR_X86
+#ifdef KR_WITH_AVX512
         {"avx512", &kr_lanes_count_avx512, kr_has_avx512, kr_lanes_advance_avx512,
          kr_lanes_sample_avx512, kr_lanes_begin_avx512},
+#endif
+#ifdef KR_WITH_AVX2
         {"avx2", &kr_lanes_count_avx2, kr_has_avx2, kr_lanes_advance_avx2, kr_lanes_sample_avx2,
          kr_lanes_begin_avx2},
 #endif

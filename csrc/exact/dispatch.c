@@ -6,8 +6,10 @@
 const kr_exact_isa *kr_exact_isa_at(int i)
 {
     static const kr_exact_isa isas[] = {
-#ifdef KR_X86
-        {"avx512", kr_has_avx512, &kr_exact_scalar_avx2, kr_exact_evaluate_avx512},
+#ifdef KR_WITH_AVX512
+        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_exact_scalar), kr_exact_evaluate_avx512},
+#endif
+#ifdef KR_WITH_AVX2
         {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, kr_exact_evaluate_avx2},
 #endif
         {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, kr_exact_evaluate_base},
@@ -54,7 +56,7 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
  * no gain. */
 static const kr_exact_maps *widest_maps(void)
 {
-#ifdef KR_X86
+#ifdef KR_WITH_AVX2
     if (kr_has_avx2()) return &kr_exact_maps_avx2; /* untaken: all calls give one answer */
 #endif
     return &kr_exact_maps_base;
@@ -71,8 +73,10 @@ kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {
-#ifdef KR_X86
-        {"avx512", kr_has_avx512, &kr_exact_scalar_avx2, kr_exact_batch_avx512},
+#ifdef KR_WITH_AVX512
+        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_exact_scalar), kr_exact_batch_avx512},
+#endif
+#ifdef KR_WITH_AVX2
         {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, kr_exact_batch_avx2},
 #endif
         {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, kr_exact_batch_base},

@@ -97,6 +97,21 @@ static kr_status exact_reset(kr_motion *motion, const kr_state *start)
     if (kind == KR_KIND_GORYACHEV_CHAPLYGIN) return reset_chaplygin(motion);
     return kr_exact_plan_own_units(motion->scene, (kr_exact *)motion->work);
 }
+/* Returns 1 for bodies of the integrable kinds. The size of a plan is 0 in builds without it. */
+static int exact_applies(const kr_body *body, kr_kind kind)
+{
+    (void)body;
+    return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER ||
+           (kind == KR_KIND_KOWALEWSKI && kr_kowalewski_size() > 0) ||
+           (kind == KR_KIND_GORYACHEV_CHAPLYGIN && kr_goryachev_chaplygin_size() > 0);
+}
+static int exact_suits(const kr_scene *scene)
+{
+    const kr_kind kind = kr_body_kind(&scene->body, KR_KIND_RTOL), torus = kr_exact_torus(scene);
+    if (scene->gravity != 0.0 && !exact_applies(&scene->body, kind)) return 0;
+    if (torus == KR_KIND_GENERAL) return kr_exact_resolves(scene);
+    return torus == KR_KIND_KOWALEWSKI || kr_chaplygin_is_level(scene);
+}
 static kr_status exact_step(kr_motion *motion, double until)
 {
     const double period = exact_of(motion)->period;
@@ -130,6 +145,8 @@ const kr_method kr_method_exact = {
     .order = 0,
     .flags =
         KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC | KR_METHOD_INTEGRABLE,
+    .applies = exact_applies,
+    .suits = exact_suits,
     .work = sizeof(kr_exact) / sizeof(double),
     .extra_doubles = extra_doubles_of,
     .reset = exact_reset,

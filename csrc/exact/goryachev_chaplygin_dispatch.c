@@ -6,8 +6,10 @@
 const kr_chaplygin_isa *kr_chaplygin_isa_at(int i)
 {
     static const kr_chaplygin_isa isas[] = {
-#ifdef KR_X86
-        {"avx512", kr_has_avx512, &kr_chaplygin_one_avx2, kr_chaplygin_many_avx512},
+#ifdef KR_WITH_AVX512
+        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_chaplygin_one), kr_chaplygin_many_avx512},
+#endif
+#ifdef KR_WITH_AVX2
         {"avx2", kr_has_avx2, &kr_chaplygin_one_avx2, kr_chaplygin_many_avx2},
 #endif
         {KR_BASE_NAME, kr_has_base, &kr_chaplygin_one_base, kr_chaplygin_many_base},

@@ -1,6 +1,7 @@
 /* Support for files that are compiled once for each instruction set. KR_NAME makes the names of the
- * functions that such a file exports. CMakeLists.txt passes -DKR_ISA=avx2 etc., and defines KR_X86
- * if the instruction sets of x86 are compiled in. */
+ * functions that such a file exports. CMakeLists.txt passes -DKR_ISA=avx2 etc. to the further
+ * instruction sets, and defines KR_WITH_AVX2 and KR_WITH_AVX512 if they are compiled in. A base
+ * that is compiled for one of them gets its name as KR_BASE_NAME. */
 #ifndef KR_ISA_H
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
@@ -25,7 +26,7 @@
 #if defined __aarch64__ && !defined KR_PLAIN
 #  define KR_NEON
 #  define KR_BASE_NAME "neon"
-#else
+#elif !defined KR_BASE_NAME
 #  define KR_BASE_NAME "base"
 #endif
 /* KR_FUSED: the hardware has fused multiply-add. The bits of the results depend only on KR_FUSED,
@@ -43,12 +44,21 @@
 /* Each function returns nonzero if this processor has the instruction set. The features are tested
  * one by one, because not every compiler knows the names of levels such as x86-64-v4. */
 static inline int kr_has_base(void) { return 1; }
-#if defined KR_X86
+/* Names the variant of `thing` without vectors that AVX-512 uses, too: wider registers would bring
+ * no gain. */
+#if defined KR_WITH_AVX2
+#  define KR_SCALAR_NAME(thing) thing##_avx2
+#else
+#  define KR_SCALAR_NAME(thing) thing##_base
+#endif
+#if defined KR_WITH_AVX2 || defined KR_WITH_AVX512
 /* Returns 1 if the processor has AVX2 and FMA. */
 static inline int kr_has_avx2(void)
 {
     return (__builtin_cpu_supports("avx2") != 0) & (__builtin_cpu_supports("fma") != 0);
 }
+#endif
+#if defined KR_WITH_AVX512
 /* Returns 1 if the processor has the level x86-64-v4. */
 static inline int kr_has_avx512(void)
 {

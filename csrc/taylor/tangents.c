@@ -70,11 +70,17 @@ static double *component_address(const deviation_address *at, double *numbers, s
 {
     return numbers + (at->apart > 0 ? at->lane + k * at->apart : 1 + k + k / 3);
 }
+/* Returns the last instruction set of the table, which every processor supports. */
+static const kr_isa *base_isa(void)
+{
+    int i = 0;
+    while (kr_taylor_isa(i + 1)) i++;
+    return kr_taylor_isa(i);
+}
 static const kr_tangents_kernel *tangent_kernel(const kr_motion *motion)
 {
-    const kr_isa *isa = kr_taylor_isa_of(motion);
-    if (motion->digits > 16) return isa ? isa->deep_tangents : &kr_tangents_dd_base;
-    return isa ? isa->tangents : &kr_tangents_base;
+    const kr_isa *known = kr_taylor_isa_of(motion), *isa = known ? known : base_isa();
+    return motion->digits > 16 ? isa->deep_tangents : isa->tangents;
 }
 static int order_of(const kr_motion *motion) { return ((const kr_kernel *)motion->aux)->order; }
 
@@ -383,5 +389,5 @@ static double tangents_truncation(const kr_motion *motion, double *memory)
     return tangent(motion, memory, 0)->truncation;
 }
 
-const kr_tangent_ops kr_taylor_tangents = {count_doubles, tangents_begin, tangents_follow,
-                                           tangents_at, tangents_truncation};
+const kr_tangent_ops kr_taylor_tangents = {kr_tangents_start, count_doubles, tangents_begin,
+                                           tangents_follow,   tangents_at,   tangents_truncation};

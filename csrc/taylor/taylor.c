@@ -13,17 +13,37 @@ typedef kr_taylor taylor_work;
 static taylor_work *work_of(const kr_motion *motion) { return (taylor_work *)motion->work; }
 static const kr_kernel *kernel_of_motion(const kr_motion *motion) { return motion->aux; }
 
+/* The kernels of an instruction set. A build may leave out those for more than 16 digits, or those
+ * of tangents. */
+#ifdef KR_NO_DIGITS
+#  define FOR_DIGITS(kernel) NULL
+#else
+#  define FOR_DIGITS(kernel) kernel
+#endif
+#ifdef KR_NO_TANGENTS
+#  define FOR_TANGENTS(kernel) NULL
+#else
+#  define FOR_TANGENTS(kernel) kernel
+#endif
+#define KERNELS(name, isa)                                                                         \
+    {name,                                                                                         \
+     kr_has_##isa,                                                                                 \
+     kr_kernel_##isa,                                                                              \
+     kr_headless_##isa,                                                                            \
+     FOR_DIGITS(kr_kernel_dd_##isa),                                                               \
+     FOR_TANGENTS(&kr_tangents_##isa),                                                             \
+     FOR_DIGITS(FOR_TANGENTS(&kr_tangents_dd_##isa)),                                              \
+     kr_product_##isa}
 const kr_isa *kr_taylor_isa(int i)
 {
     static const kr_isa isas[] = {
-#if defined KR_X86
-        {"avx512", kr_has_avx512, kr_kernel_avx512, kr_headless_avx512, kr_kernel_dd_avx512,
-         &kr_tangents_avx512, &kr_tangents_dd_avx512, kr_product_avx512},
-        {"avx2", kr_has_avx2, kr_kernel_avx2, kr_headless_avx2, kr_kernel_dd_avx2,
-         &kr_tangents_avx2, &kr_tangents_dd_avx2, kr_product_avx2},
+#ifdef KR_WITH_AVX512
+        KERNELS("avx512", avx512),
 #endif
-        {KR_BASE_NAME, kr_has_base, kr_kernel_base, kr_headless_base, kr_kernel_dd_base,
-         &kr_tangents_base, &kr_tangents_dd_base, kr_product_base},
+#ifdef KR_WITH_AVX2
+        KERNELS("avx2", avx2),
+#endif
+        KERNELS(KR_BASE_NAME, base),
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
@@ -245,9 +265,10 @@ static void taylor_at(kr_motion *motion, double clock, kr_state *s)
     else
         plain_state(p, motion, p->series->at_x, p->series->at_w, s);
 }
-/* Returns 1 if `wanted` is one of the n kernels of a table. */
+/* Returns 1 if `wanted` is one of the n kernels of a table. NULL is an empty table. */
 static int is_in_table(const kr_kernel *kernels, int n, const kr_kernel *wanted)
 {
+    if (!kernels) return 0;
     while (n > 0 && &kernels[n - 1] != wanted) n--;
     return n > 0;
 }
@@ -302,5 +323,6 @@ const kr_method kr_method_taylor = {
     .at = taylor_at,
     .kernel = taylor_kernel,
     .polynomial = taylor_polynomial,
-    .tangents = &kr_taylor_tangents,
+    .tangents = FOR_TANGENTS(&kr_taylor_tangents),
+    .extended = FOR_DIGITS(&kr_extended),
 };

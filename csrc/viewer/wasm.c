@@ -7,14 +7,8 @@
 #include "exact/kowalewski.h"
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
-#include "taylor/taylor.h"
 
-/* The driver refers to large kernels for 20 and 30 digits and for tangents. The page uses neither
- * 20 and 30 digits nor tangents. Empty tables, which are never read, therefore replace these
- * kernels. */
 #ifdef __wasm__
-const kr_kernel kr_kernel_dd_base[KR_DEPTHS];
-const kr_tangents_kernel kr_tangents_base, kr_tangents_dd_base;
 /* The closed forms of Kowalewski and of Goryachev-Chaplygin tops are omitted too, because they are
  * as large as all other closed forms together. A plan of size 0 makes kr_method_applies refuse
  * these tops. */

@@ -44,13 +44,16 @@ REPLACED_MODULES = {
     "extras/PMREMGenerator.js": "export class PMREMGenerator {}",
 }
 
-# Kernels and closed forms that the page does not use; wasm.c has empty tables in their place.
+# Kernels and closed forms that the page does not use.
 SKIPPED_SOURCES = re.compile(
-    r"kernel_(dd|tangent|kowalewski|goryachev_chaplygin)"
+    r"kernel_(dd|tangent|kowalewski|goryachev_chaplygin)|tangents\.c"
     r"|(kowalewski|goryachev_chaplygin)\.c"
 )
 
-TARGET = "-target wasm32-wasi -mexec-model=reactor -msimd128 -flto -std=c99 -ffp-contract=off -s"
+TARGET = (
+    "-target wasm32-wasi -mexec-model=reactor -msimd128 -flto -std=c99 -ffp-contract=off -s"
+    " -DKR_NO_DIGITS -DKR_NO_TANGENTS"
+)
 SMALL = "-Os -Xclang -Oz -fno-vectorize -fno-slp-vectorize -fvisibility=hidden"
 
 

@@ -38,14 +38,14 @@ def isa_files():
 
 def size_options(file, options):
     """Return the options of baseline files, which are optimized for size if other sets exist."""
-    return SMALL.get(file.name, ()) if "-DKR_X86" in options else ()
+    return SMALL.get(file.name, ()) if "-DKR_WITH_AVX2" in options else ()
 
 
 def find_compiler():
     return shutil.which(os.environ.get("CC", "gcc")) or exit("needs gcc, or another compiler as CC")
 
 
-def compile_core(folder, source, isas=ISAS, options=("-DKR_X86",)):
+def compile_core(folder, source, isas=ISAS, options=("-DKR_WITH_AVX2", "-DKR_WITH_AVX512")):
     """Compile the core and one more source file into a library, and load the library."""
     jobs = [(file, (*options, *size_options(file, options))) for file in (*core_files(), source)]
     jobs += [(file, (*isas[isa], f"-DKR_ISA={isa}")) for isa in isas for file in isa_files()]

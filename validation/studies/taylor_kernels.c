@@ -45,7 +45,7 @@ double kr_bench_cycle(void)
  * a step is not cheaper than a step of the whole attitude. */
 static const kr_kernel *without;
 static volatile double heading;
-#if defined KR_X86
+#if defined KR_WITH_AVX512
 #  include <immintrin.h>
 __attribute__((target("avx2,fma"))) static void add_heading(kr_series *s, double log2_tol,
                                                             double direction)
