@@ -68,7 +68,11 @@ extern "C" {
                                   "for an unknown name")                                          \
     X(ERR_NO_STEP,     INPUT,     "there is no step: a method of fixed steps needs one")          \
     X(ERR_NOT_BUILT,   INPUT,     "the method, or more than 16 digits, or tangents were left out " \
-                                  "when the library was built")
+                                  "when the library was built")                                   \
+    X(ERR_DAMPING,     INPUT,     "the method does not apply to damped tops")                     \
+    X(ERR_OPTION,      INPUT,     "the method does not offer the digits, the tangents or the "    \
+                                  "skipped heading that are requested, or not together")          \
+    X(ERR_NO_EVENTS,   INPUT,     "the method does not find events; taylor does")
 typedef enum kr_status {
 #define KR_X_(name, what, text) KR_##name,
     KR_STATUS_LIST(KR_X_)
@@ -472,8 +476,8 @@ typedef struct kr_event_hit {
     int direction;   /* 1 or -1 */
 } kr_event_hit;
 /* Sets the events that kr_top_seek stops at. `events` must live as long as the top or until the
- * next call. Events do not change the path. Returns KR_ERR_METHOD for methods other than taylor,
- * and KR_ERR_ARGUMENT if skip_heading is set and a component depends on the heading. */
+ * next call. Events do not change the path. Returns KR_ERR_NO_EVENTS for methods other than
+ * taylor, and KR_ERR_ARGUMENT if skip_heading is set and a component depends on the heading. */
 KR_API kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[]);
 /* Advances to the next event, or to t if t comes first. Returns KR_ERR_STEP if an event lies in a
  * step too short for doubles to resolve the times in it. */
@@ -564,7 +568,7 @@ KR_API kr_status kr_worker_run(kr_worker *worker, const kr_tops *tops);
  * kr_top_watch). Here t is the longest time to wait for an event, from the start or the previous
  * event: one number, or [n] with own_times; negative for backward in time. If an event takes
  * longer, the top has the status KR_ERR_EVENT. Returns what kr_worker_run returns, and
- * KR_ERR_METHOD for workers of methods other than taylor. */
+ * KR_ERR_NO_EVENTS for workers of methods other than taylor. */
 KR_API kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_tops *tops);
 /* Returns the name of the instruction set of the lanes, or "" if the worker has no lanes. Writes
  * the order in use to `order`. */

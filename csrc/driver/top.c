@@ -204,25 +204,34 @@ kr_status kr_top_sync(kr_top *top, double t)
 }
 
 /* Returns the requested digits, rounded up to 16, 20 or 30. Returns 0 if the tolerance determines
- * the digits, and -1 if the request is invalid. */
-static int parse_digits(const kr_method *method, const kr_config *config)
+ * the digits. */
+static int round_digits(int digits)
 {
-    if (config->digits == 0) return 0;
-    if (config->digits < 0 || config->digits > 30 || !(method->flags & KR_METHOD_DIGITS)) return -1;
-    if (config->tol > (config->digits > 20 ? 0x1p-100 : 0.0)) return -1;
-    return config->digits <= 16 ? 16 : config->digits <= 20 ? 20 : 30;
+    return digits == 0 ? 0 : digits <= 16 ? 16 : digits <= 20 ? 20 : 30;
 }
 /* Returns the number of doubles in the work of all motions. */
 static size_t total_work(const kr_method *method) { return (method->at ? 1 : 3) * method->work; }
-/* Returns KR_OK if `method` can compute the digits and tangents that `config` requests. */
-static kr_status check_outputs(const kr_method *method, const kr_config *config)
+/* Returns KR_OK if the numbers of a config are valid for any method. */
+static kr_status check_numbers(const kr_config *config)
 {
-    const int has_tangents = method->flags & KR_METHOD_TANGENTS && !config->skip_heading &&
-                             config->tangents < 2 * KR_TANGENT_MASS;
-    if (parse_digits(method, config) < 0) return KR_ERR_ARGUMENT;
-    if (config->tangents && !has_tangents) return KR_ERR_ARGUMENT;
-    if (config->digits > 16 && !method->extended) return KR_ERR_NOT_BUILT;
-    return config->tangents && !method->tangents ? KR_ERR_NOT_BUILT : KR_OK;
+    const int digits = config->digits;
+    if (!isfinite(config->step) || !(config->tol >= 0.0 && config->tol < 1.0))
+        return KR_ERR_ARGUMENT;
+    if (digits < 0 || digits > 30) return KR_ERR_ARGUMENT;
+    if (digits > 0 && config->tol > (digits > 20 ? 0x1p-100 : 0.0)) return KR_ERR_ARGUMENT;
+    return config->tangents < 2 * KR_TANGENT_MASS ? KR_OK : KR_ERR_ARGUMENT;
+}
+/* Returns KR_OK if `method` offers all that `config` requests. */
+static kr_status check_options(const kr_method *method, const kr_config *config)
+{
+    const unsigned flags = method->flags;
+    if (config->digits > 0 && !(flags & KR_METHOD_DIGITS)) return KR_ERR_OPTION;
+    if (config->tangents && !(flags & KR_METHOD_TANGENTS)) return KR_ERR_OPTION;
+    if (config->skip_heading && !(flags & KR_METHOD_SKIPS_HEADING)) return KR_ERR_OPTION;
+    if (config->skip_heading && (config->tangents || config->digits > 16)) return KR_ERR_OPTION;
+    const int is_built =
+        (config->digits <= 16 || method->extended) && (!config->tangents || method->tangents);
+    return is_built ? KR_OK : KR_ERR_NOT_BUILT;
 }
 /* Returns KR_OK if `method` applies to `scene` with `config`, else the status that gives the
  * reason. */
@@ -230,13 +239,12 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
                               const kr_config *config)
 {
     const double step = config->step, start = scene->start.t;
-    if (!method->reset) return KR_ERR_NOT_BUILT;
-    if (!isfinite(step) || !(config->tol >= 0.0 && config->tol < 1.0)) return KR_ERR_ARGUMENT;
-    const kr_status status = check_outputs(method, config);
+    kr_status status = method->reset ? check_numbers(config) : KR_ERR_NOT_BUILT;
+    if (status == KR_OK) status = check_options(method, config);
     if (status != KR_OK) return status;
-    if (config->skip_heading && (!(method->flags & KR_METHOD_SKIPS_HEADING) || config->digits > 16))
-        return KR_ERR_ARGUMENT;
     if (step == 0.0 && !(method->flags & KR_METHOD_ADAPTIVE)) return KR_ERR_NO_STEP;
+    if (v_largest(scene->damping) > 0.0 && !(method->flags & KR_METHOD_DAMPED))
+        return KR_ERR_DAMPING;
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
@@ -249,7 +257,7 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *
     top->method = method;
     top->config = *config;
     top->forward = config->step < 0.0 ? -1.0 : 1.0;
-    top->main.digits = parse_digits(method, config);
+    top->main.digits = round_digits(config->digits);
     top->main.skip_heading = config->skip_heading;
     top->now = scene->start;
     top->requested = scene->start.t;

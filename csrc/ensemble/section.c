@@ -132,7 +132,7 @@ kr_status kr_worker_section(kr_worker *worker, const kr_event *event, const kr_t
 {
     const int is_one = event && event->count > 0 && event->terms;
     if (!worker || !tops || !is_one || kr_worker_has_tangents(worker)) return KR_ERR_ARGUMENT;
-    if (worker->method != &kr_method_taylor) return KR_ERR_METHOD;
+    if (worker->method != &kr_method_taylor) return KR_ERR_NO_EVENTS;
     worker->is_section = 1;
     worker->event = *event;
     const kr_status status = kr_worker_run_tops(worker, tops);

@@ -117,7 +117,7 @@ static void dispatch_top(kr_worker *worker, size_t i)
     if (damped && kr_worker_has_tangents(worker)) {
         const kr_slot slot = {.top = i, .last = worker->tops->scenes[i].start};
         const kr_stats none = {0};
-        kr_worker_finish_top(worker, &slot, NULL, KR_ERR_METHOD, none);
+        kr_worker_finish_top(worker, &slot, NULL, KR_ERR_DAMPING, none);
     } else if (worker->isa && !damped && (!worker->is_section || kr_section_suits_lanes(worker)))
         kr_scheduler_add(worker, i);
     else
@@ -219,8 +219,9 @@ static kr_status create_scalar_tops(kr_worker *worker)
     if (status != KR_OK) return status;
     status = kr_top_init(worker->fallback ? worker->fallback : worker->exact_top, &scene,
                          &worker->config);
-    return status == KR_ERR_ARGUMENT || status == KR_ERR_NO_STEP || status == KR_ERR_MEMORY ? status
-                                                                                            : KR_OK;
+    const int suits_no_top = status == KR_ERR_ARGUMENT || status == KR_ERR_NO_STEP ||
+                             status == KR_ERR_OPTION || status == KR_ERR_NOT_BUILT;
+    return suits_no_top || status == KR_ERR_MEMORY ? status : KR_OK;
 }
 kr_status kr_worker_create(const kr_method *method, kr_config config, size_t reductions,
                            const kr_reduction reduction[], kr_worker **out)
@@ -229,7 +230,7 @@ kr_status kr_worker_create(const kr_method *method, kr_config config, size_t red
               is_closed = !method || method == &kr_method_exact,
               grows = config.tangents == KR_TANGENT_GROWTH;
     if (!out || !are_valid_reductions(reductions, reduction)) return KR_ERR_ARGUMENT;
-    if (config.tangents && !(grows && in_lanes && !is_closed)) return KR_ERR_ARGUMENT;
+    if (config.tangents && !(grows && in_lanes && !is_closed)) return KR_ERR_OPTION;
     kr_worker *worker = allocate_worker(reductions, in_lanes, is_closed, grows);
     if (!worker) return KR_ERR_MEMORY;
     config.tangents = 0;

@@ -174,7 +174,7 @@ static void test_refusals(void)
         const kr_config config = {.step = 0.01};
         kr_top *top = NULL;
         IS(kr_method_suits(method, &s) == moves);
-        IS(kr_top_create(&s, method, config, &top) == (moves ? KR_OK : KR_ERR_METHOD));
+        IS(kr_top_create(&s, method, config, &top) == (moves ? KR_OK : KR_ERR_DAMPING));
         kr_top_free(top);
     }
 }

@@ -150,7 +150,7 @@ static void test_options(void)
                                       {.digits = 30, .tol = 0x1p-99}};
     const kr_config fine = {.digits = 20};
     for (int i = 0; i < 5; i++) IS(kr_top_create(&s, taylor(), wrong[i], &top) == KR_ERR_ARGUMENT);
-    IS(kr_top_create(&s, kr_method_find("extrap"), fine, &top) == KR_ERR_ARGUMENT && top == NULL);
+    IS(kr_top_create(&s, kr_method_find("extrap"), fine, &top) == KR_ERR_OPTION && top == NULL);
     const int pairs[][2] = {{0, 16}, {1, 16}, {17, 20}, {21, 30}};
     for (int i = 0; i < 4; i++) {
         const deep a = run_to(&s, pairs[i][0], 3), b = run_to(&s, pairs[i][1], 3);

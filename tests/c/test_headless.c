@@ -101,13 +101,13 @@ static void test_refusals(void)
     const kr_config deep = {.skip_heading = 1, .digits = 20},
                     plain = {.skip_heading = 1, .digits = 16};
     kr_top *top = NULL;
-    IS(kr_top_create(&s, taylor(), deep, &top) == KR_ERR_ARGUMENT && top == NULL);
+    IS(kr_top_create(&s, taylor(), deep, &top) == KR_ERR_OPTION && top == NULL);
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_method *method = kr_method_at(i);
         const kr_config config = {.skip_heading = 1, .step = 0.1};
         if (method == taylor()) continue;
         IS(!(kr_method_flags(method) & KR_METHOD_SKIPS_HEADING));
-        IS(kr_top_create(&s, method, config, &top) == KR_ERR_ARGUMENT && top == NULL);
+        IS(kr_top_create(&s, method, config, &top) == KR_ERR_OPTION && top == NULL);
     }
     IS(kr_top_create(&s, taylor(), plain, &top) == KR_OK);
     kr_top_free(top);

@@ -262,7 +262,7 @@ static void test_refusals(const kr_event *good)
         IS(c.outcomes[0].status == KR_ERR_ARGUMENT && c.outcomes[1].status == KR_ERR_ARGUMENT);
     }
     IS(kr_worker_create(NULL, (kr_config){0}, 0, NULL, &other) == KR_OK);
-    IS(kr_worker_section(other, good, &tops) == KR_ERR_METHOD);
+    IS(kr_worker_section(other, good, &tops) == KR_ERR_NO_EVENTS);
     IS(kr_worker_create(taylor(), (kr_config){.skip_heading = 1}, 0, NULL, &level) == KR_OK);
     IS(kr_worker_section(level, &turning, &tops) == KR_OK);
     IS(c.outcomes[0].status == KR_ERR_ARGUMENT);

@@ -167,9 +167,9 @@ static void test_start_and_refusals(const kr_scene *s)
     kr_top_free(none);
     top = NULL;
     kr_config config = {.step = 0.1, .tangents = KR_TANGENT_START};
-    IS(kr_top_create(s, kr_method_find("strang"), config, &top) == KR_ERR_ARGUMENT);
+    IS(kr_top_create(s, kr_method_find("strang"), config, &top) == KR_ERR_OPTION);
     config.skip_heading = 1;
-    IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT);
+    IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_OPTION);
     config.skip_heading = 0;
     config.tangents = ALL + 1;
     IS(kr_top_create(s, taylor(), config, &top) == KR_ERR_ARGUMENT && !top);

@@ -105,7 +105,7 @@ static int move(kr_worker *worker, size_t i, size_t n, answer *a)
     const int is_one = event && event->terms, fits = asked.method == kr_method_find("taylor");
     const kr_status status = kr_worker_section(worker, event, &tops);
     CLAIM(status == (!is_one || asked.config.tangents ? KR_ERR_ARGUMENT
-                     : !fits                          ? KR_ERR_METHOD
+                     : !fits                          ? KR_ERR_NO_EVENTS
                                                       : KR_OK));
     return status == KR_OK;
 }
