@@ -455,21 +455,15 @@ typedef struct kr_term {
 /* Returns the sum of n terms at a state. */
 KR_API double kr_terms_value(const kr_scene *scene, const kr_state *s, size_t n,
                              const kr_term terms[]);
-/* State of the search for an event, private to the library. */
-typedef struct kr_event_search {
-    int64_t searched;  /* index of the last step that was searched; -1: none */
-    double mark, next; /* positions in the step, 0 .. 1: start of the search; event found */
-    int side, sign;    /* sign of g at `mark`, 0: uncertain; direction of the event, 0: none */
-} kr_event_search;
 /* An event is a change of sign of g. Values of g below 2^-50 times the size of its terms (2^-40
  * times at the start) count as zero. */
 typedef struct kr_event {
     const kr_term *terms;     /* the `count` terms of g */
     const kr_term *condition; /* must be positive at the event; condition_count 0: no condition */
     size_t count, condition_count;
-    int extremum;        /* nonzero: extrema of g (zeros of dg/dt) instead of zeros of g */
-    int direction;       /* 1: g rises, or has a minimum; -1: falls, or has a maximum; 0: both */
-    kr_event_search own; /* private */
+    int extremum;       /* nonzero: extrema of g (zeros of dg/dt) instead of zeros of g */
+    int direction;      /* 1: g rises, or has a minimum; -1: falls, or has a maximum; 0: both */
+    double private_[4]; /* the state of the search */
 } kr_event;
 typedef struct kr_event_hit {
     ptrdiff_t index; /* index of the event; -1: none */

@@ -99,7 +99,8 @@ size_t kr_top_save_size(const kr_top *top)
 static void save_events(const kr_top *top, unsigned char *to)
 {
     for (size_t i = 0; i < top->event_count; i++, to += sizeof(event_record)) {
-        const event_record saved = {top->events[i].own, checksum_event(&top->events[i])};
+        const event_record saved = {kr_event_load_search(&top->events[i]),
+                                    checksum_event(&top->events[i])};
         memcpy(to, &saved, sizeof saved);
     }
 }
@@ -188,7 +189,7 @@ static int load_events(kr_top *top, int64_t steps, const unsigned char *from, in
         memcpy(&saved, from, sizeof saved);
         if (saved.what != checksum_event(&top->events[i]) || !is_valid_search(&saved.own, steps))
             return 0;
-        if (take) top->events[i].own = saved.own;
+        if (take) kr_event_store_search(&top->events[i], saved.own);
     }
     return 1;
 }

@@ -336,7 +336,7 @@ static void take_over(kr_top *top, const kr_top *begun)
     top->saved.work = kept.work;
     top->side.aux = main.aux;
     if (side.work) memcpy(main.work, side.work, top->method->work * sizeof(double));
-    for (size_t i = 0; i < top->event_count; i++) top->events[i].own.searched = -1;
+    for (size_t i = 0; i < top->event_count; i++) kr_event_reset_search(&top->events[i]);
     kr_steps_save(top);
     kr_tangents_begin(top);
 }

@@ -39,6 +39,30 @@ struct kr_top {
     double memory[];    /* work of the motions and tangents */
 };
 
+/* The state of the search for an event, stored in its member `private_`. */
+typedef struct kr_event_search {
+    int64_t searched;  /* index of the last step that was searched; -1: none */
+    double mark, next; /* positions in the step, 0 .. 1: start of the search; event found */
+    int side, sign;    /* sign of g at `mark`, 0: uncertain; direction of the event, 0: none */
+} kr_event_search;
+typedef char kr_event_search_fits[sizeof(kr_event_search) == sizeof(double[4]) ? 1 : -1];
+static inline kr_event_search kr_event_load_search(const kr_event *event)
+{
+    kr_event_search search;
+    memcpy(&search, event->private_, sizeof search);
+    return search;
+}
+static inline void kr_event_store_search(kr_event *event, kr_event_search search)
+{
+    memcpy(event->private_, &search, sizeof search);
+}
+/* Forgets all steps that were searched for an event. */
+static inline void kr_event_reset_search(kr_event *event)
+{
+    const kr_event_search none = {.searched = -1};
+    kr_event_store_search(event, none);
+}
+
 /* The format of a checkpoint: the bytes of the fields above on machines with 64-bit pointers, with
  * zeros for pointers. Then follow the work of the main motion, and the work of the saved motion if
  * the method uses one. A change of the order of the fields changes the format, and the offsets

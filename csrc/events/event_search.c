@@ -62,18 +62,18 @@ kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
     if (n > 0 && !top->method->polynomial) return KR_ERR_NO_EVENTS;
     top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
     if (!are_valid_events(top, n, events)) return KR_ERR_ARGUMENT;
-    for (size_t i = 0; i < n; i++) events[i].own = (kr_event_search){.searched = -1};
+    for (size_t i = 0; i < n; i++) kr_event_reset_search(&events[i]);
     top->events = events;
     top->event_count = n;
     return KR_OK;
 }
 
-/* Finds the next sign change of an event in the last step, after the position own.mark. Sets
- * own.sign to 0 if there is no such sign change. */
-static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
+/* Finds the next sign change of an event in the last step, after the position own->mark. Sets
+ * own->sign to 0 if there is no such sign change. */
+static void find_next_sign_change(const kr_top *top, const kr_step_polynomial *piece,
+                                  const kr_event *event, kr_event_search *own)
 {
     double coefficients[KR_TERMS_ROOM];
-    kr_event_search *own = &event->own;
     const double size = kr_terms_bound(top, piece, event->count, event->terms);
     const int degree = kr_terms_polynomial(top, piece, event, coefficients),
               turn = event->extremum || top->forward > 0.0 ? 1 : -1;
@@ -94,9 +94,9 @@ static void find_next_event(const kr_top *top, const kr_step_polynomial *piece, 
 /* Finds the first sign change of an event in the last step, unless this step was searched already.
  * The sign at the end of the previous step is reused, unless an event was found there or the
  * previous step was not searched. */
-static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, kr_event *event)
+static void search_new_step(const kr_top *top, const kr_step_polynomial *piece,
+                            const kr_event *event, kr_event_search *own)
 {
-    kr_event_search *own = &event->own;
     if (own->searched == top->steps) return;
     own->mark = 0.0;
     if (own->searched != top->steps - 1 || own->sign) {
@@ -105,21 +105,25 @@ static void search_new_step(const kr_top *top, const kr_step_polynomial *piece, 
         own->mark = fmax(0.0, since / (piece->end - piece->begin));
     }
     own->searched = top->steps;
-    find_next_event(top, piece, event);
+    find_next_sign_change(top, piece, event, own);
 }
-/* Returns the earliest event in the last step that is not before the top's time, or NULL. */
-static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece)
+/* Returns the earliest event in the last step that is not before the top's time, or NULL. Writes
+ * the state of its search to `found`. */
+static kr_event *find_earliest(const kr_top *top, const kr_step_polynomial *piece,
+                               kr_event_search *found)
 {
     kr_event *first = NULL;
     for (size_t i = 0; i < top->event_count; i++) {
         kr_event *event = &top->events[i];
-        const kr_event_search *own = &event->own;
-        search_new_step(top, piece, event);
-        while (own->sign &&
-               top->forward * (user_time_in_step(top, own->next) - top->requested) < 0.0)
-            find_next_event(top, piece, event);
-        if (own->sign && (!first || top->forward * (own->next - first->own.next) < 0.0))
+        kr_event_search own = kr_event_load_search(event);
+        search_new_step(top, piece, event, &own);
+        while (own.sign && top->forward * (user_time_in_step(top, own.next) - top->requested) < 0.0)
+            find_next_sign_change(top, piece, event, &own);
+        kr_event_store_search(event, own);
+        if (own.sign && (!first || top->forward * (own.next - found->next) < 0.0)) {
             first = event;
+            *found = own;
+        }
     }
     return first;
 }
@@ -135,18 +139,20 @@ static kr_status seek_in_step(kr_top *top, double t, kr_event_hit *hit)
 {
     const kr_step_polynomial piece = top->method->polynomial(&top->main);
     kr_event *event;
+    kr_event_search own;
     hit->index = -1;
     hit->direction = 0;
-    while (hit->index < 0 && (event = find_earliest(top, &piece)) != NULL) {
-        const double there = user_time_in_step(top, event->own.next);
+    while (hit->index < 0 && (event = find_earliest(top, &piece, &own)) != NULL) {
+        const double there = user_time_in_step(top, own.next);
         if (top->forward * (there - t) > 0.0) break;
         const kr_status status = kr_top_advance(top, there);
         if (status != KR_OK) return status;
         if (is_condition_true(top, event)) {
             hit->index = event - top->events;
-            hit->direction = event->own.sign;
+            hit->direction = own.sign;
         }
-        find_next_event(top, &piece, event);
+        find_next_sign_change(top, &piece, event, &own);
+        kr_event_store_search(event, own);
     }
     return KR_OK;
 }
@@ -156,7 +162,7 @@ kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit)
     if (!top || !hit || !isfinite(t)) return KR_ERR_ARGUMENT;
     if (!(fabs(t) < top->horizon)) return KR_ERR_RESOLUTION;
     /* After a reset with other units, the terms of an event may exceed the range of doubles. */
-    if (top->event_count > 0 && top->events->own.searched < 0 &&
+    if (top->event_count > 0 && kr_event_load_search(top->events).searched < 0 &&
         !are_valid_events(top, top->event_count, top->events))
         return KR_ERR_ARGUMENT;
     if (top->forward * (t - top->requested) < 0.0) return KR_ERR_TIME;

@@ -17,6 +17,14 @@
 #  define APART static
 #endif
 
+/* If KR_NO_BATCHES is defined, batches are computed one element after the other, with the same bits,
+ * for smaller code. */
+#ifdef KR_NO_BATCHES
+#  define KR_BATCHED(function) NULL
+#else
+#  define KR_BATCHED(function) function
+#endif
+
 /* Vectors need a compiler with __builtin_shufflevector. If KR_PLAIN is defined, the code is plain
  * C99 without vectors. Every aarch64 processor has NEON, so the base instruction set is called neon
  * there. */

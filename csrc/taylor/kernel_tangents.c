@@ -12,4 +12,5 @@ static void sum_one(const kr_tangent *tangent, int order, const double *to, doub
 {
     sum_deviation(tangent, order, to, sum);
 }
-const kr_tangents_kernel KR_NAME(kr_tangents) = {expand_all, KR_NAME(kr_expand_batches), sum_one};
+const kr_tangents_kernel KR_NAME(kr_tangents) = {expand_all, KR_BATCHED(KR_NAME(kr_expand_batches)),
+                                                 sum_one};

@@ -13,5 +13,5 @@ static void sum_one_dd(const kr_tangent *tangent, int order, const double *to, d
 {
     sum_deviation(tangent, order, to, sum);
 }
-const kr_tangents_kernel KR_NAME(kr_tangents_dd) = {expand_all_dd, KR_NAME(kr_expand_batches_dd),
-                                                    sum_one_dd};
+const kr_tangents_kernel KR_NAME(kr_tangents_dd) = {
+    expand_all_dd, KR_BATCHED(KR_NAME(kr_expand_batches_dd)), sum_one_dd};

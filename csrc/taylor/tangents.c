@@ -29,15 +29,22 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
 {
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
-/* Returns the number of batches, which precede the single deviations in memory. */
+/* Returns the number of batches, which precede the single deviations in memory. A deviation has
+ * the same bits in a batch and by itself, so a small build has no batches. */
 static size_t count_batches(size_t n)
 {
+#ifdef KR_NO_BATCHES
+    (void)n;
+    return 0;
+#else
     return n / KR_DEVIATION_BATCH + (n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN);
+#endif
 }
 /* Returns the number of single deviations. */
 static size_t count_single(size_t n)
 {
-    return n % KR_DEVIATION_BATCH >= KR_DEVIATION_BATCH_MIN ? 0 : n % KR_DEVIATION_BATCH;
+    const size_t batched = KR_DEVIATION_BATCH * count_batches(n);
+    return n > batched ? n - batched : 0;
 }
 /* Returns the number of structs that hold n deviations. */
 static size_t count_structs(size_t n)

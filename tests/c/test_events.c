@@ -1,5 +1,6 @@
 /* Event search: the times of events, the path, which a search does not change, refusals and
  * failures. */
+#include "driver/top.h"
 #include "events/event_polynomial.h"
 #include "model/quantities.h"
 #include "random.h"
@@ -339,7 +340,8 @@ static void test_lent_memory(void)
     for (int i = 0; i < EVENTS; i++) {
         clean[i] = (kr_event){.terms = &rise, .count = 1, .extremum = 1, .direction = i - 1};
         dirty[i] = clean[i];
-        dirty[i].own = (kr_event_search){.searched = 1, .mark = 0.9, .next = 0.5, .side = 1};
+        kr_event_store_search(
+            &dirty[i], (kr_event_search){.searched = 1, .mark = 0.9, .next = 0.5, .side = 1});
     }
     IS(kr_top_watch(top, EVENTS, dirty) == KR_OK && kr_top_watch(other, EVENTS, clean) == KR_OK);
     for (int i = 0; i < 8; i++) {

@@ -1,4 +1,5 @@
 /* Checkpoints and resets of tops that watch for events. */
+#include "driver/top.h"
 #include "taylor/taylor.h"
 #include "event_helpers.h"
 
@@ -38,7 +39,8 @@ static void test_loaded_events(void)
     IS(all > 10 && size <= sizeof memory && kr_top_save(top, size, memory) == KR_OK);
     for (int i = 0; i < all; i++) {
         IS(kr_top_load(other, size, memory) == KR_OK);
-        for (int k = 0; k < 2; k++) IS(memcmp(&e[k].own, &f[k].own, sizeof e[k].own) == 0);
+        for (int k = 0; k < 2; k++)
+            IS(memcmp(e[k].private_, f[k].private_, sizeof e[k].private_) == 0);
         const int n = seek_all(other, 30.0, t, hits);
         IS(n == all - i && memcmp(t, u + i, (size_t)n * sizeof *t) == 0);
         for (int k = 0; k < n; k++) IS(hits[k].index == others[i + k].index);
@@ -99,20 +101,21 @@ static void test_refused_load(void)
         kr_event f = unlike[i];
         kr_top *other = watched(&s, (kr_config){0}, &f, 1);
         IS(kr_top_save_size(other) == size);
-        IS(kr_top_load(other, size, before) == KR_ERR_CHECKPOINT && f.own.searched == -1);
+        IS(kr_top_load(other, size, before) == KR_ERR_CHECKPOINT &&
+           kr_event_load_search(&f).searched == -1);
         IS(kr_top_watch(other, 0, NULL) == KR_OK);
         IS(kr_top_load(other, kr_top_save_size(other), before) == KR_ERR_CHECKPOINT);
         kr_top_free(other);
     }
     second_is_unlike(&s);
     alike(&s);
-    const kr_event_search own = e.own;
+    const kr_event_search own = kr_event_load_search(&e);
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) {
-        e.own = odd[i];
+        kr_event_store_search(&e, odd[i]);
         IS(kr_top_save(top, size, memory) == KR_OK);
-        e.own = own;
+        kr_event_store_search(&e, own);
         IS(kr_top_load(top, size, memory) == KR_ERR_CHECKPOINT);
-        IS(memcmp(&e.own, &own, sizeof own) == 0);
+        IS(memcmp(e.private_, &own, sizeof own) == 0);
     }
     IS(kr_top_load(top, size, before) == KR_OK);
     kr_top_free(top);
