@@ -1,0 +1,104 @@
+"""Build options of CMakeLists.txt, and what a static program links."""
+
+import os
+import platform
+import re
+
+import pytest
+from toolbox import CSRC, ROOT, install_library, need, run
+
+PROGRAM = ROOT / "tests/repo/options.c"
+NAMES = re.findall(r"^ *X\((\w+),", (CSRC / "kreisel.h").read_text(), re.M)
+STATUS = {name: i for i, name in enumerate(NAMES[: NAMES.index("ERR_NO_EVENTS") + 1])}
+SECTIONS = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections"]
+
+
+def build_library(folder, **options):
+    """Build the static library with some options, and return its file."""
+    need("cmake", "gcc")
+    defined = [f"-D{name}={value}" for name, value in options.items()]
+    run(
+        "cmake", "-S", ROOT, "-B", folder, "-DKREISEL_TESTS=OFF", "-DCMAKE_C_COMPILER=gcc", *defined
+    )
+    run("cmake", "--build", folder, "--target", "kreisel_static", "--parallel", os.cpu_count())
+    return folder / "libkreisel.a"
+
+
+def offers(library, *methods):
+    """Return the statuses of each method in a build, and the names in its table of methods."""
+    program = library.with_name("options")
+    run("gcc", "-std=c99", f"-I{CSRC}", PROGRAM, library, "-lm", "-o", program)
+    *lines, table = run(program, *methods).splitlines()
+    statuses = {name: tuple(map(int, codes)) for name, *codes in map(str.split, lines)}
+    return statuses, table.split()
+
+
+def symbols(program):
+    """Return the names of the functions and constants in a program."""
+    return {line.split()[-1] for line in run("nm", program).splitlines() if line}
+
+
+def test_a_build_with_one_method_says_that_others_are_left_out(tmp_path):
+    library = build_library(tmp_path, KREISEL_METHODS="strang")
+    statuses, table = offers(library, "strang", "taylor", "exact", "none")
+    left_out = (STATUS["ERR_NOT_BUILT"],) * 3
+    option = STATUS["ERR_OPTION"]
+    assert statuses["strang"] == (0, option, option)
+    assert statuses["taylor"] == statuses["exact"] == left_out
+    assert statuses["none"] == (STATUS["ERR_NO_METHOD"],) * 3
+    assert table == ["strang"]
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="names instruction sets of x86_64")
+def test_taylor_with_sixteen_digits_without_tangents(tmp_path):
+    library = build_library(
+        tmp_path,
+        KREISEL_METHODS="exact;taylor",
+        KREISEL_ISA="sse2",
+        KREISEL_DIGITS="16",
+        KREISEL_TANGENTS="OFF",
+        CMAKE_BUILD_TYPE="MinSizeRel",
+    )
+    statuses, table = offers(library, "exact", "taylor", "rk4")
+    assert statuses["taylor"] == (0, STATUS["ERR_NOT_BUILT"], STATUS["ERR_NOT_BUILT"])
+    assert statuses["exact"] == (0, STATUS["ERR_OPTION"], STATUS["ERR_OPTION"])
+    assert statuses["rk4"] == (STATUS["ERR_NOT_BUILT"],) * 3
+    assert table == ["exact", "taylor"]
+    assert not [name for name in symbols(library) if name.endswith(("_avx2", "_avx512"))]
+
+
+def test_wrong_options_are_refused(tmp_path):
+    for options, message in (
+        ({"KREISEL_METHODS": "strang;euler"}, r"method\s+is\s+called\s+euler"),
+        ({"KREISEL_ISA": "mmx"}, r"mmx\s+is\s+not"),
+        ({"KREISEL_DIGITS": "17"}, r"17\s+is\s+neither"),
+    ):
+        with pytest.raises(pytest.fail.Exception, match=message):
+            build_library(tmp_path / next(iter(options)), **options)
+
+
+def test_a_static_program_links_the_method_that_it_names(tmp_path):
+    prefix = install_library()
+    source = tmp_path / "program.c"
+    source.write_text(
+        "#include <kreisel.h>\n"
+        "int main(void)\n"
+        "{\n"
+        "    const kr_scene scene = kr_scene_default();\n"
+        "    kr_config config = kr_config_default();\n"
+        "    kr_top *top = NULL;\n"
+        "    config.step = 0.01;\n"
+        "    kr_status status = kr_top_create(&scene, &kr_method_strang, config, &top);\n"
+        "    if (status == KR_OK) status = kr_top_advance(top, 1.0);\n"
+        "    kr_top_free(top);\n"
+        "    return status != KR_OK;\n"
+        "}\n"
+    )
+    program, library = tmp_path / "program", prefix / "lib/libkreisel.a"
+    run("gcc", "-std=c99", *SECTIONS, f"-I{prefix}/include", source, library, "-lm", "-o", program)
+    run(program)
+    names = symbols(program)
+    assert "kr_method_strang" in names and "kr_top_create" in names
+    methods = {name for name in names if re.match("kr_method_(?!applies|suits)", name)}
+    assert methods == {"kr_method_strang"}
+    assert not [name for name in names if re.match("kr_(exact|taylor|kernel|lanes|worker)", name)]
