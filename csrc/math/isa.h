@@ -17,8 +17,8 @@
 #  define APART static
 #endif
 
-/* If KR_NO_BATCHES is defined, batches are computed one element after the other, with the same bits,
- * for smaller code. */
+/* If KR_NO_BATCHES is defined, batches are computed one element after the other, for smaller code.
+ * The results are bitwise equal. */
 #ifdef KR_NO_BATCHES
 #  define KR_BATCHED(function) NULL
 #else

@@ -66,7 +66,8 @@ def static():
 
 def test_shared_library_exports_the_public_header(static):
     header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
-    public = set(re.findall(r"\b(kr_\w+)\(", header))
+    methods = re.search(r"extern KR_API const kr_method ([^;]*);", header)[1]
+    public = {*re.findall(r"\b(kr_\w+)\(", header), *re.findall(r"\w+", methods)}
     exported = {
         symbol
         for symbol, _, _ in symbols(static.with_name("libkreisel.so"), "-D", "--defined-only")

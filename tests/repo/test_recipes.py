@@ -81,6 +81,7 @@ def house(tmp_path_factory):
     made.write("quantity", "tests/python/test_height.py", OF_THE_QUANTITY)
     made.write("method", "csrc/methods/kick_drift.c", METHOD)
     made.insert("method", "csrc/methods.def", "X(strang)", "X(kick_drift)\n")
+    made.insert("method", "csrc/kreisel.h", "    kr_method_extrap,", "    kr_method_kick_drift,\n")
     made.insert("maker", "python/kreisel/_model/body.py", "    @property", MAKER)
     made.write("maker", "tests/python/test_ball.py", OF_THE_MAKER)
     made.build()
@@ -146,7 +147,7 @@ def at(house, names):
 
 
 @pytest.mark.parametrize(("program", "count"), [("golden", 4), ("snapshot", 1)])
-def test_a_method_touches_two_files_and_adds_its_golden_lines(house, program, count, tmp_path):
+def test_a_method_touches_three_files_and_adds_its_golden_lines(house, program, count, tmp_path):
     assert len(house.touched["method"]) == 2
     house.compile(ROOT / f"tests/c/{program}.c", to=tmp_path / program)
     expected = (ROOT / f"tests/c/{program}.txt").read_text().splitlines()
