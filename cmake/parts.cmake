@@ -27,8 +27,7 @@ if(KREISEL_METHODS)
     endif()
   endforeach()
   file(CONFIGURE OUTPUT methods.def CONTENT "${table}" @ONLY)
-  set_source_files_properties(csrc/driver/method_table.c
-    PROPERTIES COMPILE_DEFINITIONS "KR_METHODS_FILE=\"${PROJECT_BINARY_DIR}/methods.def\"")
+  list(APPEND table_definitions "KR_METHODS_FILE=\"${PROJECT_BINARY_DIR}/methods.def\"")
   foreach(method exact taylor)      # the folders of the same names; ensembles need both methods
     if(NOT method IN_LIST KREISEL_METHODS)
       list(FILTER sources EXCLUDE REGEX "/csrc/(${method}|ensemble|viewer)/")

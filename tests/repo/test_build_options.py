@@ -17,9 +17,7 @@ def build_library(folder, **options):
     """Build the static library with some options, and return its file."""
     need("cmake", "gcc")
     defined = [f"-D{name}={value}" for name, value in options.items()]
-    run(
-        "cmake", "-S", ROOT, "-B", folder, "-DKREISEL_TESTS=OFF", "-DCMAKE_C_COMPILER=gcc", *defined
-    )
+    run("cmake", "-S", ROOT, "-B", folder, "-DKREISEL_TESTS=OFF", *defined)
     run("cmake", "--build", folder, "--target", "kreisel_static", "--parallel", os.cpu_count())
     return folder / "libkreisel.a"
 

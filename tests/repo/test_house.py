@@ -119,9 +119,9 @@ def test_the_page_s_code_has_no_warnings(tmp_path):
     compile_objects("gcc", ["-O2", *STRICT], [CSRC / "viewer/wasm.c"], tmp_path)
 
 
-@pytest.mark.parametrize("word", WARNINGS)
-def test_the_tests_compile_with_all_warnings(word):
-    assert word in (ROOT / ".ci/test").read_text() + (ROOT / "CMakeLists.txt").read_text()
+@pytest.mark.parametrize("word", [*WARNINGS[:-1], "-Wmissing-prototypes"])
+def test_all_builds_have_all_warnings(word):
+    assert word in (ROOT / "CMakeLists.txt").read_text()
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
