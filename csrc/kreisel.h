@@ -571,14 +571,7 @@ KR_API const char *kr_worker_kernel(const kr_worker *worker, int *order);
 KR_API void kr_worker_free(kr_worker *worker);
 
 /* The closed form of a Lagrange top and of any free body: the state at any time, with an accuracy
- * that does not depend on the time. The members after `spin` are private. */
-enum { KR_THETA_TERMS = 5 };
-typedef struct kr_theta {
-    double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
-} kr_theta;
-typedef struct kr_phase {
-    double fast, slow, start, more;
-} kr_phase;
+ * that does not depend on the time. */
 typedef struct kr_exact {
     /* Time between two lowest points of the nutation [T]; INFINITY for a constant nutation. */
     double period;
@@ -588,14 +581,7 @@ typedef struct kr_exact {
      * (In a symmetric body this is the axis whose moment differs from the other two.) The half turn
      * of an axis that passes through a pole is not counted. */
     double precession, spin;
-    double begin;
-    int curve, framed;
-    kr_phase nutation, first, second;
-    double stretch, stretch_rest, slope[2];
-    kr_theta alpha, beta, horizontal;
-    double momentum, side;
-    kr_vec3 constant;
-    kr_quat frame[4];
+    double private_[70];
 } kr_exact;
 /* Computes the closed form of a scene. Returns KR_ERR_METHOD for every other kind of top. Also
  * returns KR_ERR_METHOD for a heavy top whose axis is not exactly upright, but tilted and moving by
@@ -700,7 +686,7 @@ typedef struct kr_turning {
     /* 2 * sqrt(I1 * mass * gravity * |com|) / I3 [T^-1]; an upright top with more spin sleeps. */
     double critical_spin;
     const char *motion_type;
-    double sum, difference, inertia, axial_energy, lever; /* private */
+    double private_[5];
 } kr_turning;
 /* Computes the turning points of a scene. Returns KR_ERR_METHOD for every other kind of top. */
 KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
@@ -708,12 +694,12 @@ KR_API kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning);
  * T^-2]. */
 KR_API double kr_turning_potential(const kr_turning *turning, double nutation);
 
-/* The closed form of the map bobenko_suris for Lagrange tops. The period, precession and spin of
- * the map are in `curve`. */
+/* The closed form of the map bobenko_suris for Lagrange tops, with the period, precession and spin
+ * of the map. */
 typedef struct kr_exact_map {
-    kr_exact curve;
+    double period, precession, spin;
     double step;
-    kr_theta pole;
+    double private_[83];
 } kr_exact_map;
 /* Computes the closed form of the map. Returns KR_ERR_STEP_SIZE if the start is too near a
  * separatrix of the map with this step: k'^2 < 1e-26, with the complementary modulus k'. Also

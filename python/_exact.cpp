@@ -5,18 +5,17 @@
 #include "times.hpp"
 #include "tops.hpp"
 
-template <class Plan>
-static py::tuple planned(kr_status status, const Plan &plan, const kr_exact &curve)
+// Returns the members of a kr_exact or a kr_exact_map.
+template <class Plan> static py::tuple planned(kr_status status, const Plan &plan)
 {
     static_assert(sizeof(Plan) % sizeof(double) == 0, "plain doubles");
-    return py::make_tuple(name_of(status), curve.period, curve.precession, curve.spin,
-                          array_of(plan));
+    return py::make_tuple(name_of(status), plan.period, plan.precession, plan.spin, array_of(plan));
 }
 static py::tuple exact_plan(const kr_scene &scene)
 {
     kr_exact plan = {};
     const kr_status status = kr_exact_plan(&scene, &plan);
-    return planned(status, plan, plan);
+    return planned(status, plan);
 }
 // Returns the states of a plan at the times t. Returns None if a time is not below `most`, or if
 // the times need validation by Python.
@@ -155,9 +154,9 @@ static kr_status read_turning(const kr_scene &scene, double *row, int8_t *course
     kr_turning r;
     const kr_status status = kr_exact_turning(&scene, &r);
     if (status != KR_OK) return status;
-    const double numbers[] = {r.least, r.greatest,   r.t_least, r.t_greatest,   r.critical_spin,
-                              r.sum,   r.difference, r.inertia, r.axial_energy, r.lever};
-    std::copy(std::begin(numbers), std::end(numbers), row);
+    const double numbers[] = {r.least, r.greatest, r.t_least, r.t_greatest, r.critical_spin};
+    row = std::copy(std::begin(numbers), std::end(numbers), row);
+    std::copy(std::begin(r.private_), std::end(r.private_), row);
     *course =
         int8_t(std::find_if(std::begin(courses), std::end(courses),
                             [&](const char *name) { return !std::strcmp(name, r.motion_type); }) -
@@ -189,11 +188,7 @@ static doubles turning_potential(const doubles &row, const doubles &nutation)
 {
     const double *r = row.data();
     kr_turning turning = {};
-    turning.sum = r[5];
-    turning.difference = r[6];
-    turning.inertia = r[7];
-    turning.axial_energy = r[8];
-    turning.lever = r[9];
+    std::copy(r + 5, r + 10, turning.private_);
     doubles out(nutation.size());
     double *to = out.mutable_data();
     for (py::ssize_t i = 0; i < nutation.size(); i++)
@@ -204,7 +199,7 @@ static py::tuple exact_map_plan(const kr_scene &scene, double step)
 {
     kr_exact_map map = {};
     const kr_status status = kr_exact_map_plan(&scene, step, &map);
-    return planned(status, map, map.curve);
+    return planned(status, map);
 }
 static doubles exact_map_states(const doubles &plan,
                                 const py::array_t<int64_t, py::array::c_style> &k)

@@ -63,7 +63,7 @@ static int poll(kr_worker *worker)
     return worker->interrupted;
 }
 /* Computes and stores the states of a top, STATES_PER_CALL at a time. */
-static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
+static void evaluate_top(kr_worker *worker, size_t i, const kr_exact_form *plan)
 {
     const kr_tops *tops = worker->tops;
     const double *t = kr_worker_times_of(tops, i);
@@ -73,7 +73,7 @@ static void evaluate_top(kr_worker *worker, size_t i, const kr_exact *plan)
     while (slot.states < tops->times && !worker->interrupted) {
         const size_t left = tops->times - slot.states,
                      n = left < STATES_PER_CALL ? left : STATES_PER_CALL;
-        kr_exact_states(plan, n, t + slot.states, piece);
+        kr_exact_form_states(plan, n, t + slot.states, piece);
         if (store_states(worker, &slot, accumulators, n, piece) < n) {
             kr_worker_run_scalar(worker, worker->exact_top, i);
             return;

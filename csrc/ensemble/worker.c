@@ -185,7 +185,7 @@ static size_t round_to_lines(size_t size)
 static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed, int grows)
 {
     const size_t rows = KR_LANES_MAX + 1, lanes = in_lanes ? round_to_lines(sizeof(kr_lanes)) : 0,
-                 plans = is_closed ? KR_BATCH * sizeof(kr_exact) : 0,
+                 plans = is_closed ? KR_BATCH * sizeof(kr_exact_form) : 0,
                  tangents = grows ? sizeof(kr_lane_tangents) : 0,
                  size = sizeof(kr_worker) + LINE_DOUBLES * sizeof(double) + lanes + tangents +
                         plans + reductions * (sizeof(kr_reduction) + rows * sizeof(kr_accumulator));
@@ -196,7 +196,7 @@ static kr_worker *allocate_worker(size_t reductions, int in_lanes, int is_closed
                                                  LINE_DOUBLES);
     if (in_lanes) worker->lanes = (kr_lanes *)(void *)memory;
     if (grows) worker->lanes->tangents = (kr_lane_tangents *)(void *)(memory + lanes);
-    if (is_closed) worker->plans = (kr_exact *)(void *)(memory + lanes);
+    if (is_closed) worker->plans = (kr_exact_form *)(void *)(memory + lanes);
     worker->accumulators = (kr_accumulator *)(void *)(memory + lanes + tangents + plans);
     worker->reduction = (kr_reduction *)(void *)(worker->accumulators + rows * reductions);
     return worker;

@@ -4,6 +4,7 @@
 #ifndef KR_WORKER_H
 #define KR_WORKER_H
 #include "driver/top.h"
+#include "exact/layout.h"
 #include "lane_state.h"
 #include "reduce.h"
 
@@ -21,11 +22,11 @@ typedef struct kr_slot {
 struct kr_worker {
     kr_config config;
     const kr_method *method; /* NULL: chosen for each top */
-    kr_top *fallback;    /* for tops that cannot run in lanes: a top of the method, or of taylor */
-    kr_top *exact_top;   /* a top of the closed form; NULL for other methods */
-    kr_exact *plans;     /* the closed forms of a batch; NULL if `exact_top` is NULL */
-    const kr_tops *tops; /* the tops of the current call */
-    int is_section;      /* nonzero: compute a section with `event` */
+    kr_top *fallback;     /* for tops that cannot run in lanes: a top of the method, or of taylor */
+    kr_top *exact_top;    /* a top of the closed form; NULL for other methods */
+    kr_exact_form *plans; /* the closed forms of a batch; NULL if `exact_top` is NULL */
+    const kr_tops *tops;  /* the tops of the current call */
+    int is_section;       /* nonzero: compute a section with `event` */
     kr_event event;
     int interrupted;
     const kr_lanes_isa *isa; /* NULL: the method has no lanes */

@@ -14,7 +14,7 @@ typedef struct batch {
     double t[BATCH], w[BATCH], x[BATCH], y[BATCH], z[BATCH], mx[BATCH], my[BATCH], mz[BATCH];
 } batch;
 
-INLINE void fill(const kr_exact *e, int dual, int euler, batch *b, int n)
+INLINE void fill(const kr_exact_form *e, int dual, int euler, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
         const kr_state s = kernel(e, dual, euler, b->t[i], two_sum(b->t[i], -e->begin));
@@ -22,7 +22,7 @@ INLINE void fill(const kr_exact *e, int dual, int euler, batch *b, int n)
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
 }
-INLINE void frame(const kr_exact *e, batch *b, int n)
+INLINE void frame(const kr_exact_form *e, batch *b, int n)
 {
     for (int i = 0; i < n; i++) {
         const kr_quat r = framed(e->frame, q4(b->w[i], v3(b->x[i], b->y[i], b->z[i])));
@@ -64,30 +64,24 @@ INLINE void end_stream(void) {}
 #endif
 /* Computes a block. The length of the block is rounded up to a multiple of eight, so that no
  * remainder loop is needed. */
-static void states(const kr_exact *exact, batch *b, int count)
+static void states(const kr_exact_form *exact, batch *b, int count)
 {
     /* No store can change a local copy, so the compiler can keep its numbers in registers. */
-    const kr_exact e = *exact;
+    const kr_exact_form e = *exact;
     const int n = (count + 7) & ~7;
-    switch (e.curve) {
-    case LAGRANGE:
+    if (e.curve == LAGRANGE)
         fill(&e, 0, 0, b, n);
-        break;
-    case EULER:
+    else if (e.curve == EULER)
         fill(&e, 0, 1, b, n);
-        break;
-    case LAGRANGE_DUAL:
+    else if (e.curve == LAGRANGE_DUAL)
         fill(&e, 1, 0, b, n);
-        break;
-    default:
+    else
         fill(&e, 1, 1, b, n);
-        break;
-    }
-    if (e.framed) frame(&e, b, n);
+    if (e.framed != 0.0) frame(&e, b, n);
 }
 /* Replaces the states at times beyond the range of the kernel. Most blocks have no such times. A
  * loop without branches finds out whether a block has any. */
-static void replace_beyond(const kr_exact *e, batch *b, int n)
+static void replace_beyond(const kr_exact_form *e, batch *b, int n)
 {
     const double rates[3] = {fabs(e->nutation.fast), fabs(e->first.fast), fabs(e->second.fast)},
                  more = rates[0] > rates[1] ? rates[0] : rates[1],
@@ -102,7 +96,7 @@ static void replace_beyond(const kr_exact *e, batch *b, int n)
         b->mx[i] = s.m.x, b->my[i] = s.m.y, b->mz[i] = s.m.z;
     }
 }
-void KR_NAME(kr_exact_evaluate)(const kr_exact *e, size_t n, const double t[], kr_state out[])
+void KR_NAME(kr_exact_evaluate)(const kr_exact_form *e, size_t n, const double t[], kr_state out[])
 {
     const int streams = is_stream(n, out);
     batch b = {.t = {0.0}};

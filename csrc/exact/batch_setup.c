@@ -11,9 +11,9 @@
  * vectors of tops are set up together. */
 enum { FEW_TIMES = 16, GROUPS = 4, MANY = GROUPS * LANES };
 /* Number of doubles of a closed form without its frame. These doubles are the first members of a
- * kr_exact. */
+ * kr_exact_form. */
 enum { FORM = sizeof(exact_lanes) / sizeof(wide) };
-typedef char form_is_laid_out[FORM * sizeof(double) == offsetof(kr_exact, frame) ? 1 : -1];
+KR_CHECK_LAYOUT(form_is_laid_out, FORM * sizeof(double) == offsetof(kr_exact_form, framed));
 
 /* Data that are common to tops with the same body and gravity. */
 typedef struct body_data {
@@ -263,16 +263,14 @@ typedef struct forms {
 } forms;
 
 /* Writes the closed form of a lane; `place` is the index of its top in the queue. */
-static void put_form(const forms *f, const batch_queue *w, int place, kr_exact *out)
+static void put_form(const forms *f, const batch_queue *w, int place, kr_exact_form *out)
 {
     const int lane = place % LANES;
-    const int curve = (int)f->form[offsetof(exact_lanes, curve) / sizeof(wide)][lane];
     double row[FORM];
     for (int i = 0; i < FORM; i++) row[i] = f->form[i][lane];
     memcpy(out, row, sizeof row);
-    out->curve = curve;
     out->framed = w->framed[place];
-    if (out->framed)
+    if (w->framed[place])
         memcpy(out->frame, w->frame[place], sizeof out->frame);
     else
         memset(out->frame, 0, sizeof out->frame);
@@ -317,7 +315,7 @@ static void read_states(const batch_job *j, group g, const exact_lanes *exact, u
             out->q = w->framed[place] ? framed(w->frame[place], q) : q;
             out->m = v3(s[5][i], s[6][i], s[7][i]);
         } else {
-            kr_exact one;
+            kr_exact_form one;
             forms f;
             memcpy(&f, exact, sizeof f);
             put_form(&f, w, place, &one);
@@ -328,7 +326,7 @@ static void read_states(const batch_job *j, group g, const exact_lanes *exact, u
 static void plan_scalar(const batch_job *j, size_t index)
 {
     const kr_exact_request *request = j->request;
-    kr_exact one;
+    kr_exact_form one;
     request->status[index] = j->one->plan(&request->scenes[index], 0, &one);
     if (request->status[index] != KR_OK) return;
     if (request->plans) request->plans[index] = one;
@@ -346,7 +344,7 @@ static void write_group(const batch_job *j, group g, const exact_lanes *exact, u
     for (int i = 0; i < LANES && (many || request->plans); i++) {
         if (!(good >> i & 1)) continue;
         const size_t index = g.all->index[g.first + i];
-        kr_exact one, *out = request->plans ? &request->plans[index] : &one;
+        kr_exact_form one, *out = request->plans ? &request->plans[index] : &one;
         put_form(&f, g.all, g.first + i, out);
         if (many)
             KR_NAME(kr_exact_evaluate)(out, request->times, times_of(request, index),

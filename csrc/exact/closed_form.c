@@ -7,7 +7,7 @@
 #include "scaling.h"
 
 /* Returns the closed form of a Lagrange top, in own units. */
-static kr_exact lagrange_closed_form(const exact_top *top)
+static kr_exact_form lagrange_closed_form(const exact_top *top)
 {
     const int below = top->lever.hi < 0.0;
     setting s;
@@ -25,13 +25,13 @@ static kr_exact lagrange_closed_form(const exact_top *top)
     if (below) {
         turn_over(&s.exact);
         fill_frame_below(s.exact.frame);
-        s.exact.framed = 1;
+        s.exact.framed = 1.0;
     }
     return s.exact;
 }
 /* Sets up the closed form of a user's scene. If `own` is nonzero, the closed form stays in working
  * axes and own units, and begins at time 0. */
-static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
+static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
 {
     described_top top;
     kr_status status = kr_scene_check(scene);
@@ -42,7 +42,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact *exact)
     if (v_largest(scene->damping) > 0.0 || !kr_exact_resolves(scene)) return KR_ERR_METHOD;
     status = read_top(scene, kind, &top);
     if (status != KR_OK) return status;
-    kr_exact made =
+    kr_exact_form made =
         top.own.lever.hi == 0.0 ? euler_closed_form(&top.own) : lagrange_closed_form(&top.own);
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* Extreme moments may lead to rates beyond the range of doubles. */
@@ -57,7 +57,7 @@ static int turns_about_apex(const kr_body *body, kr_kind kind)
     return kind == KR_KIND_LAGRANGE ||
            (kind == KR_KIND_EULER && fabs(i.x - i.y) <= KR_KIND_RTOL * fmax(i.x, i.y));
 }
-static kr_status find_turning(const kr_scene *scene, kr_turning *out)
+static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
 {
     described_top top;
     kr_status status = kr_scene_check(scene);
@@ -69,7 +69,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning *out)
     if (status != KR_OK) return status;
     const int below = top.own.lever.hi < 0.0, behind = kr_body_working(&scene->body).com.z < 0.0;
     if (below) top.own = seen_from_below(&top.own);
-    kr_turning r = turning_downwards(&top.own);
+    kr_turning_form r = turning_downwards(&top.own);
     if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);
     *out = r;

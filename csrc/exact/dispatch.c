@@ -1,6 +1,7 @@
 /* The public functions of the closed form. Each calls the code of the widest instruction set that
  * this processor has. */
 #include <math.h>
+#include <string.h>
 #include "dispatch.h"
 
 const kr_exact_isa *kr_exact_isa_at(int i)
@@ -24,33 +25,55 @@ static const kr_exact_isa *widest_isa(void)
     while (!kr_exact_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
     return kr_exact_isa_at(i);
 }
+kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *form)
+{
+    return widest_isa()->scalar->plan(scene, 1, form);
+}
+kr_state kr_exact_form_state(const kr_exact_form *form, double t)
+{
+    return widest_isa()->scalar->state(form, t);
+}
+void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[])
+{
+    widest_isa()->evaluate(form, n, t, out);
+}
+/* Returns the members of a user's closed form (layout.h). */
+static const kr_exact_form *form_of(const kr_exact *exact)
+{
+    return (const kr_exact_form *)(const void *)exact;
+}
 kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact)
 {
-    return exact ? widest_isa()->scalar->plan(scene, 0, exact) : KR_ERR_ARGUMENT;
-}
-kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact *exact)
-{
-    return widest_isa()->scalar->plan(scene, 1, exact);
+    kr_exact_form form;
+    if (!exact) return KR_ERR_ARGUMENT;
+    const kr_status status = widest_isa()->scalar->plan(scene, 0, &form);
+    if (status == KR_OK) memcpy(exact, &form, sizeof form);
+    return status;
 }
 kr_state kr_exact_state(const kr_exact *exact, double t)
 {
-    return widest_isa()->scalar->state(exact, t);
-}
-kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning)
-{
-    return turning ? widest_isa()->scalar->turning(scene, turning) : KR_ERR_ARGUMENT;
-}
-double kr_turning_potential(const kr_turning *turning, double nutation)
-{
-    const double half = tan(0.5 * nutation), sum = turning->sum != 0.0 ? turning->sum * half : 0.0,
-                 difference = turning->difference != 0.0 ? turning->difference / half : 0.0,
-                 across = sum + difference;
-    return across * across / (8.0 * turning->inertia) + turning->axial_energy +
-           turning->lever * cos(nutation);
+    return kr_exact_form_state(form_of(exact), t);
 }
 void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[])
 {
-    widest_isa()->evaluate(exact, n, t, out);
+    kr_exact_form_states(form_of(exact), n, t, out);
+}
+kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning)
+{
+    kr_turning_form form;
+    if (!turning) return KR_ERR_ARGUMENT;
+    const kr_status status = widest_isa()->scalar->turning(scene, &form);
+    if (status == KR_OK) memcpy(turning, &form, sizeof form);
+    return status;
+}
+double kr_turning_potential(const kr_turning *turning, double nutation)
+{
+    kr_turning_form r;
+    memcpy(&r, turning, sizeof r);
+    const double half = tan(0.5 * nutation), sum = r.sum != 0.0 ? r.sum * half : 0.0,
+                 difference = r.difference != 0.0 ? r.difference / half : 0.0,
+                 across = sum + difference;
+    return across * across / (8.0 * r.inertia) + r.axial_energy + r.lever * cos(nutation);
 }
 /* The states of maps are evaluated one at a time, so vectors wider than those of AVX2 would bring
  * no gain. */
@@ -63,11 +86,15 @@ static const kr_exact_maps *widest_maps(void)
 }
 kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
-    return map ? widest_maps()->plan(scene, step, map) : KR_ERR_ARGUMENT;
+    kr_exact_map_form form;
+    if (!map) return KR_ERR_ARGUMENT;
+    const kr_status status = widest_maps()->plan(scene, step, &form);
+    if (status == KR_OK) memcpy(map, &form, sizeof form);
+    return status;
 }
 kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {
-    return widest_maps()->state(map, k);
+    return widest_maps()->state((const kr_exact_map_form *)(const void *)map, k);
 }
 /* The batches have a separate table, so that programs for single tops do not link them. */
 const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)

@@ -3,24 +3,24 @@
  * multiply-add, and its result is exact with and without it. */
 #ifndef KR_EXACT_DISPATCH_H
 #define KR_EXACT_DISPATCH_H
-#include "kreisel.h"
+#include "layout.h"
 #include "math/isa.h"
 
 /* Functions of closed_form.c: set up one scene, evaluate one state, find the turning points. If
  * `own` is nonzero, the closed form stays in working axes and own units and begins at time 0. */
 typedef struct kr_exact_scalar {
-    kr_status (*plan)(const kr_scene *scene, int own, kr_exact *exact);
-    kr_state (*state)(const kr_exact *exact, double t);
-    kr_status (*turning)(const kr_scene *scene, kr_turning *out);
+    kr_status (*plan)(const kr_scene *scene, int own, kr_exact_form *exact);
+    kr_state (*state)(const kr_exact_form *exact, double t);
+    kr_status (*turning)(const kr_scene *scene, kr_turning_form *out);
 } kr_exact_scalar;
 /* Functions of map.c for the closed form of the Bobenko-Suris map: set up one scene, evaluate one
  * state. */
 typedef struct kr_exact_maps {
-    kr_status (*plan)(const kr_scene *scene, double step, kr_exact_map *map);
-    kr_state (*state)(const kr_exact_map *map, int64_t k);
+    kr_status (*plan)(const kr_scene *scene, double step, kr_exact_map_form *map);
+    kr_state (*state)(const kr_exact_map_form *map, int64_t k);
 } kr_exact_maps;
 /* Evaluates many states (batch_eval.c). */
-typedef void kr_exact_evaluate(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
+typedef void kr_exact_evaluate(const kr_exact_form *exact, size_t n, const double t[], kr_state out[]);
 /* A request for n tops. If `plans` is not NULL, it receives their closed forms. `states` receives
  * the states of each top at `times` times; the states of top i begin at states[i * times]. All tops
  * have the times t[0], t[1], ..., unless `own_times` is nonzero. Then the times of top i begin at
@@ -30,7 +30,7 @@ typedef void kr_exact_evaluate(const kr_exact *exact, size_t n, const double t[]
 typedef struct kr_exact_request {
     size_t n;
     const kr_scene *scenes;
-    kr_exact *plans;
+    kr_exact_form *plans;
     size_t times;
     const double *t;
     int own_times;
@@ -66,8 +66,11 @@ typedef struct kr_exact_isa {
 /* Returns the i-th instruction set that was compiled in, the widest first, or NULL after the
  * last. */
 const kr_exact_isa *kr_exact_isa_at(int i);
+/* The functions of kreisel.h for a closed form in the memory of the library. */
+kr_state kr_exact_form_state(const kr_exact_form *form, double t);
+void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[]);
 /* Computes the closed form in working axes and own units from time 0, for the method `exact`. */
-kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact *exact);
+kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *exact);
 /* Returns 1 if the closed form can resolve the tilt and the motion of the axis at the start of a
  * checked scene. From an unstable upright start, the time of the fall depends on the logarithm of
  * the tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
@@ -76,7 +79,7 @@ int kr_exact_resolves(const kr_scene *scene);
  * under gravity. The closed forms of these tops are plans in separate memory. Returns
  * KR_KIND_GENERAL for all other tops. */
 kr_kind kr_exact_torus(const kr_scene *scene);
-/* Returns the largest number of doubles that the method `exact` needs after its kr_exact, for a
+/* Returns the largest number of doubles that the method `exact` needs after its kr_exact_form, for a
  * Kowalewski or a Goryachev-Chaplygin top. */
 size_t kr_exact_extra_doubles(void);
 #endif

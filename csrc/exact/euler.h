@@ -82,8 +82,8 @@ static kr_quat rotation_to_e3(kr_vec3 m)
 }
 /* Sets up a motion in which |alpha| and |beta| are constant: rest, rotation about a principal axis,
  * or any motion of a body with two equal moments. Returns 0 for all other motions. */
-static int set_up_steady_motion(kr_exact *exact, const double inertia[3], const dd m[3], dd square,
-                                kr_quat q, kr_quat left)
+static int set_up_steady_motion(kr_exact_form *exact, const double inertia[3], const dd m[3],
+                                dd square, kr_quat q, kr_quat left)
 {
     const dd size = dd_sqrt(square);
     /* Smaller components count as zero, because their squares are negligible. */
@@ -123,7 +123,7 @@ static dd common_rate(const body_axes *a, dd c2, dd flat, dd k2, dd kp, dd *mean
 /* Sets the theta series of alpha and beta. The imaginary part y of their argument is an incomplete
  * elliptic integral of the first kind. Their scales follow from their sizes at the turning heights:
  * `above` is the largest |beta|, and `below` is the largest |alpha|. */
-static void euler_series(kr_exact *exact, const body_axes *a, double c2, double flat, dd k2,
+static void euler_series(kr_exact_form *exact, const body_axes *a, double c2, double flat, dd k2,
                          double kp2, dd average)
 {
     const double pi = 3.14159265358979323846, c = sqrt(c2), kp = sqrt(kp2),
@@ -177,7 +177,8 @@ static dd euler_start(const body_axes *a, dd i31, dd i32, double kp2, double mea
 }
 /* Sets up a motion of a body with three different moments, except a rotation about a principal
  * axis. */
-static void set_up_asymmetric_motion(kr_exact *exact, const body_axes *a, kr_quat q, kr_quat left)
+static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, kr_quat q,
+                                     kr_quat left)
 {
     const dd i31 = dd_abs(dd_sub(a->inertia[2], a->inertia[0])),
              i32 = dd_abs(dd_sub(a->inertia[2], a->inertia[1]));
@@ -216,12 +217,12 @@ static void set_up_asymmetric_motion(kr_exact *exact, const body_axes *a, kr_qua
     exact->spin = -exact->spin;
 }
 /* Returns the closed form of a body without torque, in own units. */
-static kr_exact euler_closed_form(const exact_top *top)
+static kr_exact_form euler_closed_form(const exact_top *top)
 {
     const double moments[3] = {top->inertia.x, top->inertia.y, top->inertia.z};
     const dd m[3] = {dd_of(top->m.x), dd_of(top->m.y), dd_of(top->m.z)};
     const kr_quat q = rounded(top->q);
-    kr_exact exact = {0};
+    kr_exact_form exact = {0};
     dd body[3];
     turned_back(top->q, m, body);
     exact.constant = top->m;

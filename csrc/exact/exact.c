@@ -11,8 +11,8 @@
 #include "method.h"
 #include "model/scene.h"
 
-/* Further values of `curve` in a kr_exact, after the kinds of its series. They mean that the closed
- * form is a plan stored behind the kr_exact. */
+/* Further values of `curve` in a kr_exact_form, after the kinds of its series. They mean that the closed
+ * form is a plan stored behind the kr_exact_form. */
 enum { KOWALEWSKI = 16, CHAPLYGIN };
 
 int kr_exact_resolves(const kr_scene *scene)
@@ -27,11 +27,14 @@ int kr_exact_resolves(const kr_scene *scene)
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
-/* The work of the method begins with a kr_exact. For a Kowalewski or Goryachev-Chaplygin top, only
- * the members `curve` and `period` of the kr_exact are used. The plan follows it, and then the
+/* The work of the method begins with a kr_exact_form. For a Kowalewski or Goryachev-Chaplygin top, only
+ * the members `curve` and `period` of the kr_exact_form are used. The plan follows it, and then the
  * memory in which a new plan is set up. */
-static const kr_exact *exact_of(const kr_motion *motion) { return (const kr_exact *)motion->work; }
-static void *plan_of(const kr_motion *motion) { return (kr_exact *)motion->work + 1; }
+static const kr_exact_form *exact_of(const kr_motion *motion)
+{
+    return (const kr_exact_form *)motion->work;
+}
+static void *plan_of(const kr_motion *motion) { return (kr_exact_form *)motion->work + 1; }
 kr_kind kr_exact_torus(const kr_scene *scene)
 {
     const kr_kind kind =
@@ -47,7 +50,7 @@ static size_t torus_doubles(kr_kind kind)
                 : sizeof(kr_chaplygin_plan) + kr_goryachev_chaplygin_size()) /
            sizeof(double);
 }
-/* Returns the number of doubles that a scene needs after the kr_exact. */
+/* Returns the number of doubles that a scene needs after the kr_exact_form. */
 static size_t extra_doubles_of(const kr_scene *scene)
 {
     const kr_kind kind = kr_exact_torus(scene);
@@ -60,11 +63,11 @@ size_t kr_exact_extra_doubles(void)
     return one > other ? one : other;
 }
 
-/* Writes a kr_exact for a Kowalewski or Goryachev-Chaplygin top. `half_turns` is half of the first
+/* Writes a kr_exact_form for a Kowalewski or Goryachev-Chaplygin top. `half_turns` is half of the first
  * angle's rate, in turns per unit of time. */
 static void set_torus(kr_motion *motion, int curve, double half_turns)
 {
-    kr_exact form = {0};
+    kr_exact_form form = {0};
     form.curve = curve;
     form.period = 0.5 / half_turns;
     memcpy(motion->work, &form, sizeof form);
@@ -95,7 +98,7 @@ static kr_status exact_reset(kr_motion *motion, const kr_state *start)
     const kr_kind kind = kr_exact_torus(motion->scene);
     if (kind == KR_KIND_KOWALEWSKI) return reset_kowalewski(motion);
     if (kind == KR_KIND_GORYACHEV_CHAPLYGIN) return reset_chaplygin(motion);
-    return kr_exact_plan_own_units(motion->scene, (kr_exact *)motion->work);
+    return kr_exact_plan_own_units(motion->scene, (kr_exact_form *)motion->work);
 }
 /* Returns 1 for bodies of the integrable kinds. The size of a plan is 0 in builds without it. */
 static int exact_applies(const kr_body *body, kr_kind kind)
@@ -129,7 +132,7 @@ static void exact_at(kr_motion *motion, double clock, kr_state *s)
     else if (curve == CHAPLYGIN)
         *s = kr_goryachev_chaplygin_state(plan_of(motion), clock);
     else
-        *s = kr_exact_state(exact_of(motion), clock);
+        *s = kr_exact_form_state(exact_of(motion), clock);
 }
 static void exact_read(const kr_motion *motion, kr_state *s)
 {
@@ -147,7 +150,7 @@ const kr_method kr_method_exact = {
         KR_METHOD_ADAPTIVE | KR_METHOD_REVERSIBLE | KR_METHOD_SYMPLECTIC | KR_METHOD_INTEGRABLE,
     .applies = exact_applies,
     .suits = exact_suits,
-    .work = sizeof(kr_exact) / sizeof(double),
+    .work = sizeof(kr_exact_form) / sizeof(double),
     .extra_doubles = extra_doubles_of,
     .reset = exact_reset,
     .step = exact_step,

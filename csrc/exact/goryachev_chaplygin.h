@@ -8,7 +8,7 @@
  * by solving an equation with one unknown. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
-#include "kreisel.h"
+#include "layout.h"
 #include "math/isa.h"
 
 enum {

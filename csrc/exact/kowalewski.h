@@ -9,7 +9,7 @@
  * Phys. 122 (1989) 321) give theta functions of the same curve. */
 #ifndef KR_EXACT_KOWALEWSKI_H
 #define KR_EXACT_KOWALEWSKI_H
-#include "kreisel.h"
+#include "layout.h"
 #include "math/isa.h"
 
 enum { SUM_S, SUM_T, SUM_P, SUM_Q, SUM_R, SUMS };

@@ -226,7 +226,7 @@ static inline void series_of_kind(exact_lanes *exact, const turning *r, const ar
     const exponential e = exponential_of(dd_of(-pi * (dual ? shrink : a->T)));
     const wide nome = e.plus * (e.even + e.odd), y1 = a->y1 * shrink, y2 = a->y2 * shrink;
     const wide high = wide_sqrt(0.5 * p2), low = wide_sqrt(0.5 * m1);
-    set_curve(exact, dual ? LAGRANGE_DUAL : LAGRANGE);
+    exact->curve = wide_splat(dual ? LAGRANGE_DUAL : LAGRANGE);
     exact->slope[0] = y1 * (-1.0 / pi);
     exact->slope[1] = y2 * (-1.0 / pi);
     exact->alpha = theta_series(THETA1, nome, y1, dual);

@@ -19,6 +19,7 @@
 #else
 #  define KR_ONE_LANE
 #endif
+#include "layout.h"
 #include "model/scene.h"
 #include "math/dd.h"
 #include "math/isa.h"
@@ -28,7 +29,7 @@
  * nome is the smaller of the two if K' < K, which is the case near a separatrix. */
 enum { LAGRANGE, EULER, LAGRANGE_DUAL, EULER_DUAL };
 
-/* The types of kreisel.h, with one lane for each top. */
+/* The types of kreisel.h and layout.h, with one lane for each top. */
 #if defined KR_EXACT_LANES
 typedef struct vec3_lanes {
     wide x, y, z;
@@ -47,7 +48,7 @@ typedef struct theta_lanes {
 typedef struct phase_lanes {
     wide fast, slow, start, more;
 } phase_lanes;
-/* The members of kr_exact in the same order, without the frame. */
+/* The members of kr_exact_form in the same order, without `framed` and `frame`. */
 typedef struct exact_lanes {
     wide period, precession, spin, begin, curve;
     phase_lanes nutation, first, second;
@@ -62,20 +63,18 @@ INLINE mask is_dual(const exact_lanes *e)
 {
     return wide_equal(e->curve, wide_splat(LAGRANGE_DUAL));
 }
-INLINE void set_curve(exact_lanes *e, int curve) { e->curve = wide_splat(curve); }
 #else
 typedef kr_vec3 vec3_lanes;
 typedef kr_quat quat_lanes;
 typedef kr_state state_lanes;
 typedef kr_theta theta_lanes;
 typedef kr_phase phase_lanes;
-typedef kr_exact exact_lanes;
-INLINE int is_euler(const kr_exact *e) { return e->curve == EULER || e->curve == EULER_DUAL; }
-INLINE mask is_dual(const kr_exact *e)
+typedef kr_exact_form exact_lanes;
+INLINE int is_euler(const kr_exact_form *e) { return e->curve == EULER || e->curve == EULER_DUAL; }
+INLINE mask is_dual(const kr_exact_form *e)
 {
     return e->curve == LAGRANGE_DUAL || e->curve == EULER_DUAL;
 }
-INLINE void set_curve(kr_exact *e, int curve) { e->curve = curve; }
 #endif
 /* Replaces the lanes of `to` that the mask m selects by those of `from`. Both are structures of
  * `bytes` bytes that consist of lanes only. */

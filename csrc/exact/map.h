@@ -59,7 +59,7 @@ static dd turn_per_step(const map_link *k, const map_curve *r, dd s, double sign
 }
 /* Sets the theta series of alpha, beta and the momentum, and theta4 (`pole`), which scales the
  * momentum. */
-static void map_series(kr_exact_map *map, const map_curve *r)
+static void map_series(kr_exact_map_form *map, const map_curve *r)
 {
     const double pi = 3.14159265358979323846, T = r->ratio.hi, y1 = r->y1.hi, y2 = r->y2.hi;
     const int dual = T < 1.0;
@@ -68,7 +68,7 @@ static void map_series(kr_exact_map *map, const map_curve *r)
     const double sn = dual ? sinh(x) : sin(x), at = dual ? -sn * sn : sn * sn;
     const kr_theta three = theta_series(THETA3, nome, 0.0, dual);
     const kr_theta one = theta_series(THETA4, nome, y1 * shrink, dual);
-    kr_exact *curve = &map->curve;
+    kr_exact_form *curve = &map->curve;
     map->pole = theta_series(dual ? THETA2 : THETA4, nome, 0.0, dual);
     curve->curve = dual ? LAGRANGE_DUAL : LAGRANGE;
     const dd stretch = dd_div(dd_pi(), r->ratio);
@@ -85,7 +85,7 @@ static void map_series(kr_exact_map *map, const map_curve *r)
     theta_scale(&curve->beta, sqrt(0.5 * r->minus1) * theta_at(map->pole.even, at) / low);
 }
 /* Returns theta4 after k steps, with the same scale as the other theta functions of the kernel. */
-static double pole_at(const kr_exact_map *map, double k)
+static double pole_at(const kr_exact_map_form *map, double k)
 {
     const kr_phase *f = &map->curve.nutation;
     const dd p = two_product(k, f->fast);
@@ -101,10 +101,10 @@ static double pole_at(const kr_exact_map *map, double k)
 /* Sets the scale of the momentum from its size and its sign at the lower of the two symmetric
  * links. The momentum is larger there than at the upper one, because 1 + |W|^2 = (1 + E)/(1 + b s).
  * Its sign follows from W ~ alpha beta' - beta alpha'. Returns the largest |W|^2. */
-static double set_momentum(kr_exact_map *map, const map_link *k)
+static double set_momentum(kr_exact_map_form *map, const map_link *k)
 {
     double f[6], g[6], h[6];
-    kr_exact *curve = &map->curve;
+    kr_exact_form *curve = &map->curve;
     const dd above = dd_sub(dd_scale(k->sign, k->energy), dd_mul(k->b, k->s1));
     const double square = dd_sub(dd_div(above, map_height(k, k->s1)), dd_square(k->l)).hi,
                  across = fmax(square, 0.0);
@@ -120,7 +120,7 @@ static double set_momentum(kr_exact_map *map, const map_link *k)
 /* Sets the phases at the start. Of alpha, beta and the momentum, the two largest give the phases.
  * The third phase follows, because the phase of the momentum is the sum of those of alpha and
  * beta. */
-static void set_phases(kr_exact *curve, const map_link *k, const map_curve *r, double most,
+static void set_phases(kr_exact_form *curve, const map_link *k, const map_curve *r, double most,
                        const dd p[4])
 {
     const kr_quat q = rounded(p);
@@ -156,10 +156,10 @@ static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
 }
 /* Sets up the map in own units, with the step as unit of time. Returns 0 if 1 + b s = 0, or if the
  * motion is so near a separatrix that the roots are not accurate enough. */
-static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
+static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
 {
     const dd i1 = equal_moment(top);
-    kr_exact *curve = &map->curve;
+    kr_exact_form *curve = &map->curve;
     dd a[3], plus;
     const dd minus = axis_of(top->q, a, &plus), angle = dd_atan2(k.c, dd_of(1.0));
     /* half of step * <m, a> / I3 */
@@ -192,9 +192,9 @@ static int own_map(const exact_top *top, map_link k, kr_exact_map *map)
 }
 /* Returns the k-th state: the attitude after k steps, and the momentum of the link before it. If k
  * is too large for the kernel, returns the state of the start. */
-static kr_state map_state(const kr_exact_map *map, int64_t k)
+static kr_state map_state(const kr_exact_map_form *map, int64_t k)
 {
-    const kr_exact *curve = &map->curve;
+    const kr_exact_form *curve = &map->curve;
     const double at = is_within(curve, (double)k) ? (double)k : 0.0, half = at - 0.5,
                  scale = curve->momentum / pole_at(map, half);
     double f[6], h[6];
@@ -202,22 +202,22 @@ static kr_state map_state(const kr_exact_map *map, int64_t k)
     factors_at(curve, half, h);
     const kr_quat q = q_unit(q4(f[0], v3(f[2], f[3], f[1])));
     const kr_state r = {curve->begin + (double)k * map->step,
-                        curve->framed ? framed(curve->frame, q) : q,
+                        curve->framed != 0.0 ? framed(curve->frame, q) : q,
                         {scale * h[4], curve->side * scale * h[5], curve->constant.z}};
     return r;
 }
 /* Returns 1 if the map begins at the attitude `start`. With steps of 1e-8 or less, the start may be
  * very near a pole. Double-double then cannot resolve the distances of the link's heights from the
  * pole. */
-static int begins_at(const kr_exact_map *map, kr_quat start)
+static int begins_at(const kr_exact_map_form *map, kr_quat start)
 {
     return kr_attitude_error(map_state(map, 0).q, start) <= 1e-9;
 }
 /* Sets up the map for a user's scene. If the step is so large that 1 + b s < 0, it is a step of the
  * top with up and down exchanged. The first link of this other top is then used. */
-static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
+static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form *map)
 {
-    const kr_exact_map empty = {.pole = {{1.0}, {0.0}}};
+    const kr_exact_map_form empty = {.pole = {{1.0}, {0.0}}};
     described_top top;
     if (step == 0.0) return KR_ERR_NO_STEP;
     if (!isfinite(step)) return KR_ERR_ARGUMENT;
@@ -227,7 +227,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
         status = KR_ERR_METHOD;
     if (status == KR_OK) status = read_top(scene, KR_KIND_LAGRANGE, &top);
     if (status != KR_OK) return status;
-    kr_exact_map r = empty;
+    kr_exact_map_form r = empty;
     exact_top seen;
     map_link k;
     int below = top.own.lever.hi < 0.0;
@@ -244,12 +244,12 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map *map)
     if (below) {
         turn_over(&r.curve);
         fill_frame_below(r.curve.frame);
-        r.curve.framed = 1;
+        r.curve.framed = 1.0;
     }
     to_frame_and_units(&r.curve, &top, scene->start.t, 1.0);
-    r.curve.period *= fabs(step);
-    r.curve.precession /= step;
-    r.curve.spin /= step;
+    r.period = r.curve.period * fabs(step);
+    r.precession = r.curve.precession / step;
+    r.spin = r.curve.spin / step;
     r.step = step;
     if (!begins_at(&r, scene->start.q)) return KR_ERR_STEP_SIZE;
     *map = r;

@@ -70,11 +70,12 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
 }
 /* Converts the closed form to the frame of description and the user's units; `unit` is the own unit
  * of time. */
-static void to_frame_and_units(kr_exact *exact, const described_top *top, double start, double unit)
+static void to_frame_and_units(kr_exact_form *exact, const described_top *top, double start,
+                               double unit)
 {
     if (!is_one(top->axes)) {
-        fill_frame_axes(exact->frame, exact->framed, top->axes);
-        exact->framed = 1;
+        fill_frame_axes(exact->frame, exact->framed != 0.0, top->axes);
+        exact->framed = 1.0;
     }
     to_user(exact, start, unit, top->units.moment / top->units.time);
 }

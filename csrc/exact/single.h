@@ -9,35 +9,29 @@
 /* Returns the state at time t, which is `span` after the beginning. Each kind of series calls the
  * kernel with constant arguments. The compiler can then remove the code that is not needed for this
  * kind. */
-static inline kr_state state_after(const kr_exact *e, double t, dd span)
+static inline kr_state state_after(const kr_exact_form *e, double t, dd span)
 {
     kr_state r;
-    switch (e->curve) {
-    case LAGRANGE:
+    if (e->curve == LAGRANGE)
         r = kernel(e, 0, 0, t, span);
-        break;
-    case EULER:
+    else if (e->curve == EULER)
         r = kernel(e, 0, 1, t, span);
-        break;
-    case LAGRANGE_DUAL:
+    else if (e->curve == LAGRANGE_DUAL)
         r = kernel(e, 1, 0, t, span);
-        break;
-    default:
+    else
         r = kernel(e, 1, 1, t, span);
-        break;
-    }
-    if (e->framed) r.q = framed(e->frame, r.q);
+    if (e->framed != 0.0) r.q = framed(e->frame, r.q);
     return r;
 }
 /* Returns the state at a time beyond the range of the kernel. This is the state of the beginning,
  * which has the correct values of all integrals. Returns NaN if t is not finite. */
-static inline kr_state state_beyond(const kr_exact *e, double t)
+static inline kr_state state_beyond(const kr_exact_form *e, double t)
 {
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     return isfinite(t) ? state_after(e, t, dd_of(0.0)) : none;
 }
 /* Returns the state at time t. */
-static inline kr_state state_at(const kr_exact *e, double t)
+static inline kr_state state_at(const kr_exact_form *e, double t)
 {
     const dd span = two_sum(t, -e->begin);
     return is_within(e, span.hi) ? state_after(e, t, span) : state_beyond(e, t);
@@ -45,7 +39,7 @@ static inline kr_state state_at(const kr_exact *e, double t)
 
 /* Sets up a motion in which alpha and beta have constant sizes and constant rates: the motion of a
  * sleeping, hanging or resting top, or of a symmetric body without torque. */
-static inline void steady_closed_form(kr_exact *exact, kr_quat q, dd first, dd second)
+static inline void steady_closed_form(kr_exact_form *exact, kr_quat q, dd first, dd second)
 {
     const double a = length(q.w, q.z), b = length(q.x, q.y);
     exact->curve = LAGRANGE;
@@ -62,9 +56,9 @@ static inline void steady_closed_form(kr_exact *exact, kr_quat q, dd first, dd s
     exact->spin = b == 0.0 ? 2.0 * first.hi : a == 0.0 ? -2.0 * second.hi : first.hi - second.hi;
 }
 /* Sets the frame of the closed form to q -> left * q * right. */
-static inline void set_frame(kr_exact *exact, kr_quat left, kr_quat right)
+static inline void set_frame(kr_exact_form *exact, kr_quat left, kr_quat right)
 {
     fill_frame(exact->frame, left, right);
-    exact->framed = 1;
+    exact->framed = 1.0;
 }
 #endif

@@ -81,9 +81,9 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
 }
 /* Returns the members of the result that do not depend on the turning heights, in own units, for
  * gravity that points downwards. */
-static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
+static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1)
 {
-    kr_turning r = {0};
+    kr_turning_form r = {0};
     const double axial = i1.hi * dd_half(dd_sub(s->sum, s->difference)).hi;
     r.inertia = i1.hi;
     r.sum = i1.hi * s->sum.hi;
@@ -96,12 +96,12 @@ static kr_turning turning_of_body(const exact_top *top, const initial *s, dd i1)
 }
 /* Returns the turning points of a top whose lever is not negative, in own units. Times are measured
  * from the start. */
-static kr_turning turning_downwards(const exact_top *top)
+static kr_turning_form turning_downwards(const exact_top *top)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
     const initial s = initial_of(top, i1);
     const int free = s.g.hi == 0.0;
-    kr_turning r = turning_of_body(top, &s, i1);
+    kr_turning_form r = turning_of_body(top, &s, i1);
     if (free ? free_motion_type(&s) == RESTING : is_resting_at_pole(&s)) {
         r.motion_type = motion_type_names[free ? RESTING : s.a[2].hi > 0.0 ? SLEEPING : HANGING];
         return r;
@@ -122,7 +122,7 @@ static void swap_doubles(double *a, double *b)
     *b = c;
 }
 /* Converts turning points of a top with up and down exchanged to those of the top itself. */
-static void flip_turning(kr_turning *r)
+static void flip_turning(kr_turning_form *r)
 {
     const double pi = 3.14159265358979323846, least = pi - r->greatest;
     r->greatest = pi - r->least;
@@ -134,7 +134,7 @@ static void flip_turning(kr_turning *r)
     r->lever = -r->lever;
 }
 /* Converts turning points from own units to the user's. */
-static void turning_to_user(kr_turning *r, const kr_units *units, double start)
+static void turning_to_user(kr_turning_form *r, const kr_units *units, double start)
 {
     const double momentum = units->moment / units->time, energy = momentum / units->time;
     r->t_least = start + units->time * r->t_least;

@@ -153,7 +153,7 @@ static void closed_forms(void)
     row("lagrange", "exact", "critical spin", turning.critical_spin);
     row("lagrange", "exact", "potential(1)", kr_turning_potential(&turning, 1.0));
     must(kr_exact_map_plan(&s, 0.125, &map));
-    row("lagrange", "exact map", "period", map.curve.period);
+    row("lagrange", "exact map", "period", map.period);
     row("lagrange", "exact map", "m_x after -301 steps", kr_exact_map_state(&map, -301).m.x);
 }
 

@@ -306,13 +306,14 @@ static void test_instruction_sets(void)
         kr_scene s = random_top(i);
         if (i % 4 == 0) s.gravity = 0.0, s.body.inertia = v3(1.0, 1.2, 1.5);
         for (int k = 0; k < N; k++) t[k] = (k % 2 ? -1.0 : 1.0) * pow(10.0, uniform(-2, 9));
-        kr_exact a = {0}, b = {0};
-        kr_exact_map c = {.step = 0.0}, d = {.step = 0.0};
+        kr_exact_form a = {0}, b = {0};
+        kr_exact_map_form c = {.step = 0.0};
+        kr_exact_map d = {.step = 0.0};
         const kr_status made = kr_exact_scalar_base.plan(&s, 0, &a),
                         mapped = kr_exact_maps_base.plan(&s, 1e-3, &c);
         IS(kr_exact_map_plan(&s, 1e-3, &d) == mapped && memcmp(&d, &c, sizeof c) == 0);
         IS(mapped != KR_OK ||
-           same(kr_exact_map_state(&c, 77 + i), kr_exact_maps_base.state(&c, 77 + i)));
+           same(kr_exact_map_state(&d, 77 + i), kr_exact_maps_base.state(&c, 77 + i)));
         kr_exact_evaluate_base(&a, N, t, base);
         for (int j = 0; kr_exact_isa_at(j); j++) {
             const kr_exact_isa *isa = kr_exact_isa_at(j);
@@ -331,6 +332,8 @@ static kr_state memory[MANY + 1];
 static void as_one_by_one(const kr_scene *scene, kr_state *out)
 {
     const kr_exact closed = closed_form(scene);
+    kr_exact_form form;
+    memcpy(&form, &closed, sizeof form);
     kr_exact_states(&closed, MANY, many_times, out);
     for (int k = 0; k < MANY; k++)
         IS(k == 77 ? isnan(out[k].q.w) : same(out[k], kr_exact_state(&closed, many_times[k])));
@@ -338,7 +341,7 @@ static void as_one_by_one(const kr_scene *scene, kr_state *out)
         const kr_state last = out[MANY - 1];
         if (!kr_exact_isa_at(j)->runs_here()) continue;
         memset(out, 0, MANY * sizeof *out);
-        kr_exact_isa_at(j)->evaluate(&closed, MANY, many_times, out);
+        kr_exact_isa_at(j)->evaluate(&form, MANY, many_times, out);
         IS(same(out[MANY - 1], last) && same(out[0], kr_exact_state(&closed, many_times[0])));
     }
 }

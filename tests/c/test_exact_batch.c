@@ -144,15 +144,15 @@ static kr_scene any_scene(int number)
 
 /* The results of each top alone, and of all tops together. */
 static kr_scene scenes[TOPS];
-static kr_exact alone[TOPS], together[TOPS];
+static kr_exact_form alone[TOPS], together[TOPS];
 static kr_status status_alone[TOPS], status[TOPS];
 static kr_state states_alone[TOPS * 3], states[TOPS * 3];
 static double times[TOPS * 3];
 
 static int curve_of(const kr_scene *s)
 {
-    kr_exact exact;
-    return kr_exact_plan(s, &exact) == KR_OK ? exact.curve : -1;
+    kr_exact_form form;
+    return kr_exact_plan_own_units(s, &form) == KR_OK ? (int)form.curve : -1;
 }
 /* Fills n scenes with tops at the boundary between the theta series and its dual. Rounding errors
  * decide which is used, so lanes of one group need both. */
@@ -292,8 +292,8 @@ static void test_presence_of_all_kinds(void)
     for (int i = 0; i < TOPS; i++) {
         count[status_alone[i]]++;
         if (status_alone[i] != KR_OK) continue;
-        curves[alone[i].curve]++;
-        frames[alone[i].framed != 0]++;
+        curves[(int)alone[i].curve]++;
+        frames[alone[i].framed != 0.0]++;
     }
     IS(count[KR_OK] > TOPS / 2 && count[KR_ERR_ARGUMENT] > 50 && count[KR_ERR_METHOD] > 50);
     IS(count[KR_ERR_BODY] > 20 && count[KR_ERR_ATTITUDE] > 20);

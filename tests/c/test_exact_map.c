@@ -171,10 +171,10 @@ static void test_map_rates(void)
             for (int k = 0; k < 30000; k++)
                 turned += fold(azimuth(&s, kr_exact_map_state(&closed, k + 1)) -
                                azimuth(&s, kr_exact_map_state(&closed, k)));
-            NEAR(turned / (30000 * h), closed.curve.precession, 8.0 / (30000 * h));
-            off[j] = fabs(1.0 / closed.curve.period - 1.0 / plan.period);
-            NEAR(closed.curve.precession, plan.precession, 0.1 * h * (1.0 + fabs(plan.precession)));
-            NEAR(closed.curve.spin, plan.spin, 0.1 * h * (1.0 + fabs(plan.spin)));
+            NEAR(turned / (30000 * h), closed.precession, 8.0 / (30000 * h));
+            off[j] = fabs(1.0 / closed.period - 1.0 / plan.period);
+            NEAR(closed.precession, plan.precession, 0.1 * h * (1.0 + fabs(plan.precession)));
+            NEAR(closed.spin, plan.spin, 0.1 * h * (1.0 + fabs(plan.spin)));
         }
         /* first order, or second order from starts like that of the thesis */
         NEAR(off[0] / off[1], 2.0, 2.2);

@@ -77,7 +77,7 @@ static void test_repeated_bits(void)
            one.critical_spin == 0x1p-10 * other.critical_spin);
         IS(one.motion_type == other.motion_type);
         for (int k = 0; kr_exact_isa_at(k); k++) {
-            kr_turning here = {0};
+            kr_turning_form here = {0};
             if (!kr_exact_isa_at(k)->runs_here()) continue;
             IS(kr_exact_isa_at(k)->scalar->turning(&s, &here) == KR_OK);
             IS(strcmp(here.motion_type, one.motion_type) == 0);

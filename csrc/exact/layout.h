@@ -1,0 +1,91 @@
+/* The members of kr_exact, kr_exact_map and kr_turning. kreisel.h declares the first members and
+ * reserves memory for the others, so that programs do not depend on the layout. Only dispatch.c
+ * uses the types of kreisel.h; all other files of the library use the types of this header. */
+#ifndef KR_EXACT_LAYOUT_H
+#define KR_EXACT_LAYOUT_H
+#include <stddef.h>
+#include "kreisel.h"
+
+/* A theta function as polynomials in sin^2 of its argument, for the real and imaginary parts. */
+enum { KR_THETA_TERMS = 5 };
+typedef struct kr_theta {
+    double even[KR_THETA_TERMS], odd[KR_THETA_TERMS];
+} kr_theta;
+/* A phase that grows at a constant rate: the rate [turns per unit of time] and the value at the
+ * start [turns], each in two words. */
+typedef struct kr_phase {
+    double fast, slow, start, more;
+} kr_phase;
+
+/* The closed form of lane_types.h. All members consist of doubles, like those of kr_exact.
+ * Therefore a kr_exact may be read through a pointer to this type, under C's rules of aliasing. */
+typedef struct kr_exact_form {
+    double period, precession, spin; /* as in kr_exact */
+    double begin;                    /* [T] */
+    double curve;                    /* the kind of the series (lane_types.h) */
+    kr_phase nutation, first, second;
+    double stretch, stretch_rest, slope[2]; /* of series in the dual nome: pi K/K', phase slopes */
+    kr_theta alpha, beta, horizontal;
+    double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */
+    kr_vec3 constant;      /* the constant part of the momentum */
+    double framed;         /* 1 if `frame` is set */
+    kr_quat frame[4];      /* see frame.h */
+} kr_exact_form;
+typedef struct kr_exact_map_form {
+    double period, precession, spin, step; /* as in kr_exact_map */
+    kr_exact_form curve;                   /* phases grow by their rates in one step */
+    kr_theta pole;                         /* the theta function that scales the momentum */
+} kr_exact_map_form;
+typedef struct kr_turning_form {
+    double least, greatest, t_least, t_greatest, critical_spin; /* as in kr_turning */
+    const char *motion_type;
+    /* <m, e3> + <m, apex>, <m, e3> - <m, apex>, I1, the energy of the rotation about the apex, and
+     * mass * gravity * com along the apex. */
+    double sum, difference, inertia, axial_energy, lever;
+} kr_turning_form;
+
+/* Declares an array type of negative size, which does not compile, if a condition is false. */
+#define KR_CHECK_LAYOUT(name, condition) typedef char name[(condition) ? 1 : -1]
+KR_CHECK_LAYOUT(kr_exact_is_laid_out,
+                sizeof(kr_exact) == sizeof(kr_exact_form) &&
+                    offsetof(kr_exact, period) == offsetof(kr_exact_form, period) &&
+                    offsetof(kr_exact, precession) == offsetof(kr_exact_form, precession) &&
+                    offsetof(kr_exact, spin) == offsetof(kr_exact_form, spin) &&
+                    offsetof(kr_exact, private_) == offsetof(kr_exact_form, begin));
+KR_CHECK_LAYOUT(kr_exact_map_is_laid_out,
+                sizeof(kr_exact_map) == sizeof(kr_exact_map_form) &&
+                    offsetof(kr_exact_map, period) == offsetof(kr_exact_map_form, period) &&
+                    offsetof(kr_exact_map, precession) == offsetof(kr_exact_map_form, precession) &&
+                    offsetof(kr_exact_map, spin) == offsetof(kr_exact_map_form, spin) &&
+                    offsetof(kr_exact_map, step) == offsetof(kr_exact_map_form, step) &&
+                    offsetof(kr_exact_map, private_) == offsetof(kr_exact_map_form, curve));
+KR_CHECK_LAYOUT(kr_turning_is_laid_out,
+                sizeof(kr_turning) == sizeof(kr_turning_form) &&
+                    offsetof(kr_turning, least) == offsetof(kr_turning_form, least) &&
+                    offsetof(kr_turning, greatest) == offsetof(kr_turning_form, greatest) &&
+                    offsetof(kr_turning, t_least) == offsetof(kr_turning_form, t_least) &&
+                    offsetof(kr_turning, t_greatest) == offsetof(kr_turning_form, t_greatest) &&
+                    offsetof(kr_turning, critical_spin) ==
+                        offsetof(kr_turning_form, critical_spin) &&
+                    offsetof(kr_turning, motion_type) == offsetof(kr_turning_form, motion_type) &&
+                    offsetof(kr_turning, private_) == offsetof(kr_turning_form, sum));
+/* If two types had different alignments, one of these structures would have more padding. */
+struct kr_aligned_public {
+    char a;
+    kr_exact exact;
+    char b;
+    kr_exact_map map;
+    char c;
+    kr_turning turning;
+};
+struct kr_aligned_private {
+    char a;
+    kr_exact_form exact;
+    char b;
+    kr_exact_map_form map;
+    char c;
+    kr_turning_form turning;
+};
+KR_CHECK_LAYOUT(kr_layouts_are_aligned,
+                sizeof(struct kr_aligned_public) == sizeof(struct kr_aligned_private));
+#endif
