@@ -9,6 +9,7 @@
 #define KR_EXACT_ACROSS_H
 #include "model/scene.h"
 #include "single.h"
+#include "torus.h"
 
 /* A body's odd axis, and the direction and distance of its centre of mass. */
 typedef struct across_body {
@@ -98,16 +99,38 @@ static kr_status read_across(const kr_scene *scene, double side, double factor, 
     way->attitude = q_unit(q_mul(q, way->axes));
     return KR_OK;
 }
-/* Converts the phases of a plan to the user's unit of time. If `own` is nonzero, converts them to
- * the unit of time of `units` instead. */
-static void scale_phases(kr_phase turn[], int count, const across_way *way, int own)
+/* Begins a plan in the axes and units of the closed form, at time 0. */
+static void begin_torus(kr_torus *torus)
+{
+    memset(torus, 0, sizeof *torus);
+    torus->momentum = 1.0;
+    torus->frame = q_one();
+}
+/* Converts a plan to the user's units and the frame of description. If `own` is nonzero, converts
+ * it to own units and working axes instead, with time 0 at the beginning. */
+static void torus_to_user(kr_torus *torus, const across_way *way, double start, int own)
 {
     const double unit = own ? 1.0 : way->units.time;
-    for (int i = 0; i < count; i++) {
-        const dd turns = dd_div(dd_make(turn[i].fast, turn[i].slow), way->time);
-        turn[i].fast = turns.hi / unit;
-        turn[i].slow = turns.lo / unit;
+    for (int i = 0; i < 3; i++) {
+        kr_phase *phase = &torus->turn[i];
+        const dd turns = dd_div(dd_make(phase->fast, phase->slow), way->time);
+        phase->fast = turns.hi / unit;
+        phase->slow = turns.lo / unit;
     }
+    torus->begin = own ? 0.0 : start;
+    torus->momentum = own ? way->own_momentum : way->momentum;
+    torus->frame = q_conj(own ? way->turn : way->axes);
+}
+/* Returns KR_ERR_METHOD if a scene is not an undamped top of this kind under gravity. Returns
+ * another status if the scene is invalid. */
+static kr_status check_torus_scene(const kr_scene *scene, kr_kind kind)
+{
+    const kr_status status = kr_scene_check(scene);
+    if (status != KR_OK) return status;
+    return scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != kind ||
+                   v_largest(scene->damping) > 0.0
+               ? KR_ERR_METHOD
+               : KR_OK;
 }
 /* Returns the largest relative error with which a body fits the closed form. The equal moments
  * should be `ratio` times the odd moment, and the centre of mass should lie in the plane

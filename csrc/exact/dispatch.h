@@ -20,7 +20,8 @@ typedef struct kr_exact_maps {
     kr_state (*state)(const kr_exact_map_form *map, int64_t k);
 } kr_exact_maps;
 /* Evaluates many states (batch_eval.c). */
-typedef void kr_exact_evaluate(const kr_exact_form *exact, size_t n, const double t[], kr_state out[]);
+typedef void kr_exact_evaluate(const kr_exact_form *exact, size_t n, const double t[],
+                               kr_state out[]);
 /* A request for n tops. If `plans` is not NULL, it receives their closed forms. `states` receives
  * the states of each top at `times` times; the states of top i begin at states[i * times]. All tops
  * have the times t[0], t[1], ..., unless `own_times` is nonzero. Then the times of top i begin at
@@ -75,10 +76,6 @@ kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *exact);
  * checked scene. From an unstable upright start, the time of the fall depends on the logarithm of
  * the tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
 int kr_exact_resolves(const kr_scene *scene);
-/* Returns the kind of a checked scene's top if it is a Kowalewski or a Goryachev-Chaplygin top
- * under gravity. The closed forms of these tops are plans in separate memory. Returns
- * KR_KIND_GENERAL for all other tops. */
-kr_kind kr_exact_torus(const kr_scene *scene);
 /* Returns the largest number of doubles that the method `exact` needs after its kr_exact_form, for a
  * Kowalewski or a Goryachev-Chaplygin top. */
 size_t kr_exact_extra_doubles(void);

@@ -6,14 +6,19 @@
  * free body; Kowalevski (1889) and Koetter (1893) for the Kowalewski top; Chaplygin (1901) for the
  * Goryachev-Chaplygin top, except for its heading. */
 #include "dispatch.h"
-#include "goryachev_chaplygin.h"
-#include "kowalewski.h"
 #include "method.h"
 #include "model/scene.h"
+#include "torus.h"
 
-/* Further values of `curve` in a kr_exact_form, after the kinds of its series. They mean that the closed
- * form is a plan stored behind the kr_exact_form. */
-enum { KOWALEWSKI = 16, CHAPLYGIN };
+/* The closed forms of tops whose motion is on a torus. They are as large as all other closed forms
+ * together. If KR_NO_TORUS is defined, the method does not apply to these tops. */
+static const kr_torus_form *const torus_forms[] = {
+#ifndef KR_NO_TORUS
+    &kr_kowalewski_form,
+    &kr_chaplygin_form,
+#endif
+    NULL, /* the end */
+};
 
 int kr_exact_resolves(const kr_scene *scene)
 {
@@ -27,97 +32,84 @@ int kr_exact_resolves(const kr_scene *scene)
     return fmax(lean, push * (units.time / units.moment)) >= 1e-70;
 }
 
-/* The work of the method begins with a kr_exact_form. For a Kowalewski or Goryachev-Chaplygin top, only
- * the members `curve` and `period` of the kr_exact_form are used. The plan follows it, and then the
- * memory in which a new plan is set up. */
-static const kr_exact_form *exact_of(const kr_motion *motion)
+/* Returns the form for bodies of this kind, or NULL. */
+static const kr_torus_form *find_torus_form(kr_kind kind)
 {
-    return (const kr_exact_form *)motion->work;
+    const kr_torus_form *const *form = torus_forms;
+    while (*form && (*form)->kind != kind) form++;
+    return *form;
 }
-static void *plan_of(const kr_motion *motion) { return (kr_exact_form *)motion->work + 1; }
-kr_kind kr_exact_torus(const kr_scene *scene)
+static kr_kind kind_under_gravity(const kr_scene *scene)
 {
-    const kr_kind kind =
-        scene->gravity == 0.0 ? KR_KIND_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);
-    return kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN ? kind
-                                                                             : KR_KIND_GENERAL;
+    return scene->gravity == 0.0 ? KR_KIND_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);
 }
-/* Returns the number of doubles in the plan and the set-up memory of a kind of top. */
-static size_t torus_doubles(kr_kind kind)
+/* Returns the number of doubles that a top needs after its kr_exact_form: a plan, and the memory in
+ * which a new plan is set up. */
+static size_t torus_doubles(const kr_torus_form *form)
 {
-    return (kind == KR_KIND_KOWALEWSKI
-                ? sizeof(kr_theta_sums) + kr_kowalewski_size()
-                : sizeof(kr_chaplygin_plan) + kr_goryachev_chaplygin_size()) /
-           sizeof(double);
+    return (form->plan_size + kr_torus_widest_isa(form)->scalar->memory_size) / sizeof(double);
 }
-/* Returns the number of doubles that a scene needs after the kr_exact_form. */
 static size_t extra_doubles_of(const kr_scene *scene)
 {
-    const kr_kind kind = kr_exact_torus(scene);
-    return kind == KR_KIND_GENERAL ? 0 : torus_doubles(kind);
+    const kr_torus_form *form = find_torus_form(kind_under_gravity(scene));
+    return form ? torus_doubles(form) : 0;
 }
 size_t kr_exact_extra_doubles(void)
 {
-    const size_t one = torus_doubles(KR_KIND_KOWALEWSKI),
-                 other = torus_doubles(KR_KIND_GORYACHEV_CHAPLYGIN);
-    return one > other ? one : other;
+    size_t most = 0;
+    for (const kr_torus_form *const *form = torus_forms; *form; form++)
+        if (torus_doubles(*form) > most) most = torus_doubles(*form);
+    return most;
 }
 
-/* Writes a kr_exact_form for a Kowalewski or Goryachev-Chaplygin top. `half_turns` is half of the first
- * angle's rate, in turns per unit of time. */
-static void set_torus(kr_motion *motion, int curve, double half_turns)
+/* The work of the method begins with a kr_exact_form. If `aux` points to a kr_torus_form, the state
+ * comes from a plan behind the kr_exact_form, and the kr_exact_form has the period only. */
+static const kr_exact_form *form_of_motion(const kr_motion *motion)
 {
-    kr_exact_form form = {0};
-    form.curve = curve;
-    form.period = 0.5 / half_turns;
-    memcpy(motion->work, &form, sizeof form);
+    return (const kr_exact_form *)motion->work;
 }
-/* Both functions set up a new plan in separate memory. If the scene is refused, the old plan stays
- * in use. */
-static kr_status reset_kowalewski(kr_motion *motion)
+static char *plan_of_motion(const kr_motion *motion)
 {
-    kr_theta_sums *sums = plan_of(motion), *made = sums + 1;
-    const kr_status status = kr_kowalewski_own(motion->scene, made);
-    if (status != KR_OK) return status;
-    memcpy(sums, made, sizeof *sums);
-    set_torus(motion, KOWALEWSKI, sums->turn[0].fast);
-    return KR_OK;
+    return (char *)((kr_exact_form *)motion->work + 1);
 }
-static kr_status reset_chaplygin(kr_motion *motion)
+/* Sets up a new plan in separate memory. If the scene is refused, the old plan stays in use. */
+static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
 {
-    kr_chaplygin_plan *plan = plan_of(motion), *made = plan + 1;
-    const kr_status status = kr_chaplygin_own(motion->scene, made);
+    char *plan = plan_of_motion(motion), *made = plan + form->plan_size;
+    const kr_status status = kr_torus_widest_isa(form)->scalar->plan(motion->scene, 1, 0.0, made);
     if (status != KR_OK) return status;
-    memcpy(plan, made, sizeof *plan);
-    set_torus(motion, CHAPLYGIN, plan->turn[0].fast);
+    memcpy(plan, made, form->plan_size);
+    kr_torus torus;
+    memcpy(&torus, plan + form->torus_offset, sizeof torus);
+    const kr_exact_form period = {.period = 0.5 / torus.turn[0].fast};
+    memcpy(motion->work, &period, sizeof period);
     return KR_OK;
 }
 static kr_status exact_reset(kr_motion *motion, const kr_state *start)
 {
     (void)start; /* `start` was rounded by the conversion to working axes; the scene was not. */
-    const kr_kind kind = kr_exact_torus(motion->scene);
-    if (kind == KR_KIND_KOWALEWSKI) return reset_kowalewski(motion);
-    if (kind == KR_KIND_GORYACHEV_CHAPLYGIN) return reset_chaplygin(motion);
-    return kr_exact_plan_own_units(motion->scene, (kr_exact_form *)motion->work);
+    const kr_torus_form *form = find_torus_form(kind_under_gravity(motion->scene));
+    const kr_status status =
+        form ? reset_torus(motion, form)
+             : kr_exact_plan_own_units(motion->scene, (kr_exact_form *)motion->work);
+    if (status == KR_OK) motion->aux = (void *)form;
+    return status;
 }
-/* Returns 1 for bodies of the integrable kinds. The size of a plan is 0 in builds without it. */
 static int exact_applies(const kr_body *body, kr_kind kind)
 {
     (void)body;
-    return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER ||
-           (kind == KR_KIND_KOWALEWSKI && kr_kowalewski_size() > 0) ||
-           (kind == KR_KIND_GORYACHEV_CHAPLYGIN && kr_goryachev_chaplygin_size() > 0);
+    return kind == KR_KIND_LAGRANGE || kind == KR_KIND_EULER || find_torus_form(kind);
 }
 static int exact_suits(const kr_scene *scene)
 {
-    const kr_kind kind = kr_body_kind(&scene->body, KR_KIND_RTOL), torus = kr_exact_torus(scene);
-    if (scene->gravity != 0.0 && !exact_applies(&scene->body, kind)) return 0;
-    if (torus == KR_KIND_GENERAL) return kr_exact_resolves(scene);
-    return torus == KR_KIND_KOWALEWSKI || kr_chaplygin_is_level(scene);
+    const kr_kind kind = kind_under_gravity(scene);
+    const kr_torus_form *form = find_torus_form(kind);
+    if (form) return !form->suits || form->suits(scene);
+    return exact_applies(&scene->body, kind) && kr_exact_resolves(scene);
 }
 static kr_status exact_step(kr_motion *motion, double until)
 {
-    const double period = exact_of(motion)->period;
+    const double period = form_of_motion(motion)->period;
     const double own = isfinite(period) ? period : 1.0;
     motion->clock =
         isfinite(until) ? until : motion->clock + (motion->step != 0.0 ? motion->step : own);
@@ -126,13 +118,9 @@ static kr_status exact_step(kr_motion *motion, double until)
 }
 static void exact_at(kr_motion *motion, double clock, kr_state *s)
 {
-    const int curve = exact_of(motion)->curve;
-    if (curve == KOWALEWSKI)
-        *s = kr_kowalewski_state(plan_of(motion), clock);
-    else if (curve == CHAPLYGIN)
-        *s = kr_goryachev_chaplygin_state(plan_of(motion), clock);
-    else
-        *s = kr_exact_form_state(exact_of(motion), clock);
+    const kr_torus_form *form = motion->aux;
+    *s = form ? kr_torus_widest_isa(form)->scalar->state(plan_of_motion(motion), clock)
+              : kr_exact_form_state(form_of_motion(motion), clock);
 }
 static void exact_read(const kr_motion *motion, kr_state *s)
 {

@@ -90,7 +90,7 @@ static void set_angle_rates(kr_chaplygin_plan *plan, const chaplygin_arc arc[2],
         rate[j] = dd_div(dd_of(1.0), arc[j].p);
         e->rate = rate[j].hi;
         e->half_turns = 0.5 * dd_mul(rate[j], one_turn()).hi;
-        plan->turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
+        plan->torus.turn[j] = phase_of(dd_half(dd_div(arc[1 - j].p, det)));
         for (int k = 1; k < e->times; k++) bound += fabs(e->time[k]);
     }
     plan->most_slip = 1.01 * bound / plan->mean;
@@ -102,7 +102,8 @@ static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double ti
 {
     plan->slip = -(time[0] + time[1]) / plan->mean;
     for (int j = 0; j < 2; j++)
-        phase_start(&plan->turn[j], dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
+        phase_start(&plan->torus.turn[j],
+                    dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
 }
 static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
 {
@@ -136,7 +137,8 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
 /* Sets the heading at the start from the attitude `q` there, before the plan has a frame. */
 static void set_heading(kr_chaplygin_plan *plan, kr_quat q)
 {
-    const dd mean[2] = {half_angle(plan, 0, dd_of(0.0)), half_angle(plan, 1, dd_of(0.0))};
+    const dd mean[2] = {torus_phase_at(&plan->torus, 0, dd_of(0.0)),
+                        torus_phase_at(&plan->torus, 1, dd_of(0.0))};
     angle_lanes a[2];
     (void)find_slip(plan, mean, a);
     plan->heading_value = sum_heading(plan, a);
@@ -218,21 +220,17 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Converts the plan to the user's units and the frame of description. If `own` is nonzero, converts
- * it to own units and working axes instead, with time 0 at the beginning. */
+/* Converts the plan to the user's units, or to own units if `own` is nonzero (across.h). */
 static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_state *start,
                        int own)
 {
     const kr_units *u = &way->units;
     kr_goryachev_chaplygin *head = &plan->head;
-    scale_phases(plan->turn, 2, way, own);
+    torus_to_user(&plan->torus, way, start->t, own);
     plan->tau_rate = plan->tau_rate / way->time.hi / (own ? 1.0 : u->time);
-    head->first = two_pi * plan->turn[0].fast;
-    head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->turn[1].fast;
-    plan->begin = own ? 0.0 : start->t;
-    plan->momentum = own ? way->own_momentum : way->momentum;
+    head->first = two_pi * plan->torus.turn[0].fast;
+    head->second = (plan->angle[1].is_whole[0] ? 2.0 : 1.0) * two_pi * plan->torus.turn[1].fast;
     plan->vertical = own ? start->m.z / u->moment * u->time : start->m.z;
-    plan->frame = q_conj(own ? way->turn : way->axes);
 }
 /* Converts a checked scene to the axes and units of the closed form. The vertical component of the
  * momentum is treated as zero. */
@@ -256,19 +254,16 @@ static kr_status read_chaplygin(const kr_scene *scene, chaplygin_memory *m, chap
     }
     return KR_OK;
 }
-static kr_status plan_scene(const kr_scene *scene, int own, double bound, chaplygin_memory *memory)
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space)
 {
+    chaplygin_memory *memory = space;
     kr_chaplygin_plan *plan = &memory->plan;
     kr_goryachev_chaplygin *head = &plan->head;
     chaplygin_top top;
     across_way way;
     memset(head, 0, sizeof *head);
-    kr_status status = kr_scene_check(scene);
+    kr_status status = check_torus_scene(scene, KR_KIND_GORYACHEV_CHAPLYGIN);
     if (status != KR_OK) return status;
-    if (scene->gravity == 0.0 ||
-        kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_GORYACHEV_CHAPLYGIN ||
-        v_largest(scene->damping) > 0.0)
-        return KR_ERR_METHOD;
     const kr_vec3 m = scene->start.m;
     head->refusal = KR_CHAPLYGIN_VERTICAL;
     if (!kr_chaplygin_is_level(scene)) return KR_ERR_METHOD;
@@ -276,9 +271,8 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, chaply
     if (m.z != 0.0) head->mismatch = fmax(head->mismatch, fabs(m.z) / v_largest(m));
     status = read_chaplygin(scene, memory, &top, &way);
     if (status != KR_OK) return status;
-    plan->momentum = 1.0;
-    plan->begin = plan->vertical = 0.0;
-    plan->frame = q_one();
+    begin_torus(&plan->torus);
+    plan->vertical = 0.0;
     head->refusal = (int)make_plan(&top, memory);
     if (head->refusal != KR_CHAPLYGIN_PLANNED) return KR_ERR_METHOD;
     set_heading(plan, way.attitude);
@@ -288,18 +282,11 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, chaply
         head->refusal = KR_CHAPLYGIN_CERTIFICATE;
     return head->refusal == KR_CHAPLYGIN_PLANNED ? KR_OK : KR_ERR_METHOD;
 }
-static kr_status plan_one(const kr_scene *scene, int own, double bound, void *memory)
+static kr_state chaplygin_state(const void *memory, double t)
 {
-    return plan_scene(scene, own, bound, memory);
-}
-static size_t size_of_memory(void) { return sizeof(chaplygin_memory); }
-/* Returns the state at time t. If t is too late for its phases to be known, returns the state of
- * the start, whose integrals are correct. Returns NaN if t is not finite. */
-static kr_state chaplygin_state(const kr_chaplygin_plan *plan, double t)
-{
-    const dd span = two_sum(t, -plan->begin);
+    const kr_chaplygin_plan *plan = memory;
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    if (chaplygin_is_within(plan, span.hi)) return chaplygin_kernel(plan, t, span);
-    return isfinite(t) ? chaplygin_kernel(plan, t, dd_of(0.0)) : none;
+    return isfinite(t) ? chaplygin_kernel(plan, t, torus_span(&plan->torus, t)) : none;
 }
-const kr_chaplygin_one KR_NAME(kr_chaplygin_one) = {size_of_memory, plan_one, chaplygin_state};
+const kr_torus_scalar KR_NAME(kr_chaplygin_scalar) = {sizeof(chaplygin_memory), plan_scene,
+                                                      chaplygin_state};

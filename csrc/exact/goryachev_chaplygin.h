@@ -1,6 +1,6 @@
-/* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0, as a plan in memory of a fixed
- * size. In the time tau with d tau = dt/|m|, two angles alpha1 and alpha2 grow at constant rates.
- * The attitude (axes of the closed form -> space) is the product
+/* The plan of a Goryachev-Chaplygin top with <m, e3> = 0 (torus.h). In the time tau with d tau =
+ * dt/|m|, two angles alpha1 and alpha2 grow at constant rates. The attitude (axes of the closed
+ * form -> space) is the product
  *     exp(k psi/2) (i + k)/sqrt2 (c1 + c2 i - s2 j + s1 k)/sqrt(|m|).
  * Here c1 and s1 are cosine or sine series in alpha1, and c2 and s2 in alpha2. Moreover |m| = c1^2
  * + s1^2 + c2^2 + s2^2 and m = |m| (cos psi, sin psi, 0). The heading psi is a series in both
@@ -8,8 +8,7 @@
  * by solving an equation with one unknown. */
 #ifndef KR_EXACT_GORYACHEV_CHAPLYGIN_H
 #define KR_EXACT_GORYACHEV_CHAPLYGIN_H
-#include "layout.h"
-#include "math/isa.h"
+#include "torus.h"
 
 enum {
     ANGLE_TERMS = 1024,     /* largest number of terms of a series in one angle */
@@ -46,11 +45,8 @@ typedef struct kr_slow_term {
 
 typedef struct kr_chaplygin_plan {
     kr_goryachev_chaplygin head;
-    double begin;    /* [T] */
-    double momentum; /* unit of momentum [M L^2 T^-1] */
+    kr_torus torus;
     double vertical; /* <m, e3> of the scene, a rounding error [M L^2 T^-1] */
-    kr_quat frame;   /* frame of description -> axes of the closed form */
-    kr_phase turn[2];
     kr_angle_series angle[2];
     double tau_rate; /* mean of d tau/dt */
     double mean;     /* mean of |m| over tau */
@@ -65,32 +61,4 @@ typedef struct kr_chaplygin_plan {
     kr_slow_term slow[SLOW_TERMS];
     double term[HEADING_TERMS];
 } kr_chaplygin_plan;
-
-/* Functions of goryachev_chaplygin.c, which set up one plan and evaluate one state. `memory` has
- * room for kr_goryachev_chaplygin_size() bytes. If `own` is nonzero, the plan is in working axes
- * and own units and begins at time 0. */
-typedef struct kr_chaplygin_one {
-    size_t (*size)(void);
-    kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
-    kr_state (*state)(const kr_chaplygin_plan *plan, double t);
-} kr_chaplygin_one;
-extern const kr_chaplygin_one kr_chaplygin_one_base, kr_chaplygin_one_avx2;
-/* Functions of kernel_goryachev_chaplygin.c, which evaluate many states. */
-typedef void kr_chaplygin_many(const kr_chaplygin_plan *plan, size_t n, const double t[],
-                               kr_state out[]);
-kr_chaplygin_many kr_chaplygin_many_base, kr_chaplygin_many_avx2, kr_chaplygin_many_avx512;
-typedef struct kr_chaplygin_isa {
-    const char *name;
-    int (*runs_here)(void);
-    const kr_chaplygin_one *one;
-    kr_chaplygin_many *many;
-} kr_chaplygin_isa;
-/* Sets up a plan in working axes and own units from time 0, for the method `exact`. The memory then
- * begins with a kr_chaplygin_plan, which can be copied. */
-kr_status kr_chaplygin_own(const kr_scene *scene, void *memory);
-/* Returns 1 if <m, e3> of a checked scene is zero within the rounding errors of m. */
-int kr_chaplygin_is_level(const kr_scene *scene);
-/* Returns the i-th instruction set that was compiled in, the widest first, or NULL after the
- * last. */
-const kr_chaplygin_isa *kr_chaplygin_isa_at(int i);
 #endif

@@ -4,9 +4,8 @@
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H
 #define KR_GORYACHEV_CHAPLYGIN_STATE_H
-#include "frame.h"
 #include "goryachev_chaplygin.h"
-#include "kernel.h"
+#include "torus_state.h"
 
 /* Half of an angle [turns], with the sines and cosines that depend on it. */
 typedef struct angle_lanes {
@@ -14,13 +13,6 @@ typedef struct angle_lanes {
     wide s, c, sine, cosine; /* sine and cosine of the half angle, and of the angle */
 } angle_lanes;
 
-INLINE dd half_angle(const kr_chaplygin_plan *plan, int j, dd span)
-{
-    const kr_phase *p = &plan->turn[j];
-    const phase_lanes phase = {wide_splat(p->fast), wide_splat(p->slow), wide_splat(p->start),
-                               wide_splat(p->more)};
-    return phase_at(&phase, span);
-}
 INLINE angle_lanes angle_of(dd half)
 {
     angle_lanes a;
@@ -158,7 +150,8 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
  * a state of the frame of description. */
 INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
 {
-    const dd mean[2] = {half_angle(plan, 0, span), half_angle(plan, 1, span)};
+    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
+                        torus_phase_at(&plan->torus, 1, span)};
     const dd turn = one_turn();
     angle_lanes a[2];
     const wide slip = find_slip(plan, mean, a),
@@ -179,26 +172,13 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
      * below. */
     const wide uw = -n * (c2 + s1), ux = n * (c1 + s2), uy = n * (c2 - s1), uz = n * (c1 - s2);
     const quat_lanes q = {c * uw - s * uz, c * ux - s * uy, c * uy + s * ux, c * uz + s * uw};
-    const wide unit = plan->momentum * size;
-    const kr_quat f = plan->frame;
+    const wide unit = plan->torus.momentum * size;
     state_lanes r;
     r.t = time;
     r.m.x = unit * (c * c - s * s);
     r.m.y = unit * (2.0 * c * s);
     r.m.z = wide_splat(plan->vertical);
-    r.q.w = (q.w * f.w - q.x * f.x) - (q.y * f.y + q.z * f.z);
-    r.q.x = (q.w * f.x + q.x * f.w) + (q.y * f.z - q.z * f.y);
-    r.q.y = (q.w * f.y - q.x * f.z) + (q.y * f.w + q.z * f.x);
-    r.q.z = (q.w * f.z + q.x * f.y) + (q.z * f.w - q.y * f.x);
+    r.q = torus_attitude(&plan->torus, q);
     return r;
-}
-/* Returns 1 if the kernel can be used at the time `span` after the beginning. */
-INLINE mask chaplygin_is_within(const kr_chaplygin_plan *plan, wide span)
-{
-    const wide most = wide_splat(0x1p50);
-    mask within = wide_less(wide_abs(span), wide_splat(longest));
-    for (int i = 0; i < 2; i++)
-        within = mask_and(within, wide_less(wide_abs(span * plan->turn[i].fast), most));
-    return within;
 }
 #endif

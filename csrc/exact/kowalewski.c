@@ -29,19 +29,15 @@ static void set_phase(kr_theta_sums *plan, kr_quat q)
     const kr_quat at = kowalewski_kernel(plan, 0.0, dd_of(0.0)).q;
     const cx alpha = cx_mul(cx_of(q.w, q.z), cx_of(at.w, -at.z)),
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
-    phase_start(&plan->turn[2], turns_of(both.im, both.re));
+    phase_start(&plan->torus.turn[2], turns_of(both.im, both.re));
 }
-/* Converts the plan to the user's units and the frame of description. If `own` is nonzero, converts
- * it to own units and working axes instead, with time 0 at the beginning. */
+/* Converts the plan to the user's units, or to own units if `own` is nonzero (across.h). */
 static void bring_back(kr_theta_sums *plan, const across_way *way, double start, int own)
 {
-    scale_phases(plan->turn, 3, way, own);
-    plan->head.first = two_pi * plan->turn[0].fast;
-    plan->head.second = two_pi * plan->turn[1].fast;
-    plan->head.heading = two_pi * plan->turn[2].fast;
-    plan->begin = own ? 0.0 : start;
-    plan->momentum = own ? way->own_momentum : way->momentum;
-    plan->frame = q_conj(own ? way->turn : way->axes);
+    torus_to_user(&plan->torus, way, start, own);
+    plan->head.first = two_pi * plan->torus.turn[0].fast;
+    plan->head.second = two_pi * plan->torus.turn[1].fast;
+    plan->head.heading = two_pi * plan->torus.turn[2].fast;
 }
 /* Returns the largest error of a plan in own units. The attitude is compared at the start; e3 and
  * the momentum are compared at the start and a short time later, `moment`. */
@@ -62,23 +58,20 @@ static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top,
     }
     return miss;
 }
-static kr_status plan_scene(const kr_scene *scene, int own, double bound, kowalewski_memory *memory)
+static kr_status plan_scene(const kr_scene *scene, int own, double bound, void *space)
 {
+    kowalewski_memory *memory = space;
     kr_theta_sums *plan = &memory->plan;
     kr_kowalewski *head = &plan->head;
     kowalewski_top top;
     across_way way;
     memset(head, 0, sizeof *head);
-    kr_status status = kr_scene_check(scene);
+    kr_status status = check_torus_scene(scene, KR_KIND_KOWALEWSKI);
     if (status != KR_OK) return status;
-    if (scene->gravity == 0.0 || kr_body_kind(&scene->body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI ||
-        v_largest(scene->damping) > 0.0)
-        return KR_ERR_METHOD;
     head->mismatch = mismatch_of(&scene->body, 2.0);
     status = read_kowalewski(scene, &top, &way);
     if (status != KR_OK) return status;
-    plan->momentum = 1.0;
-    plan->frame = q_one();
+    begin_torus(&plan->torus);
     head->refusal = (int)make_plan(&top, &memory->work, plan);
     if (head->refusal != KR_KOWALEWSKI_PLANNED) return KR_ERR_METHOD;
     set_phase(plan, way.attitude);
@@ -89,18 +82,11 @@ static kr_status plan_scene(const kr_scene *scene, int own, double bound, kowale
         head->refusal = KR_KOWALEWSKI_CERTIFICATE;
     return head->refusal == KR_KOWALEWSKI_PLANNED ? KR_OK : KR_ERR_METHOD;
 }
-static kr_status plan_one(const kr_scene *scene, int own, double bound, void *memory)
+static kr_state kowalewski_state(const void *memory, double t)
 {
-    return plan_scene(scene, own, bound, memory);
-}
-static size_t size_of_memory(void) { return sizeof(kowalewski_memory); }
-/* Returns the state at time t. If t is too late for its phases to be known, returns the state of
- * the start, whose integrals are correct. Returns NaN if t is not finite. */
-static kr_state kowalewski_state(const kr_theta_sums *plan, double t)
-{
-    const dd span = two_sum(t, -plan->begin);
+    const kr_theta_sums *plan = memory;
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
-    if (kowalewski_is_within(plan, span.hi)) return kowalewski_kernel(plan, t, span);
-    return isfinite(t) ? kowalewski_kernel(plan, t, dd_of(0.0)) : none;
+    return isfinite(t) ? kowalewski_kernel(plan, t, torus_span(&plan->torus, t)) : none;
 }
-const kr_kowalewski_one KR_NAME(kr_kowalewski_one) = {size_of_memory, plan_one, kowalewski_state};
+const kr_torus_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kowalewski_memory), plan_scene,
+                                                       kowalewski_state};

@@ -263,8 +263,9 @@ static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_wor
     if (!fill_sums(plan, t)) return KR_KOWALEWSKI_TERMS;
     const dd rate[3] = {dd_half(w->rates.rate[0]), dd_half(w->rates.rate[1]), heading};
     for (int i = 0; i < 3; i++) {
-        plan->turn[i] = phase_of(rate[i]);
-        phase_start(&plan->turn[i], i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
+        plan->torus.turn[i] = phase_of(rate[i]);
+        phase_start(&plan->torus.turn[i],
+                    i < 2 ? dd_times(0.5 * w->start[i], one_turn()) : dd_of(0.0));
     }
     plan->head.certificate = certificate_of(w);
     return KR_KOWALEWSKI_PLANNED;

@@ -4,9 +4,8 @@
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_KOWALEWSKI_STATE_H
 #define KR_KOWALEWSKI_STATE_H
-#include "frame.h"
-#include "kernel.h"
 #include "kowalewski.h"
+#include "torus_state.h"
 
 enum { HALF_WIDE = WIDE_MOST / 2 + 1 };
 
@@ -18,17 +17,6 @@ typedef struct wave_lanes {
     wide re2[2][WIDE_MOST + 1], im2[2][WIDE_MOST + 1];
 } wave_lanes;
 
-INLINE phase_lanes spread_phase(const kr_phase *p)
-{
-    const phase_lanes r = {wide_splat(p->fast), wide_splat(p->slow), wide_splat(p->start),
-                           wide_splat(p->more)};
-    return r;
-}
-INLINE void turn_at(const kr_theta_sums *plan, int i, dd span, wide *s, wide *c)
-{
-    const phase_lanes p = spread_phase(&plan->turn[i]);
-    sincos_turns(phase_at(&p, span), s, c);
-}
 /* Writes the powers of c + i s up to the exponent `most`. Each is the product of two powers with
  * nearly equal exponents. */
 INLINE void fill_powers(wide s, wide c, int most, wide re[], wide im[])
@@ -46,9 +34,9 @@ INLINE void fill_powers(wide s, wide c, int most, wide re[], wide im[])
 INLINE void fill_waves(const kr_theta_sums *plan, dd span, wave_lanes *w)
 {
     wide s, c, re[WIDE_MOST + 1], im[WIDE_MOST + 1];
-    turn_at(plan, 0, span, &s, &c);
+    sincos_turns(torus_phase_at(&plan->torus, 0, span), &s, &c);
     fill_powers(s, c, plan->wide[0], w->re1, w->im1);
-    turn_at(plan, 1, span, &s, &c);
+    sincos_turns(torus_phase_at(&plan->torus, 1, span), &s, &c);
     fill_powers(s, c, plan->wide[1], re, im);
     for (int k = 0; k <= plan->wide[1]; k++) {
         const int up = (WIDE_MOST + k) / 2, down = (WIDE_MOST - k) / 2;
@@ -97,7 +85,7 @@ INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd sp
         term = sum_rows(row, plan->rows[i], term, &w, &re[i], &im[i]);
         row += plan->rows[i];
     }
-    turn_at(plan, 2, span, &s, &c);
+    sincos_turns(torus_phase_at(&plan->torus, 2, span), &s, &c);
     const wide S2 = re[SUM_S] * re[SUM_S] + im[SUM_S] * im[SUM_S],
                T2 = re[SUM_T] * re[SUM_T] + im[SUM_T] * im[SUM_T],
                n = 1.0 / wide_sqrt(0.5 * (S2 + T2)), half = 0.5 * n;
@@ -105,8 +93,8 @@ INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd sp
     const wide ar = -half * (im[SUM_S] - im[SUM_T]), ai = half * (re[SUM_S] - re[SUM_T]),
                br = half * (re[SUM_S] + re[SUM_T]), bi = half * (im[SUM_S] + im[SUM_T]);
     const quat_lanes q = {ar * c - ai * s, br * c - bi * s, br * s + bi * c, ar * s + ai * c};
-    const wide unit = plan->momentum * n, m1 = 2.0 * unit * re[SUM_P], m2 = 2.0 * unit * re[SUM_Q],
-               m3 = unit * re[SUM_R];
+    const wide unit = plan->torus.momentum * n, m1 = 2.0 * unit * re[SUM_P],
+               m2 = 2.0 * unit * re[SUM_Q], m3 = unit * re[SUM_R];
     const wide xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, ww = q.w * q.w;
     state_lanes r;
     r.t = time;
@@ -116,20 +104,7 @@ INLINE state_lanes kowalewski_kernel(const kr_theta_sums *plan, wide time, dd sp
             2.0 * ((q.x * q.y + q.w * q.z) * m1 + (q.y * q.z - q.w * q.x) * m3);
     r.m.z = ((ww + zz) - (xx + yy)) * m3 +
             2.0 * ((q.x * q.z - q.w * q.y) * m1 + (q.y * q.z + q.w * q.x) * m2);
-    const kr_quat f = plan->frame;
-    r.q.w = (q.w * f.w - q.x * f.x) - (q.y * f.y + q.z * f.z);
-    r.q.x = (q.w * f.x + q.x * f.w) + (q.y * f.z - q.z * f.y);
-    r.q.y = (q.w * f.y - q.x * f.z) + (q.y * f.w + q.z * f.x);
-    r.q.z = (q.w * f.z + q.x * f.y) + (q.z * f.w - q.y * f.x);
+    r.q = torus_attitude(&plan->torus, q);
     return r;
-}
-/* Returns 1 if the kernel can be used at the time `span` after the beginning. */
-INLINE mask kowalewski_is_within(const kr_theta_sums *plan, wide span)
-{
-    const wide most = wide_splat(0x1p50);
-    mask within = wide_less(wide_abs(span), wide_splat(longest));
-    for (int i = 0; i < 3; i++)
-        within = mask_and(within, wide_less(wide_abs(span * plan->turn[i].fast), most));
-    return within;
 }
 #endif

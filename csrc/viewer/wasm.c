@@ -3,28 +3,8 @@
  * is global, because a page has exactly one. */
 #include <math.h>
 #include <stddef.h>
-#include "exact/goryachev_chaplygin.h"
-#include "exact/kowalewski.h"
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
-
-#ifdef __wasm__
-/* The closed forms of Kowalewski and of Goryachev-Chaplygin tops are omitted too, because they are
- * as large as all other closed forms together. A plan of size 0 makes kr_method_applies refuse
- * these tops. */
-static size_t no_size(void) { return 0; }
-const kr_kowalewski_one kr_kowalewski_one_base = {.size = no_size};
-void kr_kowalewski_many_base(const kr_theta_sums *plan, size_t n, const double t[], kr_state out[])
-{
-    (void)plan, (void)n, (void)t, (void)out;
-}
-const kr_chaplygin_one kr_chaplygin_one_base = {.size = no_size};
-void kr_chaplygin_many_base(const kr_chaplygin_plan *plan, size_t n, const double t[],
-                            kr_state out[])
-{
-    (void)plan, (void)n, (void)t, (void)out;
-}
-#endif
 
 /* Begins a function for the page. No header declares these functions, because no C code calls them.
  * The macro therefore adds the declaration that compilers require. */

@@ -47,12 +47,12 @@ REPLACED_MODULES = {
 # Kernels and closed forms that the page does not use.
 SKIPPED_SOURCES = re.compile(
     r"kernel_(dd|tangent|kowalewski|goryachev_chaplygin)|tangents\.c"
-    r"|(kowalewski|goryachev_chaplygin)\.c"
+    r"|(kowalewski|goryachev_chaplygin|torus)\.c"
 )
 
 TARGET = (
     "-target wasm32-wasi -mexec-model=reactor -msimd128 -flto -std=c99 -ffp-contract=off -s"
-    " -DKR_NO_DIGITS -DKR_NO_TANGENTS"
+    " -DKR_NO_DIGITS -DKR_NO_TANGENTS -DKR_NO_TORUS"
 )
 SMALL = "-Os -Xclang -Oz -fno-vectorize -fno-slp-vectorize -fvisibility=hidden"
 

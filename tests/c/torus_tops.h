@@ -28,6 +28,23 @@ static inline kr_scene drawn_top_of_ratio(double ratio)
     return scene_of(v3(inertia[0], inertia[1], inertia[2]), v3(com[0], com[1], com[2]), gravity, q,
                     random_vec(size));
 }
+/* Returns a Kowalewski top with moments 2, 2, 1 and mass * gravity * |com| = 1, given e3 and the
+ * angular velocity in the body frame of the closed form. */
+static inline kr_scene kowalewski_top_of(kr_vec3 up, kr_vec3 velocity)
+{
+    const kr_quat q = q_conj(q_tilt(v_unit(up)));
+    const kr_vec3 m = q_turn(q, v_times(v3(2.0, 2.0, 1.0), velocity));
+    return scene_of(v3(2.0, 2.0, 1.0), v3(-1.0, 0.0, 0.0), 1.0, q, m);
+}
+/* Returns a Goryachev-Chaplygin top with moments 1, 1, 1/4 and mass * gravity * |com| = 1, given e3
+ * and the part of its momentum across e3, both in the body frame of the closed form. */
+static inline kr_scene chaplygin_top_of(kr_vec3 up, kr_vec3 momentum)
+{
+    const kr_quat q = q_conj(q_tilt(v_unit(up)));
+    kr_vec3 m = q_turn(q, momentum);
+    m.z = 0.0;
+    return scene_of(v3(1.0, 1.0, 0.25), v3(1.0, 0.0, 0.0), 1.0, q, m);
+}
 /* Returns the unit for errors of m: the largest |m| that the top's energy allows. */
 static inline double scale_of(const kr_scene *s)
 {

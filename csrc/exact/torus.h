@@ -1,0 +1,58 @@
+/* The closed forms of tops whose motion is on a torus, on which two angles grow at constant rates:
+ * Kowalewski tops and Goryachev-Chaplygin tops. A closed form is a plan in memory of a fixed size.
+ * The plan begins with the head that kreisel.h declares. The memory behind the plan is used for its
+ * set-up only. */
+#ifndef KR_EXACT_TORUS_H
+#define KR_EXACT_TORUS_H
+#include "layout.h"
+#include "math/isa.h"
+
+/* The members that both kinds of plan have. */
+typedef struct kr_torus {
+    double begin;    /* [T] */
+    double momentum; /* unit of momentum [M L^2 T^-1] */
+    kr_quat frame;   /* frame of description -> axes of the closed form */
+    /* Halves of both angles, and the phase of e for a Kowalewski top. Otherwise the third phase is
+     * zero. */
+    kr_phase turn[3];
+} kr_torus;
+
+/* Functions that set up one plan and evaluate one state. If `own` is nonzero, the plan is in
+ * working axes and own units and begins at time 0. `bound` is as in kr_kowalewski_plan. */
+typedef struct kr_torus_scalar {
+    size_t memory_size; /* of the plan and its set-up, in bytes */
+    kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
+    kr_state (*state)(const void *plan, double t);
+} kr_torus_scalar;
+/* Evaluates many states, one in each lane. */
+typedef void kr_torus_evaluate(const void *plan, size_t n, const double t[], kr_state out[]);
+typedef struct kr_torus_isa {
+    const char *name;
+    int (*runs_here)(void);
+    const kr_torus_scalar *scalar;
+    kr_torus_evaluate *evaluate;
+} kr_torus_isa;
+typedef struct kr_torus_form {
+    kr_kind kind;                   /* of the body */
+    size_t plan_size, torus_offset; /* of a plan, and of the kr_torus in a plan, in bytes */
+    /* Returns 1 if the closed form applies to the start of a checked scene with a body of this
+     * kind. NULL: to all starts. */
+    int (*suits)(const kr_scene *scene);
+    /* The instruction sets that were compiled in, the widest first. A name of NULL ends the
+     * table. */
+    kr_torus_isa isas[4];
+} kr_torus_form;
+extern const kr_torus_form kr_kowalewski_form, kr_chaplygin_form;
+
+extern const kr_torus_scalar kr_kowalewski_scalar_base, kr_kowalewski_scalar_avx2;
+extern const kr_torus_scalar kr_chaplygin_scalar_base, kr_chaplygin_scalar_avx2;
+kr_torus_evaluate kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2,
+    kr_kowalewski_evaluate_avx512;
+kr_torus_evaluate kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2,
+    kr_chaplygin_evaluate_avx512;
+
+/* Returns the first instruction set of the form's table that this processor supports. */
+const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form);
+/* Returns 1 if <m, e3> of a checked scene is zero within the rounding errors of m. */
+int kr_chaplygin_is_level(const kr_scene *scene);
+#endif

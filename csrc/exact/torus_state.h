@@ -1,0 +1,65 @@
+/* The parts of the state that are alike for Kowalewski and Goryachev-Chaplygin tops.
+ *
+ * This header is compiled once for each instruction set and number of lanes. */
+#ifndef KR_EXACT_TORUS_STATE_H
+#define KR_EXACT_TORUS_STATE_H
+#include "frame.h"
+#include "kernel.h"
+#include "torus.h"
+
+/* Returns a phase of a plan at the time `span` after the beginning [turns]. */
+INLINE dd torus_phase_at(const kr_torus *torus, int i, dd span)
+{
+    const kr_phase *p = &torus->turn[i];
+    const phase_lanes phase = {wide_splat(p->fast), wide_splat(p->slow), wide_splat(p->start),
+                               wide_splat(p->more)};
+    return phase_at(&phase, span);
+}
+/* Returns the time after the beginning at which the kernel is evaluated for the time t. Returns 0
+ * if t is so late that its phases are not known; the kernel then gives the state of the start,
+ * whose integrals are correct. Also returns 0 if t is not finite. */
+INLINE dd torus_span(const kr_torus *torus, wide t)
+{
+    const dd span = two_sum(t, wide_splat(-torus->begin));
+    const wide most = wide_splat(0x1p50);
+    mask within = wide_less(wide_abs(span.hi), wide_splat(longest));
+    for (int i = 0; i < 3; i++)
+        within = mask_and(within, wide_less(wide_abs(span.hi * torus->turn[i].fast), most));
+    return dd_choose(within, span, dd_of(wide_splat(0.0)));
+}
+/* Returns an attitude of the closed form's axes as an attitude of the frame of description. */
+INLINE quat_lanes torus_attitude(const kr_torus *torus, quat_lanes q)
+{
+    const kr_quat f = torus->frame;
+    quat_lanes r;
+    r.w = (q.w * f.w - q.x * f.x) - (q.y * f.y + q.z * f.z);
+    r.x = (q.w * f.x + q.x * f.w) + (q.y * f.z - q.z * f.y);
+    r.y = (q.w * f.y - q.x * f.z) + (q.y * f.w + q.z * f.x);
+    r.z = (q.w * f.z + q.x * f.y) + (q.z * f.w - q.y * f.x);
+    return r;
+}
+#if defined KR_EXACT_LANES
+/* Returns the first times of t, at most one in each lane. If there are fewer times than lanes, the
+ * last lanes repeat the first time. */
+INLINE wide load_time_lanes(size_t n, const double t[])
+{
+    double times[LANES];
+    for (size_t i = 0; i < LANES; i++) times[i] = t[i < n ? i : 0];
+    return wide_load(times);
+}
+/* Writes the states of all lanes, or of the first n. States at times that are not finite become
+ * NaN. */
+INLINE void store_state_lanes(const state_lanes *s, size_t n, kr_state out[])
+{
+    double rows[8][LANES];
+    memcpy(rows, s, sizeof rows);
+    for (size_t i = 0; i < LANES && i < n; i++) {
+        const double none = isfinite(rows[0][i]) ? 0.0 : NAN;
+        out[i].t = rows[0][i];
+        out[i].q =
+            q4(rows[1][i] + none, v3(rows[2][i] + none, rows[3][i] + none, rows[4][i] + none));
+        out[i].m = v3(rows[5][i] + none, rows[6][i] + none, rows[7][i] + none);
+    }
+}
+#endif
+#endif

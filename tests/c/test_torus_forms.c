@@ -1,0 +1,340 @@
+/* Laws of both closed forms on a torus, those of Kowalewski and of Goryachev-Chaplygin tops: their
+ * states are those of the Taylor series at 30 digits, scales and axes of description do not matter,
+ * batches and instruction sets give the same bits, and tops, checkpoints and ensembles use them.
+ * test_kowalewski.c and test_goryachev_chaplygin.c have the tests of one form. */
+#include <stdlib.h>
+#include "exact/torus.h"
+#include "torus_tops.h"
+
+/* The numbers at the head of a plan. `rate` is the slower of the two frequencies. */
+typedef struct plan_head {
+    double rate, certificate, mismatch;
+    int refusal;
+} plan_head;
+/* A closed form, its functions of kreisel.h, and what the tests expect of it. */
+typedef struct form_case {
+    const kr_torus_form *form;
+    size_t (*size)(void);
+    kr_status (*plan)(const kr_scene *scene, double bound, void *memory, const void **out);
+    kr_state (*state)(const void *plan, double t);
+    plan_head (*head)(const void *plan);
+    kr_scene (*draw)(void);         /* returns a random top */
+    kr_scene some, other, rest;     /* two tops of the same body, and a top that is refused */
+    kr_vec3 rounded;                /* moments whose ratio has a rounding error */
+    int planned, certificate;       /* numbers of refusals */
+    int drawn, most_refused;        /* number of random tops, and of refused ones among them */
+    double series_error, top_error; /* bounds */
+} form_case;
+
+static kr_status plan_kowalewski(const kr_scene *scene, double bound, void *memory,
+                                 const void **out)
+{
+    const kr_kowalewski *plan = NULL;
+    const kr_status status = kr_kowalewski_plan(scene, bound, memory, out ? &plan : NULL);
+    if (plan) *out = plan;
+    return status;
+}
+static kr_state state_of_kowalewski(const void *plan, double t)
+{
+    return kr_kowalewski_state(plan, t);
+}
+static plan_head head_of_kowalewski(const void *plan)
+{
+    const kr_kowalewski *k = plan;
+    return (plan_head){k->second, k->certificate, k->mismatch, k->refusal};
+}
+static kr_scene draw_kowalewski(void) { return drawn_top_of_ratio(2.0); }
+static kr_status plan_chaplygin(const kr_scene *scene, double bound, void *memory, const void **out)
+{
+    const kr_goryachev_chaplygin *plan = NULL;
+    const kr_status status = kr_goryachev_chaplygin_plan(scene, bound, memory, out ? &plan : NULL);
+    if (plan) *out = plan;
+    return status;
+}
+static kr_state state_of_chaplygin(const void *plan, double t)
+{
+    return kr_goryachev_chaplygin_state(plan, t);
+}
+static plan_head head_of_chaplygin(const void *plan)
+{
+    const kr_goryachev_chaplygin *g = plan;
+    return (plan_head){g->first, g->certificate, g->mismatch, g->refusal};
+}
+static kr_scene draw_chaplygin(void)
+{
+    kr_scene s = drawn_top_of_ratio(4.0);
+    s.start.m.z = 0.0;
+    return s;
+}
+
+static void *memory;
+
+/* Returns the plan of a scene, or NULL if it is refused. */
+static const void *plan_of(const form_case *c, const kr_scene *s)
+{
+    const void *plan = NULL;
+    const kr_status status = c->plan(s, 0.0, memory, &plan);
+    IS((status == KR_OK) == (plan != NULL));
+    IS(status == KR_OK || status == KR_ERR_METHOD);
+    return plan;
+}
+static void series_with_30_digits_are_met(const form_case *c)
+{
+    int refused = 0;
+    for (int i = 0; i < 60; i++) {
+        const kr_scene s = c->draw();
+        const void *plan = plan_of(c, &s);
+        if (!plan) {
+            refused++;
+            continue;
+        }
+        const plan_head head = c->head(plan);
+        const double t = uniform(-1, 1) * 15.0 / head.rate;
+        const double miss = error_of(&s, c->state(plan, t), by_series(&s, t));
+        NEAR(miss, 0.0, c->series_error + 30.0 * head.certificate);
+    }
+    IS(refused <= 1);
+}
+/* Nearly all random motions are planned, with a small error bound; very few are refused. */
+static void drawn_tops_are_planned(const form_case *c)
+{
+    int refused = 0;
+    for (int i = 0; i < c->drawn; i++) {
+        const kr_scene s = c->draw();
+        const void *plan = plan_of(c, &s);
+        if (plan)
+            NEAR(kr_attitude_error(c->state(plan, 0.0).q, s.start.q), 0.0,
+                 2.0 * c->head(plan).certificate + 3e-15);
+        else
+            refused++;
+    }
+    IS(refused <= c->most_refused);
+}
+static void bad_arguments_are_refused(const form_case *c)
+{
+    const void *plan = NULL;
+    kr_scene s = c->some;
+    IS(c->plan(NULL, 0.0, memory, &plan) == KR_ERR_ARGUMENT);
+    IS(c->plan(&s, 0.0, NULL, &plan) == KR_ERR_ARGUMENT);
+    IS(c->plan(&s, 0.0, memory, NULL) == KR_ERR_ARGUMENT);
+    IS(c->plan(&s, -1.0, memory, &plan) == KR_ERR_ARGUMENT);
+    IS(c->plan(&s, NAN, memory, &plan) == KR_ERR_ARGUMENT && !plan);
+    IS(c->plan(&s, 1e-30, memory, &plan) == KR_ERR_METHOD && !plan);
+    IS(c->head(memory).refusal == c->certificate);
+    s.start.q.w = 2.0;
+    IS(c->plan(&s, 0.0, memory, &plan) == KR_ERR_ATTITUDE && !plan);
+}
+/* The refusal does not name the motion, because every motion of these scenes is refused. */
+static void other_tops_are_refused(const form_case *c)
+{
+    kr_scene s[] = {c->some, c->some, tilted()};
+    s[0].damping = v3(0.0, 0.0, 1e-3);
+    s[1].gravity = 0.0;
+    for (int i = 0; i < 3; i++) IS(!plan_of(c, &s[i]) && c->head(memory).refusal == c->planned);
+}
+static void a_rounded_body_has_a_mismatch(const form_case *c)
+{
+    kr_scene s = c->some;
+    s.body.inertia = c->rounded;
+    const void *plan = plan_of(c, &s);
+    IS(plan && c->head(plan).mismatch > 1e-17 && c->head(plan).mismatch < KR_KIND_RTOL);
+}
+/* Units of mass, length and time that are powers of two scale the results exactly. */
+static void results_scale_with_powers_of_two(const form_case *c)
+{
+    const kr_scene s = c->some;
+    kr_scene big = s;
+    const double M = 0x1p40, L = 0x1p-7, T = 0x1p30;
+    big.body.mass = M;
+    big.body.inertia = v_scale(M * L * L, s.body.inertia);
+    big.body.com = v_scale(L, s.body.com);
+    big.gravity = L / (T * T);
+    big.start.m = v_scale(M * L * L / T, s.start.m);
+    const kr_state one = c->state(plan_of(c, &s), 77.0);
+    kr_state other = c->state(plan_of(c, &big), 77.0 * T);
+    other.t = 77.0;
+    other.m = v_scale(T / (M * L * L), other.m);
+    IS(same(one, other));
+}
+static void axes_of_description_change_nothing(const form_case *c)
+{
+    for (int i = 0; i < 20; i++) {
+        kr_scene s = c->draw();
+        const void *plan = plan_of(c, &s);
+        if (!plan) continue;
+        const double t = 15.0 / c->head(plan).rate;
+        const kr_state want = c->state(plan, t);
+        s.body.axes = random_quat();
+        s.start.q = q_unit(q_mul(s.start.q, q_conj(s.body.axes)));
+        const kr_state got = c->state(plan_of(c, &s), t);
+        NEAR(kr_attitude_error(q_mul(got.q, s.body.axes), want.q), 0.0, 1e-11);
+        NEAR(off(got.m, want.m) / scale_of(&s), 0.0, 1e-11);
+    }
+}
+/* Compares the plan and the states of one instruction set, at times of which some are late and some
+ * are not finite, with those of the library. */
+static void check_instruction_set(const form_case *c, const kr_torus_isa *isa, const kr_scene *s,
+                                  const void *plan)
+{
+    enum { TIMES = 37 };
+    double t[TIMES];
+    kr_state many[TIMES];
+    void *other = calloc(1, isa->scalar->memory_size);
+    for (int i = 0; i < TIMES; i++) t[i] = i % 2 ? -0.37 * i : 1e3 * i;
+    t[5] = 1e300, t[11] = INFINITY, t[20] = NAN, t[TIMES - 1] = 1e40;
+    IS(isa->scalar->plan(s, 0, 0.0, other) == KR_OK);
+    IS(memcmp(other, plan, c->form->plan_size) == 0);
+    isa->evaluate(other, TIMES, t, many);
+    for (int k = 0; k < TIMES; k++) {
+        const kr_state want = c->state(plan, t[k]), one = isa->scalar->state(other, t[k]);
+        IS(isfinite(t[k]) ? same(many[k], want) && same(one, want)
+                          : isnan(many[k].q.w) && isnan(one.q.w) && isnan(want.m.x));
+    }
+    free(other);
+}
+static void batches_and_instruction_sets_agree(const form_case *c)
+{
+    for (int n = 0; n < 12; n++) {
+        const kr_scene s = c->draw();
+        memset(memory, 0, c->size());
+        const void *plan = plan_of(c, &s);
+        for (const kr_torus_isa *isa = c->form->isas; plan && isa->name; isa++)
+            if (isa->runs_here()) check_instruction_set(c, isa, &s, plan);
+    }
+}
+enum { TOPS = 5, TIMES_OF_TOPS = 4 };
+/* Writes states that a worker with the method `exact` computes at the times t. */
+static void run_worker(const kr_scene scenes[TOPS], const double t[],
+                       kr_state states[TOPS][TIMES_OF_TOPS])
+{
+    kr_outcome outcomes[TOPS];
+    kr_worker *worker = NULL;
+    const kr_tops tops = {.n = TOPS,
+                          .scenes = scenes,
+                          .times = TIMES_OF_TOPS,
+                          .t = t,
+                          .states = states[0],
+                          .outcomes = outcomes};
+    IS(kr_worker_create(kr_method_find("exact"), (kr_config){0}, 0, NULL, &worker) == KR_OK);
+    IS(kr_worker_run(worker, &tops) == KR_OK);
+    kr_worker_free(worker);
+    for (int i = 0; i < TOPS; i++)
+        IS(outcomes[i].status == KR_OK && outcomes[i].done == TIMES_OF_TOPS);
+}
+/* The method `exact` gives the states of the plan, in tops and ensembles. */
+static void tops_and_workers_give_the_same_states(const form_case *c)
+{
+    kr_scene scenes[TOPS];
+    double t[TIMES_OF_TOPS];
+    kr_state states[TOPS][TIMES_OF_TOPS];
+    for (int i = 0; i < TOPS; i++) scenes[i] = c->draw();
+    for (int k = 0; k < TIMES_OF_TOPS; k++) t[k] = -2.0 * k * k - 1.0;
+    run_worker(scenes, t, states);
+    for (int i = 0; i < TOPS; i++) {
+        const void *plan = plan_of(c, &scenes[i]);
+        kr_top *own = make(&scenes[i], kr_method_find("exact"), (kr_config){.step = -1.0});
+        for (int k = 0; k < TIMES_OF_TOPS; k++) {
+            IS(kr_top_advance(own, t[k]) == KR_OK);
+            const kr_state now = kr_top_state(own);
+            IS(same(now, states[i][k]));
+            NEAR(error_of(&scenes[i], now, c->state(plan, t[k])), 0.0, c->top_error);
+        }
+        kr_top_free(own);
+    }
+}
+/* Without a requested end, a step is a period of the first angle. */
+static void a_step_is_a_period_of_the_first_angle(const form_case *c)
+{
+    kr_top *top = make(&c->some, kr_method_find("exact"), (kr_config){0});
+    kr_torus torus;
+    memcpy(&torus, (const char *)plan_of(c, &c->some) + c->form->torus_offset, sizeof torus);
+    IS(kr_top_step(top) == KR_OK);
+    NEAR(kr_top_state(top).t * torus.turn[0].fast, 0.5, 1e-14);
+    kr_top_free(top);
+}
+static void a_refused_reset_leaves_the_top_as_it_was(const form_case *c)
+{
+    const kr_method *exact = kr_method_find("exact");
+    kr_top *top = make(&c->some, exact, (kr_config){0}), *other = NULL;
+    IS(kr_top_create(&c->rest, exact, (kr_config){0}, &other) == KR_ERR_METHOD);
+    IS(kr_top_advance(top, 1.0) == KR_OK);
+    IS(kr_top_reset(top, &c->rest.start) == KR_ERR_METHOD);
+    IS(kr_top_advance(top, 5.0) == KR_OK);
+    kr_top *fresh = make(&c->some, exact, (kr_config){0});
+    IS(kr_top_advance(fresh, 5.0) == KR_OK);
+    IS(same(kr_top_state(top), kr_top_state(fresh)));
+    kr_top_free(fresh);
+    kr_top_free(top);
+}
+static void checkpoints_go_on(const form_case *c)
+{
+    const kr_method *exact = kr_method_find("exact");
+    kr_top *top = make(&c->some, exact, (kr_config){0}),
+           *loaded = make(&c->some, exact, (kr_config){0});
+    IS(kr_top_reset(top, &c->other.start) == KR_OK && kr_top_advance(top, 3.0) == KR_OK);
+    const size_t size = kr_top_save_size(top);
+    void *saved = malloc(size);
+    IS(kr_top_save(top, size, saved) == KR_OK && kr_top_load(loaded, size, saved) == KR_OK);
+    IS(kr_top_advance(top, 9.0) == KR_OK && kr_top_advance(loaded, 9.0) == KR_OK);
+    IS(same(kr_top_state(top), kr_top_state(loaded)));
+    free(saved);
+    kr_top_free(top);
+    kr_top_free(loaded);
+}
+static void check_form(const form_case *c)
+{
+    memory = malloc(c->size());
+    series_with_30_digits_are_met(c);
+    drawn_tops_are_planned(c);
+    bad_arguments_are_refused(c);
+    other_tops_are_refused(c);
+    a_rounded_body_has_a_mismatch(c);
+    results_scale_with_powers_of_two(c);
+    axes_of_description_change_nothing(c);
+    batches_and_instruction_sets_agree(c);
+    tops_and_workers_give_the_same_states(c);
+    a_step_is_a_period_of_the_first_angle(c);
+    a_refused_reset_leaves_the_top_as_it_was(c);
+    checkpoints_go_on(c);
+    free(memory);
+}
+
+int main(void)
+{
+    const kr_vec3 up = v3(0.4, -0.3, 0.7), other = v3(-0.4, 0.3, 0.7), none = v3(0.0, 0.0, 0.0);
+    const form_case kowalewski = {.form = &kr_kowalewski_form,
+                                  .size = kr_kowalewski_size,
+                                  .plan = plan_kowalewski,
+                                  .state = state_of_kowalewski,
+                                  .head = head_of_kowalewski,
+                                  .draw = draw_kowalewski,
+                                  .some = kowalewski_top_of(up, v3(0.3, 0.5, 0.8)),
+                                  .other = kowalewski_top_of(other, v3(0.3, -0.5, 1.8)),
+                                  .rest = kowalewski_top_of(v3(1.0, 0.0, 0.0), none),
+                                  .rounded = v3(0.2, 0.2, nextafter(0.1, 1.0)),
+                                  .planned = KR_KOWALEWSKI_PLANNED,
+                                  .certificate = KR_KOWALEWSKI_CERTIFICATE,
+                                  .drawn = 2000,
+                                  .most_refused = 6,
+                                  .series_error = 5e-15,
+                                  .top_error = 3e-15};
+    const form_case chaplygin = {.form = &kr_chaplygin_form,
+                                 .size = kr_goryachev_chaplygin_size,
+                                 .plan = plan_chaplygin,
+                                 .state = state_of_chaplygin,
+                                 .head = head_of_chaplygin,
+                                 .draw = draw_chaplygin,
+                                 .some = chaplygin_top_of(up, v3(0.6, 1.0, 0.8)),
+                                 .other = chaplygin_top_of(other, v3(0.6, -1.0, 1.8)),
+                                 .rest = chaplygin_top_of(v3(1.0, 0.0, 0.0), none),
+                                 .rounded = v3(0.4, 0.4, nextafter(0.1, 1.0)),
+                                 .planned = KR_CHAPLYGIN_PLANNED,
+                                 .certificate = KR_CHAPLYGIN_CERTIFICATE,
+                                 .drawn = 1000,
+                                 .most_refused = 8,
+                                 .series_error = 3e-14,
+                                 .top_error = 5e-15};
+    check_form(&kowalewski);
+    check_form(&chaplygin);
+    return check_result();
+}
