@@ -47,7 +47,7 @@ static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
     if (!own) to_frame_and_units(&made, &top, scene->start.t, top.units.time);
     /* Extreme moments may lead to rates beyond the range of doubles. */
     if (!isfinite(made.nutation.fast + made.first.fast + made.second.fast)) return KR_ERR_ARGUMENT;
-    *exact = made;
+    memcpy(exact, &made, sizeof made);
     return KR_OK;
 }
 /* Returns 1 if the body is symmetric about the direction of its centre of mass. */
@@ -72,7 +72,7 @@ static kr_status find_turning(const kr_scene *scene, kr_turning_form *out)
     kr_turning_form r = turning_downwards(&top.own);
     if (below != behind) flip_turning(&r);
     turning_to_user(&r, &top.units, scene->start.t);
-    *out = r;
+    memcpy(out, &r, sizeof r);
     return KR_OK;
 }
 const kr_exact_scalar KR_NAME(kr_exact_scalar) = {set_up, state_at, find_turning};

@@ -37,18 +37,15 @@ void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[],
 {
     widest_isa()->evaluate(form, n, t, out);
 }
-/* Returns the members of a user's closed form (layout.h). */
+/* Returns the members of a user's closed form. See layout.h for the rules of aliasing. */
 static const kr_exact_form *form_of(const kr_exact *exact)
 {
     return (const kr_exact_form *)(const void *)exact;
 }
 kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact)
 {
-    kr_exact_form form;
     if (!exact) return KR_ERR_ARGUMENT;
-    const kr_status status = widest_isa()->scalar->plan(scene, 0, &form);
-    if (status == KR_OK) memcpy(exact, &form, sizeof form);
-    return status;
+    return widest_isa()->scalar->plan(scene, 0, (kr_exact_form *)(void *)exact);
 }
 kr_state kr_exact_state(const kr_exact *exact, double t)
 {
@@ -60,11 +57,8 @@ void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state
 }
 kr_status kr_exact_turning(const kr_scene *scene, kr_turning *turning)
 {
-    kr_turning_form form;
     if (!turning) return KR_ERR_ARGUMENT;
-    const kr_status status = widest_isa()->scalar->turning(scene, &form);
-    if (status == KR_OK) memcpy(turning, &form, sizeof form);
-    return status;
+    return widest_isa()->scalar->turning(scene, (kr_turning_form *)(void *)turning);
 }
 double kr_turning_potential(const kr_turning *turning, double nutation)
 {
@@ -86,11 +80,8 @@ static const kr_exact_maps *widest_maps(void)
 }
 kr_status kr_exact_map_plan(const kr_scene *scene, double step, kr_exact_map *map)
 {
-    kr_exact_map_form form;
     if (!map) return KR_ERR_ARGUMENT;
-    const kr_status status = widest_maps()->plan(scene, step, &form);
-    if (status == KR_OK) memcpy(map, &form, sizeof form);
-    return status;
+    return widest_maps()->plan(scene, step, (kr_exact_map_form *)(void *)map);
 }
 kr_state kr_exact_map_state(const kr_exact_map *map, int64_t k)
 {

@@ -18,7 +18,8 @@ typedef struct kr_phase {
 } kr_phase;
 
 /* The closed form of lane_types.h. All members consist of doubles, like those of kr_exact.
- * Therefore a kr_exact may be read through a pointer to this type, under C's rules of aliasing. */
+ * Therefore C's rules of aliasing permit to read a kr_exact through a pointer to this type. The
+ * members are written by memcpy. */
 typedef struct kr_exact_form {
     double period, precession, spin; /* as in kr_exact */
     double begin;                    /* [T] */

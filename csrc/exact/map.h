@@ -252,7 +252,7 @@ static kr_status map_plan(const kr_scene *scene, double step, kr_exact_map_form 
     r.spin = r.curve.spin / step;
     r.step = step;
     if (!begins_at(&r, scene->start.q)) return KR_ERR_STEP_SIZE;
-    *map = r;
+    memcpy(map, &r, sizeof r);
     return KR_OK;
 }
 #endif
