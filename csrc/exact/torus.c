@@ -40,12 +40,6 @@ const kr_torus_form kr_chaplygin_form = {
     },
 };
 
-const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
-{
-    const kr_torus_isa *isa = form->isas;
-    while (!isa->runs_here()) isa++; /* untaken: if the first one runs */
-    return isa;
-}
 static kr_status plan_of_user(const kr_torus_form *form, const kr_scene *scene, double bound,
                               void *memory)
 {

@@ -51,8 +51,14 @@ kr_torus_evaluate kr_kowalewski_evaluate_base, kr_kowalewski_evaluate_avx2,
 kr_torus_evaluate kr_chaplygin_evaluate_base, kr_chaplygin_evaluate_avx2,
     kr_chaplygin_evaluate_avx512;
 
-/* Returns the first instruction set of the form's table that this processor supports. */
-const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form);
+/* Returns the first instruction set of the form's table that this processor supports. Every
+ * processor supports the last one. */
+static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
+{
+    const kr_torus_isa *isa = form->isas;
+    while (!isa->runs_here()) isa++; /* untaken: if the first one runs */
+    return isa;
+}
 /* Returns 1 if <m, e3> of a checked scene is zero within the rounding errors of m. */
 int kr_chaplygin_is_level(const kr_scene *scene);
 #endif

@@ -299,42 +299,55 @@ static void check_form(const form_case *c)
     free(memory);
 }
 
+/* Two directions of e3. */
+static const kr_vec3 up = {0.4, -0.3, 0.7}, other_up = {-0.4, 0.3, 0.7};
+
+static form_case kowalewski_case(void)
+{
+    return (form_case){
+        .form = &kr_kowalewski_form,
+        .size = kr_kowalewski_size,
+        .plan = plan_kowalewski,
+        .state = state_of_kowalewski,
+        .head = head_of_kowalewski,
+        .draw = draw_kowalewski,
+        .some = kowalewski_top_of(up, v3(0.3, 0.5, 0.8)),
+        .other = kowalewski_top_of(other_up, v3(0.3, -0.5, 1.8)),
+        .rest = kowalewski_top_of(v3(1.0, 0.0, 0.0), v3(0.0, 0.0, 0.0)),
+        .rounded = v3(0.2, 0.2, nextafter(0.1, 1.0)),
+        .planned = KR_KOWALEWSKI_PLANNED,
+        .certificate = KR_KOWALEWSKI_CERTIFICATE,
+        .drawn = 2000,
+        .most_refused = 6,
+        .series_error = 5e-15,
+        .top_error = 3e-15,
+    };
+}
+static form_case chaplygin_case(void)
+{
+    return (form_case){
+        .form = &kr_chaplygin_form,
+        .size = kr_goryachev_chaplygin_size,
+        .plan = plan_chaplygin,
+        .state = state_of_chaplygin,
+        .head = head_of_chaplygin,
+        .draw = draw_chaplygin,
+        .some = chaplygin_top_of(up, v3(0.6, 1.0, 0.8)),
+        .other = chaplygin_top_of(other_up, v3(0.6, -1.0, 1.8)),
+        .rest = chaplygin_top_of(v3(1.0, 0.0, 0.0), v3(0.0, 0.0, 0.0)),
+        .rounded = v3(0.4, 0.4, nextafter(0.1, 1.0)),
+        .planned = KR_CHAPLYGIN_PLANNED,
+        .certificate = KR_CHAPLYGIN_CERTIFICATE,
+        .drawn = 1000,
+        .most_refused = 8,
+        .series_error = 3e-14,
+        .top_error = 5e-15,
+    };
+}
+
 int main(void)
 {
-    const kr_vec3 up = v3(0.4, -0.3, 0.7), other = v3(-0.4, 0.3, 0.7), none = v3(0.0, 0.0, 0.0);
-    const form_case kowalewski = {.form = &kr_kowalewski_form,
-                                  .size = kr_kowalewski_size,
-                                  .plan = plan_kowalewski,
-                                  .state = state_of_kowalewski,
-                                  .head = head_of_kowalewski,
-                                  .draw = draw_kowalewski,
-                                  .some = kowalewski_top_of(up, v3(0.3, 0.5, 0.8)),
-                                  .other = kowalewski_top_of(other, v3(0.3, -0.5, 1.8)),
-                                  .rest = kowalewski_top_of(v3(1.0, 0.0, 0.0), none),
-                                  .rounded = v3(0.2, 0.2, nextafter(0.1, 1.0)),
-                                  .planned = KR_KOWALEWSKI_PLANNED,
-                                  .certificate = KR_KOWALEWSKI_CERTIFICATE,
-                                  .drawn = 2000,
-                                  .most_refused = 6,
-                                  .series_error = 5e-15,
-                                  .top_error = 3e-15};
-    const form_case chaplygin = {.form = &kr_chaplygin_form,
-                                 .size = kr_goryachev_chaplygin_size,
-                                 .plan = plan_chaplygin,
-                                 .state = state_of_chaplygin,
-                                 .head = head_of_chaplygin,
-                                 .draw = draw_chaplygin,
-                                 .some = chaplygin_top_of(up, v3(0.6, 1.0, 0.8)),
-                                 .other = chaplygin_top_of(other, v3(0.6, -1.0, 1.8)),
-                                 .rest = chaplygin_top_of(v3(1.0, 0.0, 0.0), none),
-                                 .rounded = v3(0.4, 0.4, nextafter(0.1, 1.0)),
-                                 .planned = KR_CHAPLYGIN_PLANNED,
-                                 .certificate = KR_CHAPLYGIN_CERTIFICATE,
-                                 .drawn = 1000,
-                                 .most_refused = 8,
-                                 .series_error = 3e-14,
-                                 .top_error = 5e-15};
-    check_form(&kowalewski);
-    check_form(&chaplygin);
+    const form_case cases[] = {kowalewski_case(), chaplygin_case()};
+    for (int i = 0; i < 2; i++) check_form(&cases[i]);
     return check_result();
 }

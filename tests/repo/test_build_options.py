@@ -75,28 +75,91 @@ def test_wrong_options_are_refused(tmp_path):
             build_library(tmp_path / next(iter(options)), **options)
 
 
-def test_a_static_program_links_the_method_that_it_names(tmp_path):
+def link_program(folder, lines, *sources):
+    """Link the statements `lines` with the static library, run them, and return their symbols.
+
+    The statements set `status`, which must be KR_OK. `sources` are linked before the library.
+    """
     prefix = install_library()
-    source = tmp_path / "program.c"
+    source, program = folder / "program.c", folder / "program"
     source.write_text(
         "#include <kreisel.h>\n"
         "int main(void)\n"
         "{\n"
-        "    const kr_scene scene = kr_scene_default();\n"
-        "    kr_config config = kr_config_default();\n"
-        "    kr_top *top = NULL;\n"
-        "    config.step = 0.01;\n"
-        "    kr_status status = kr_top_create(&scene, &kr_method_strang, config, &top);\n"
-        "    if (status == KR_OK) status = kr_top_advance(top, 1.0);\n"
-        "    kr_top_free(top);\n"
+        "    kr_scene scene = kr_scene_default();\n"
+        "    kr_status status = KR_OK;\n"
+        f"{lines}"
         "    return status != KR_OK;\n"
         "}\n"
     )
-    program, library = tmp_path / "program", prefix / "lib/libkreisel.a"
-    run("gcc", "-std=c99", *SECTIONS, f"-I{prefix}/include", source, library, "-lm", "-o", program)
+    library = prefix / "lib/libkreisel.a"
+    run(
+        *("gcc", "-std=c99", *SECTIONS, f"-I{prefix}/include", source, *sources, library, "-lm"),
+        *("-o", program),
+    )
     run(program)
-    names = symbols(program)
+    return symbols(program)
+
+
+RUN_TOP = (
+    "    kr_config config = kr_config_default();\n"
+    "    kr_top *top = NULL;\n"
+    "    config.step = 0.01;\n"
+    "    status = kr_top_create(&scene, &METHOD, config, &top);\n"
+    "    if (status == KR_OK) status = kr_top_advance(top, 1.0);\n"
+    "    kr_top_free(top);\n"
+)
+
+
+def test_a_static_program_links_the_method_that_it_names(tmp_path):
+    names = link_program(tmp_path, RUN_TOP.replace("METHOD", "kr_method_strang"))
     assert "kr_method_strang" in names and "kr_top_create" in names
     methods = {name for name in names if re.match("kr_method_(?!applies|suits)", name)}
     assert methods == {"kr_method_strang"}
     assert not [name for name in names if re.match("kr_(exact|taylor|kernel|lanes|worker)", name)]
+
+
+def torus_names(names):
+    """Return the names that belong to the closed forms of tops on a torus."""
+    return [name for name in names if re.match("kr_(kowalewski|(goryachev_)?chaplygin)", name)]
+
+
+def test_a_static_program_with_a_closed_form_links_that_one(tmp_path):
+    lines = (
+        "    kr_exact exact;\n"
+        "    status = kr_exact_plan(&scene, &exact);\n"
+        "    if (!(kr_exact_state(&exact, 1.0).t == 1.0)) return 1;\n"
+    )
+    names = link_program(tmp_path, lines)
+    assert "kr_exact_plan" in names and "kr_method_exact" not in names
+    assert not torus_names(names)
+    lines = (
+        "    static double memory[1 << 20];\n"
+        "    const kr_kowalewski *plan;\n"
+        "    if (kr_kowalewski_size() > sizeof memory) return 1;\n"
+        "    if (kr_kowalewski_plan(&scene, 0.0, memory, &plan) != KR_ERR_METHOD) return 1;\n"
+    )
+    names = torus_names(link_program(tmp_path, lines))
+    assert "kr_kowalewski_plan" in names and not [name for name in names if "chaplygin" in name]
+
+
+def test_the_method_exact_can_do_without_the_forms_on_a_torus(tmp_path):
+    lines = RUN_TOP.replace("METHOD", "kr_method_exact") + (
+        "    if (!kr_method_applies(&kr_method_exact, &scene.body)) return 1;\n"
+        "    scene.body.inertia = (kr_vec3){2.0, 2.0, 1.0};\n"
+        "    scene.body.com = (kr_vec3){1.0, 0.0, 0.0};\n"
+        "    if (kr_body_kind(&scene.body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI) return 1;\n"
+        "    if (kr_method_applies(&kr_method_exact, &scene.body) != APPLIES) return 1;\n"
+        "    if (kr_method_suits(&kr_method_exact, &scene) != APPLIES) return 1;\n"
+        "    top = NULL;\n"
+        "    kr_status refused = kr_top_create(&scene, &kr_method_exact, config, &top);\n"
+        "    kr_top_free(top);\n"
+        "    if ((refused == KR_OK) != APPLIES) return 1;\n"
+    )
+    assert torus_names(link_program(tmp_path, lines.replace("APPLIES", "1")))
+    exact = tmp_path / "exact.o"
+    run(
+        *("gcc", "-std=c99", "-O2", *SECTIONS[:2], f"-I{CSRC}", "-DKR_NO_TORUS"),
+        *("-c", CSRC / "exact/exact.c", "-o", exact),
+    )
+    assert not torus_names(link_program(tmp_path, lines.replace("APPLIES", "0"), exact))
