@@ -148,6 +148,8 @@ def test_the_method_exact_can_do_without_the_forms_on_a_torus(tmp_path):
         "    if (!kr_method_applies(&kr_method_exact, &scene.body)) return 1;\n"
         "    scene.body.inertia = (kr_vec3){2.0, 2.0, 1.0};\n"
         "    scene.body.com = (kr_vec3){1.0, 0.0, 0.0};\n"
+        "    scene.start.q = (kr_quat){0.8, 0.4, -0.2, 0.4};\n"
+        "    scene.start.m = (kr_vec3){0.3, 1.1, 0.8};\n"
         "    if (kr_body_kind(&scene.body, KR_KIND_RTOL) != KR_KIND_KOWALEWSKI) return 1;\n"
         "    if (kr_method_applies(&kr_method_exact, &scene.body) != APPLIES) return 1;\n"
         "    if (kr_method_suits(&kr_method_exact, &scene) != APPLIES) return 1;\n"
