@@ -76,7 +76,7 @@ kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *exact);
  * checked scene. From an unstable upright start, the time of the fall depends on the logarithm of
  * the tilt. The fourth power of the tilt underflows if the tilt is below 1e-77. */
 int kr_exact_resolves(const kr_scene *scene);
-/* Returns the largest number of doubles that the method `exact` needs after its kr_exact_form, for a
- * Kowalewski or a Goryachev-Chaplygin top. */
+/* Returns the largest number of doubles that the method `exact` needs after its kr_exact_form, for
+ * a Kowalewski or a Goryachev-Chaplygin top. */
 size_t kr_exact_extra_doubles(void);
 #endif
