@@ -39,6 +39,7 @@ static const kr_torus_form *find_torus_form(kr_kind kind)
     while (*form && (*form)->kind != kind) form++;
     return *form;
 }
+/* Returns the kind of a scene's top. Without gravity, every top is a free body. */
 static kr_kind kind_under_gravity(const kr_scene *scene)
 {
     return scene->gravity == 0.0 ? KR_KIND_EULER : kr_body_kind(&scene->body, KR_KIND_RTOL);

@@ -18,14 +18,16 @@ typedef struct kr_phase {
 } kr_phase;
 
 /* The closed form of lane_types.h. All members consist of doubles, like those of kr_exact.
- * Therefore C's rules of aliasing permit to read a kr_exact through a pointer to this type. The
- * members are written by memcpy. */
+ * Therefore C's rules of aliasing permit reading a kr_exact through a pointer to this type. The
+ * library writes a kr_exact by memcpy. */
 typedef struct kr_exact_form {
     double period, precession, spin; /* as in kr_exact */
     double begin;                    /* [T] */
     double curve;                    /* the kind of the series (lane_types.h) */
     kr_phase nutation, first, second;
-    double stretch, stretch_rest, slope[2]; /* of series in the dual nome: pi K/K', phase slopes */
+    /* For series in the dual nome: pi K/K' in two words, and the slopes of the phases of alpha and
+     * beta. */
+    double stretch, stretch_rest, slope[2];
     kr_theta alpha, beta, horizontal;
     double momentum, side; /* scale of the horizontal momentum; -1 if up and down are exchanged */
     kr_vec3 constant;      /* the constant part of the momentum */

@@ -1,8 +1,7 @@
-/* The closed form of Goryachev-Chaplygin tops: comparison with references by heyoka and with the
- * Taylor series at 30 digits, integrals, motions near degenerate ones, and the reasons for
- * refusals. Batches and instruction sets give the same bits. */
+/* The closed form of Goryachev-Chaplygin tops: comparison with references by heyoka, integrals,
+ * motions near degenerate ones, and the reasons for refusals. test_torus_forms.c has the laws that
+ * the form shares with the form of Kowalewski tops. */
 #include <stdlib.h>
-#include "exact/goryachev_chaplygin.h"
 #include "goryachev_chaplygin_truth.h"
 #include "torus_tops.h"
 
@@ -132,14 +131,6 @@ static void degenerate_motions_are_refused_by_name(void)
     IS(plan_of(&s));
     s.start.m.z = 1e-6;
     IS(refusal_of(&s) == KR_CHAPLYGIN_VERTICAL);
-    s.start.m.z = 0.0;
-    s.damping = v3(0.0, 0.0, 1e-3);
-    IS(refusal_of(&s) == KR_CHAPLYGIN_PLANNED); /* not refused because of the motion */
-    s.damping = none;
-    s.gravity = 0.0;
-    IS(refusal_of(&s) == KR_CHAPLYGIN_PLANNED);
-    s = tilted();
-    IS(refusal_of(&s) == KR_CHAPLYGIN_PLANNED);
     for (int i = 0; i < KR_CHAPLYGIN_REFUSAL_COUNT; i++) IS(kr_goryachev_chaplygin_refusal_text(i));
     IS(!kr_goryachev_chaplygin_refusal_text(-1) &&
        !kr_goryachev_chaplygin_refusal_text(KR_CHAPLYGIN_REFUSAL_COUNT));
@@ -174,17 +165,12 @@ static void motions_beside_the_separatrix_are_met_or_refused(void)
     }
     IS(refused > 10 && refused < 48);
 }
-/* A body whose moments differ from the exact ratio by a rounding error is planned, and so is a
- * vertical momentum of this size. The plan contains the size of the deviation. */
-static void roundings_of_body_and_momentum_are_in_the_mismatch(void)
+/* A vertical momentum of the size of a rounding error is planned. The plan contains its size. */
+static void a_rounded_momentum_is_in_the_mismatch(void)
 {
     kr_scene s = some_top();
-    s.body.inertia = v3(0.4, 0.4, nextafter(0.1, 1.0));
-    const kr_goryachev_chaplygin *top = plan_of(&s);
-    IS(top && top->mismatch > 1e-17 && top->mismatch < KR_KIND_RTOL);
-    s = some_top();
     s.start.m.z = 1e-15 * s.start.m.x;
-    top = plan_of(&s);
+    const kr_goryachev_chaplygin *top = plan_of(&s);
     IS(top && top->mismatch > 1e-17 && top->mismatch < 2e-15);
     if (top) IS(kr_goryachev_chaplygin_state(top, 5.0).m.z == s.start.m.z);
 }
@@ -210,7 +196,7 @@ int main(void)
     starts_at_turning_points_are_met();
     degenerate_motions_are_refused_by_name();
     motions_beside_the_separatrix_are_met_or_refused();
-    roundings_of_body_and_momentum_are_in_the_mismatch();
+    a_rounded_momentum_is_in_the_mismatch();
     only_level_scenes_suit_the_method();
     free(memory);
     return check_result();

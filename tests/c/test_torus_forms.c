@@ -124,7 +124,7 @@ static void bad_arguments_are_refused(const form_case *c)
     s.start.q.w = 2.0;
     IS(c->plan(&s, 0.0, memory, &plan) == KR_ERR_ATTITUDE && !plan);
 }
-/* The refusal does not name the motion, because every motion of these scenes is refused. */
+/* Every motion of these tops is refused, so the number of the refusal names no motion. */
 static void other_tops_are_refused(const form_case *c)
 {
     kr_scene s[] = {c->some, c->some, tilted()};
