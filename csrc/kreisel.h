@@ -396,8 +396,8 @@ KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
  * scene needs more memory than kr_top_create allocated. (Only the method exact needs more memory
  * for some scenes: for Kowalewski and Goryachev-Chaplygin tops.) */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
-/* Does the same as kr_top_set_scene with the start scene->start + low, for more than 16 digits. Each
- * number of the start must be the rounded sum, as in kr_top_state and kr_top_low; low.t is 0. */
+/* Does the same as kr_top_set_scene with the start scene->start + low, for more than 16 digits.
+ * scene->start must be the rounded sum, as in kr_top_state and kr_top_low; low.t is 0. */
 KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);

@@ -1,5 +1,5 @@
-/* kr_top_reset and kr_top_set_scene: for every method, the top then equals one that was created with
- * the new start or scene. A refused call leaves every bit unchanged. */
+/* kr_top_reset and kr_top_set_scene: for every method, the top then equals one that was created
+ * with the new start or scene. A refused call leaves every bit unchanged. */
 #include <stdlib.h>
 #include "torus_tops.h"
 
