@@ -250,10 +250,11 @@ void call_set_scene(place *p)
     tell_scene(&scene);
     print_call("top %d: set scene", (int)(p - places));
     const kr_state low = kr_top_low(p->top), was = p->was;
-    const int has_low = odds(30), is_own_low = same_bits(&scene.start, &was, sizeof was);
+    const int has_low = odds(30), is_null = !has_low && odds(2),
+              is_own_low = same_bits(&scene.start, &was, sizeof was);
     const kr_status would = kr_top_create(&scene, p->method, config, &other),
                     status = has_low ? kr_top_set_scene_low(p->top, &scene, &low)
-                                     : kr_top_set_scene(p->top, odds(2) ? NULL : &scene);
+                                     : kr_top_set_scene(p->top, is_null ? NULL : &scene);
     const kr_state state = kr_top_state(p->top), kept = kr_top_low(p->top);
     kr_top_free(other);
     if (status == KR_OK) {
@@ -267,8 +268,10 @@ void call_set_scene(place *p)
         if (!has_low) CLAIM(kept.q.w == 0.0 && kept.m.x == 0.0);
     } else {
         CLAIM(same_bits(&state, &was, sizeof state) && same_bits(&low, &kept, sizeof low));
-        if (would == KR_OK && has_low && is_own_low)
-            CLAIM(status == KR_ERR_MEMORY || status == KR_ERR_ARGUMENT);
+        /* The low words of another state may be invalid for this one. */
+        const int may_be_invalid = is_null || (has_low && !is_own_low);
+        if (would == KR_OK)
+            CLAIM(status == KR_ERR_MEMORY || (status == KR_ERR_ARGUMENT && may_be_invalid));
     }
     end_call(p, status);
 }
