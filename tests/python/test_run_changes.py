@@ -267,6 +267,17 @@ def test_the_energy_of_a_path_after_a_change_is_that_of_the_new_body():
     assert path.energy_error < 1e-14
 
 
+def test_events_of_a_saved_path_belong_to_its_scene(tmp_path):
+    run = kr.start(TOP, events=[kr.events.crossing("apex_z", 0.0)])
+    run.to(2.0)
+    run.push(IMPULSE)
+    path = run.to(15.0)
+    path.save(tmp_path / "path")
+    for met in (path.events, kr.load(tmp_path / "path").events):
+        assert len(met) > 1 and met.path.start_time == 2.0 and met.path.scene == run.scene
+        assert np.array_equal(met.path(path.events.t[:2]).t, path.events.t[:2])
+
+
 # Times, grids, streams, counts
 
 

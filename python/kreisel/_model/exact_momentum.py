@@ -1,7 +1,6 @@
-"""Sudden changes of the angular momentum, in exact rational arithmetic.
+"""Sudden changes of the angular momentum, to all digits.
 
-A momentum of more than 16 digits is the sum of a double and a low word. Rational numbers keep all
-of its digits, and are rounded only once, at the end.
+A momentum of more than 16 digits is the sum of a double and a low word.
 """
 
 from __future__ import annotations
@@ -17,13 +16,22 @@ from .body import Body
 _Rational = tuple[Fraction, ...]
 
 
-def add_impulse(momentum: Array, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
+def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
     """Return the momentum after an angular impulse, and its low words.
 
-    `low` contains the low words of `momentum`. Raises ValueError if the momentum overflows.
+    `low` contains the low words of `momentum`. The sums are not finite if they overflow.
     """
-    given = zip(_add(momentum, low), _add(impulse), strict=True)
-    return _round([m + change for m, change in given])
+    x, y, z = map(_add_with_low, momentum, low.tolist(), impulse)
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1])
+
+
+def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
+    """Return a + low + b as a double and its low word (Knuth's two-sum)."""
+    total = a + b
+    part = total - a
+    rest = ((a - (total - part)) + (b - part)) + low
+    high = total + rest
+    return high, rest - (high - total)
 
 
 def keep_velocity(
@@ -31,21 +39,23 @@ def keep_velocity(
 ) -> tuple[Vector, Vector]:
     """Return the momentum of the body `new` with the angular velocity of the body `old`.
 
+    Rational numbers keep all digits, and are rounded only once, at the end.
+
     Both bodies have the same attitude, and `momentum` is the momentum of `old`. The arguments
     `attitude_low` and `low` contain low words. Returns the momentum and its low words. Raises
     ValueError if the momentum overflows.
     """
-    q = _add(attitude, attitude_low)
-    m = _turn(_conjugate(q), _add(momentum, low))
-    along = _turn(_conjugate(_add(old.axes)), m)
+    q = _exact(attitude, attitude_low)
+    m = _turn(_conjugate(q), _exact(momentum, low))
+    along = _turn(_conjugate(_exact(old.axes)), m)
     rate = [x / Fraction(moment) for x, moment in zip(along, old.moments, strict=True)]
-    velocity = _turn(_add(old.axes), rate)
-    seen = _turn(_conjugate(_add(new.axes)), velocity)
+    velocity = _turn(_exact(old.axes), rate)
+    seen = _turn(_conjugate(_exact(new.axes)), velocity)
     own = [x * Fraction(moment) for x, moment in zip(seen, new.moments, strict=True)]
-    return _round(_turn(q, _turn(_add(new.axes), own)))
+    return _round(_turn(q, _turn(_exact(new.axes), own)))
 
 
-def _add(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
+def _exact(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
     """Return the exact sums of doubles and their low words."""
     rest = np.zeros(len(high)) if low is None else low
     return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))

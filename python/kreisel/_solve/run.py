@@ -245,7 +245,7 @@ class Run:
         if self._options.leave_heading and (jolt[0] or jolt[1]):
             raise ValueError(_no_heading_message("a horizontal impulse"))
         now = self._present()
-        momentum, low = add_impulse(np.array(now.scene.momentum), now.low[5:], jolt)
+        momentum, low = add_impulse(now.scene.momentum, now.low[5:], jolt)
         self._restart(now, now.scene.replace(momentum=momentum), momentum_low=low)
 
     def reset(
