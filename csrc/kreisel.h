@@ -390,6 +390,15 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
  * kr_top_stats begin at zero; watched events are kept. Fails as kr_top_create does, and then leaves
  * the top unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
+/* Restarts the top with another scene: kr_top_reset with another body, gravity and damping. To push
+ * a moving top, or to change its body, start the scene at kr_top_state. The grid of a fixed-step
+ * method, and the tangents, begin at the new start. Returns KR_ERR_MEMORY if the closed form of the
+ * scene needs more memory than kr_top_create allocated. (Only the method exact needs more memory
+ * for some scenes: for Kowalewski and Goryachev-Chaplygin tops.) */
+KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
+/* Does the same as kr_top_set_scene with the start scene->start + low, for more than 16 digits.
+ * scene->start must be the rounded sum, as in kr_top_state and kr_top_low; low.t is 0. */
+KR_API kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low);
 /* Returns the current state. */
 KR_API kr_state kr_top_state(const kr_top *top);
 /* Returns the digits of the current state that kr_top_state cannot store; low.t is 0. */

@@ -16,6 +16,12 @@ struct steering {
     bool leave_heading;
     uint64_t tangents;
 };
+// The time at which a run starts, and the low words of its initial state. `low` is an array of 8
+// doubles, or None.
+struct origin {
+    double t;
+    const py::object &low;
+};
 // Returns the first `rows` rows of an array, without a copy: the states that were written, and the
 // last good state if it is later.
 static doubles reached(const doubles &out, size_t rows)
@@ -46,17 +52,27 @@ class run
     };
 
   public:
-    kr_status start(const kr_scene &scene, const steering &how, bool back)
+    kr_status start(kr_scene scene, const steering &how, bool back, const origin &begin)
     {
         const double step = led(how.step, back);
         const kr_config config = {step,      how.tol,    how.max_steps,     watch::poll,
                                   &watching, how.digits, how.leave_heading, how.tangents};
         columns = py::ssize_t(kr_tangent_columns(how.tangents));
         kr_top *raw = nullptr;
+        scene.start.t = begin.t;
         const kr_status status = kr_top_create(&scene, method_of(how.method), config, &raw);
         top.reset(raw);
         watching.top = raw;
-        return status;
+        reached_time = begin.t;
+        if (status != KR_OK || begin.low.is_none()) return status;
+        const auto low = value_of<kr_state>(begin.low.cast<doubles>());
+        return kr_top_set_scene_low(raw, &scene, &low);
+    }
+    // Returns the state at the last time reached, and its low words.
+    py::tuple state()
+    {
+        const turn mine(busy);
+        return py::make_tuple(array_of(kr_top_state(top.get())), array_of(kr_top_low(top.get())));
     }
     kr_status look_for(const py::list &events)
     {
@@ -200,11 +216,12 @@ static py::tuple record_more(run &top, const doubles &t, bool low_too, const py:
 }
 static py::tuple start(const kr_scene &scene, const std::string &method, double step, double tol,
                        int digits, int64_t max_steps, bool leave_heading, bool back,
-                       const py::list &events, uint64_t tangents)
+                       const py::list &events, uint64_t tangents, double begin,
+                       const py::object &low)
 {
     auto made = std::make_unique<run>();
     const steering how = {method, step, tol, digits, max_steps, leave_heading, tangents};
-    kr_status status = made->start(scene, how, back);
+    kr_status status = made->start(scene, how, back, {begin, low});
     if (status == KR_OK && !events.empty()) status = made->look_for(events);
     return py::make_tuple(name_of(status),
                           status == KR_OK ? py::cast(std::move(made)) : py::none());
@@ -214,7 +231,8 @@ static py::tuple start(const kr_scene &scene, const std::string &method, double 
 // leading away from 0, or more than `limit`.
 static py::object record(const kr_scene &scene, const std::string &method, double step, double tol,
                          int digits, int64_t max_steps, bool leave_heading, const py::object &t,
-                         double most, py::ssize_t limit, const py::object &progress)
+                         double most, py::ssize_t limit, const py::object &progress, double begin,
+                         const py::object &low)
 {
     given_times times;
     if (!times.take(t)) return py::none();
@@ -223,10 +241,11 @@ static py::object record(const kr_scene &scene, const std::string &method, doubl
         return py::none();
     run once;
     const steering how = {method, step, tol, digits, max_steps, leave_heading, 0};
-    const kr_status status = once.start(scene, how, times.end() < 0.0);
+    const kr_status status = once.start(scene, how, times.end() < 0.0, {begin, low});
     if (status == KR_OK) return once.record(times, digits > 16, progress);
     doubles begun({py::ssize_t(1), py::ssize_t(8)});
     std::memcpy(begun.mutable_data(), &scene.start, sizeof scene.start);
+    *begun.mutable_data() = begin;
     return py::make_tuple(name_of(status), begun, py::none(), counts(kr_stats()), times.end());
 }
 
@@ -237,6 +256,7 @@ void bind_run(py::module_ &m)
         .def("record", record_more, "t"_a, "low"_a, "progress"_a = py::none())
         .def("record_tangents", &run::record_tangents, "t"_a, "low"_a, "progress"_a = py::none())
         .def("record_events", &run::record_events, "t"_a, "progress"_a = py::none())
+        .def("state", &run::state)
         .def("save", &run::save)
         .def("load", &run::load, "memory"_a, "found"_a)
         .def_property_readonly("found", &run::found)
@@ -244,8 +264,10 @@ void bind_run(py::module_ &m)
         .def_property_readonly("kernel", &run::kernel)
         .def_property_readonly("t", &run::time);
     m.def("start", start, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
-          "leave_heading"_a = false, "back"_a = false, "events"_a = py::list(), "tangents"_a = 0);
+          "leave_heading"_a = false, "back"_a = false, "events"_a = py::list(), "tangents"_a = 0,
+          "begin"_a = 0.0, "low"_a = py::none());
     m.def("record", record, "scene"_a, "method"_a, "step"_a, "tol"_a, "digits"_a, "max_steps"_a,
           "leave_heading"_a, "t"_a, "most"_a = std::numeric_limits<double>::infinity(),
-          "limit"_a = std::numeric_limits<py::ssize_t>::max(), "progress"_a = py::none());
+          "limit"_a = std::numeric_limits<py::ssize_t>::max(), "progress"_a = py::none(),
+          "begin"_a = 0.0, "low"_a = py::none());
 }

@@ -10,17 +10,31 @@ quat_dd kr_extended_axes(const kr_top *top)
 {
     return top->is_turned ? qdd_unit(qdd_of(top->axes)) : qdd_of(q_one());
 }
-/* Returns the components of the momentum along the axes of the body. Each component is rounded
- * once, relative to its own size. An error relative to the whole vector would be magnified by the
- * small moment of a thin rod. */
-static vec_dd momentum_in_body(const kr_top *top, kr_quat q, kr_vec3 m)
+/* Returns the change of q* m q, in body axes of any length, by the low words of q and m. */
+static vec_dd change_by_low_words(const kr_top *top, const kr_state *start, const kr_state *low)
 {
-    const split_vec in_space = split_of(m), given = split_turn_back(q, &in_space),
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    const quat_dd q = q_dd(start->q, low->q), high = qdd_of(start->q), rest = qdd_of(low->q),
+                  m = {dd_of(0.0), v_dd(start->m, low->m)},
+                  m_rest = {dd_of(0.0), v_dd(low->m, none)};
+    const quat_dd left = qdd_mul(qdd_mul(qdd_conj(q), m), rest),
+                  change = qdd_add(qdd_mul(qdd_conj(rest), m), qdd_mul(qdd_conj(high), m_rest)),
+                  sum = qdd_add(left, qdd_mul(change, high));
+    const quat_dd axes = qdd_of(top->axes);
+    return top->is_turned ? qdd_mul(qdd_mul(qdd_conj(axes), sum), axes).v : sum.v;
+}
+/* Returns the components of the momentum along the axes of the body. Without low words, each
+ * component is rounded once, relative to its own size. An error relative to the whole vector would
+ * be magnified by the small moment of a thin rod. */
+static vec_dd momentum_in_body(const kr_top *top, const kr_state *start, const kr_state *low)
+{
+    const split_vec in_space = split_of(start->m), given = split_turn_back(start->q, &in_space),
                     own = top->is_turned ? split_turn_back(top->axes, &given) : given;
-    dd M[3], square = qdd_square(qdd_of(q));
+    dd square = qdd_square(low ? q_dd(start->q, low->q) : qdd_of(start->q));
     if (top->is_turned) square = dd_mul(square, qdd_square(qdd_of(top->axes)));
-    for (int i = 0; i < 3; i++) M[i] = dd_div(split_dd(&own, i), square);
-    return (vec_dd){M[0], M[1], M[2]};
+    vec_dd M = {split_dd(&own, 0), split_dd(&own, 1), split_dd(&own, 2)};
+    if (low) M = vdd_add(M, change_by_low_words(top, start, low));
+    return (vec_dd){dd_div(M.x, square), dd_div(M.y, square), dd_div(M.z, square)};
 }
 
 static void set_lever(kr_top *top, double moment)
@@ -34,14 +48,18 @@ static void set_lever(kr_top *top, double moment)
     top->main.lever = v3(lever[0].hi, lever[1].hi, lever[2].hi);
     top->main.lever_low = v3(lever[0].lo, lever[1].lo, lever[2].lo);
 }
-static kr_state state_from_user(kr_top *top, const kr_state *start)
+static kr_state state_from_user(kr_top *top, const kr_state *start, const kr_state *low)
 {
-    const quat_dd given = qdd_of(start->q),
+    const quat_dd given = low ? q_dd(start->q, low->q) : qdd_of(start->q),
                   q = qdd_unit(top->is_turned ? qdd_mul(given, kr_extended_axes(top)) : given);
-    const vec_dd M = momentum_in_body(top, start->q, v_scale(1.0 / top->momentum_unit, start->m));
-    const kr_state low = {0.0, qdd_low(q), vdd_low(M)};
+    const double unit = 1.0 / top->momentum_unit;
+    kr_state scaled = *start, rest = {0};
+    scaled.m = v_scale(unit, start->m);
+    if (low) rest = (kr_state){0.0, low->q, v_scale(unit, low->m)};
+    const vec_dd M = momentum_in_body(top, &scaled, low ? &rest : NULL);
+    const kr_state own_low = {0.0, qdd_low(q), vdd_low(M)};
     const kr_state own = {0.0, qdd_high(q), vdd_high(M)};
-    top->main.low = low;
+    top->main.low = own_low;
     return own;
 }
 static void state_to_user(kr_top *top, kr_state *state)

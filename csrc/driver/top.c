@@ -158,9 +158,8 @@ static kr_status find_state(kr_top *top, double t, kr_state *state)
         status = kr_steps_to_grid(top, top->steps + 1, state);
     } else {
         if (top->forward * (t - top->requested) < 0.0) return KR_ERR_TIME;
-        if (t == top->scene.start.t) {
+        if (t == top->scene.start.t) { /* the top has not moved: its low words are still valid */
             *state = top->scene.start;
-            top->low = (kr_state){0};
             return KR_OK;
         }
         status = adaptive ? find_adaptive_state(top, t, state) : find_fixed_state(top, t, state);
@@ -248,10 +247,10 @@ static kr_status check_config(const kr_scene *scene, const kr_method *method,
     if (!kr_method_suits(method, scene)) return KR_ERR_METHOD;
     return step != 0.0 && start + step == start ? KR_ERR_STEP : KR_OK;
 }
-/* Starts a top from a checked scene, method and config. The memory of the top is already
- * assigned. */
-static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *method,
-                           const kr_config *config)
+/* Starts a top from a checked scene, method and config. `low` has the low words of the start, or is
+ * NULL. The memory of the top is already assigned. */
+static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_state *low,
+                           const kr_method *method, const kr_config *config)
 {
     top->scene = *scene;
     top->method = method;
@@ -263,8 +262,10 @@ static kr_status start_top(kr_top *top, const kr_scene *scene, const kr_method *
     top->requested = scene->start.t;
     const kr_status status = choose_units(top);
     if (status != KR_OK) return status;
-    const kr_state own = has_extended_digits(top) ? method->extended->from_user(top, &scene->start)
-                                                  : kr_top_start_in_own_units(top, &scene->start);
+    const kr_state own = has_extended_digits(top)
+                             ? method->extended->from_user(top, &scene->start, low)
+                             : kr_top_start_in_own_units(top, &scene->start);
+    if (low && has_extended_digits(top)) top->low = *low;
     return method->reset(&top->main, &own);
 }
 /* Returns `memory` rounded up to a multiple of 64 bytes. */
@@ -284,16 +285,22 @@ static void assign_memory(kr_top *top, int has_tangents)
     top->side.work = top->saved.work + work;
 }
 kr_config kr_config_default(void) { return (kr_config){0}; }
-kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t more, kr_top **top)
+kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra, kr_top **top)
 {
     const size_t tangents = kr_tangents_size(method, config),
-                 doubles = 2 * CACHE_LINE + total_work(method) + tangents + more;
+                 doubles = 2 * CACHE_LINE + total_work(method) + tangents + extra;
     kr_top *made = calloc(1, sizeof *made + doubles * sizeof(double));
     if (!made) return KR_ERR_MEMORY;
     made->method = method;
+    made->extra = extra;
     assign_memory(made, tangents > 0);
     *top = made;
     return KR_OK;
+}
+/* Returns the number of doubles that `scene` needs after the method's work and the tangents. */
+static size_t count_extra(const kr_method *method, const kr_scene *scene)
+{
+    return method->extra_doubles ? method->extra_doubles(scene) : 0;
 }
 kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_config config,
                         kr_top **out)
@@ -302,11 +309,9 @@ kr_status kr_top_create(const kr_scene *scene, const kr_method *method, kr_confi
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK && !method) status = KR_ERR_NO_METHOD;
     if (status == KR_OK) status = out ? check_config(scene, method, &config) : KR_ERR_ARGUMENT;
-    if (status == KR_OK)
-        status = kr_top_alloc(method, &config,
-                              method->extra_doubles ? method->extra_doubles(scene) : 0, &top);
+    if (status == KR_OK) status = kr_top_alloc(method, &config, count_extra(method, scene), &top);
     if (status != KR_OK) return status;
-    status = start_top(top, scene, method, &config);
+    status = start_top(top, scene, NULL, method, &config);
     if (status == KR_OK) {
         kr_steps_save(top);
         kr_tangents_begin(top);
@@ -337,32 +342,60 @@ static void take_over(kr_top *top, const kr_top *begun)
     top->side.aux = main.aux;
     if (side.work) memcpy(main.work, side.work, top->method->work * sizeof(double));
     for (size_t i = 0; i < top->event_count; i++) kr_event_reset_search(&top->events[i]);
+    if (top->event_count > 0) kr_top_set_apex(top);
     kr_steps_save(top);
     kr_tangents_begin(top);
 }
-kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_config *config)
+void kr_top_set_apex(kr_top *top)
+{
+    static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
+    top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
+}
+kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
+                      const kr_config *config)
 {
     kr_motion *spare = top->method->at ? &top->main : &top->side;
     kr_status status = kr_scene_check(scene);
     if (status == KR_OK) status = check_config(scene, top->method, config);
+    if (status == KR_OK && count_extra(top->method, scene) > top->extra) status = KR_ERR_MEMORY;
     if (status != KR_OK) return status;
-    kr_top begun = {.apex = top->apex, .events = top->events, .event_count = top->event_count};
-    begun.tangents = top->tangents;
+    kr_top begun = {.events = top->events,
+                    .event_count = top->event_count,
+                    .tangents = top->tangents,
+                    .extra = top->extra};
     begun.main.work = spare->work;
     begun.main.aux = spare->aux;
-    status = start_top(&begun, scene, top->method, config);
+    status = start_top(&begun, scene, low, top->method, config);
     if (status == KR_OK)
         take_over(top, &begun);
     else
         spare->aux = begun.main.aux;
     return status;
 }
+/* Returns 1 if the doubles of `start` cannot store `low`. */
+static int are_low_words(const kr_state *start, const kr_state *low)
+{
+    const kr_quat q = q_add(start->q, low->q);
+    const kr_vec3 m = v_add(start->m, low->m);
+    return low->t == 0.0 && q.w == start->q.w && q.x == start->q.x && q.y == start->q.y &&
+           q.z == start->q.z && m.x == start->m.x && m.y == start->m.y && m.z == start->m.z;
+}
 kr_status kr_top_reset(kr_top *top, const kr_state *state)
 {
     if (!top || !state) return KR_ERR_ARGUMENT;
     kr_scene scene = top->scene;
     scene.start = *state;
-    return kr_top_init(top, &scene, &top->config);
+    return kr_top_init(top, &scene, NULL, &top->config);
+}
+kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene)
+{
+    return kr_top_set_scene_low(top, scene, NULL);
+}
+kr_status kr_top_set_scene_low(kr_top *top, const kr_scene *scene, const kr_state *low)
+{
+    if (!top || !scene) return KR_ERR_ARGUMENT;
+    if (low && !are_low_words(&scene->start, low)) return KR_ERR_ARGUMENT;
+    return kr_top_init(top, scene, low, &top->config);
 }
 kr_status kr_top_advance(kr_top *top, double t)
 {

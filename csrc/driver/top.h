@@ -36,6 +36,7 @@ struct kr_top {
     size_t event_count; /* number of `events` */
     double *tangents;   /* memory of the tangents; NULL: no tangents */
     kr_vec3 apex;       /* unit vector to the centre of mass in working axes, for events */
+    size_t extra;       /* number of doubles after the method's work and the tangents */
     double memory[];    /* work of the motions and tangents */
 };
 
@@ -95,9 +96,9 @@ quat_dd kr_extended_axes(const kr_top *top);
 struct kr_extended_ops {
     /* Sets the lever of the main motion in double-double; `moment` is the own unit of moments. */
     void (*set_lever)(kr_top *top, double moment);
-    /* Converts `start` to own units, with the components of the momentum along the axes of the
-     * body. Writes the low words to `low` of the main motion. */
-    kr_state (*from_user)(kr_top *top, const kr_state *start);
+    /* Converts start + low to own units, with the components of the momentum along the axes of the
+     * body. Writes the low words to `low` of the main motion. `low` may be NULL. */
+    kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
     /* Converts a state of the main motion to the user's frame and units. Writes the low words to
      * `low` of the top. */
     void (*to_user)(kr_top *top, kr_state *state);
@@ -111,9 +112,12 @@ static inline int kr_state_is_good(kr_quat q, kr_vec3 m)
 }
 /* Returns the horizon of `top` with `scene`: the limit of the times that can be requested. */
 double kr_top_horizon_of(const kr_top *top, const kr_scene *scene);
-/* Allocates a top without a scene, for `method` and for the tangents of `config`. There are `more`
- * doubles after the method's work. */
-kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t more, kr_top **top);
+/* Allocates a top without a scene, for `method` and for the tangents of `config`. There are `extra`
+ * doubles after the method's work and the tangents. */
+kr_status kr_top_alloc(const kr_method *method, const kr_config *config, size_t extra,
+                       kr_top **top);
+/* Computes the direction of the centre of mass in working axes, which events need. */
+void kr_top_set_apex(kr_top *top);
 /* Returns the number of doubles for the tangents of `config`; 0 without tangents. */
 size_t kr_tangents_size(const kr_method *method, const kr_config *config);
 /* Starts the requested tangents at the start of the main motion. */
@@ -126,8 +130,10 @@ kr_status kr_tangents_advance(kr_top *top);
 /* Writes the tangents at the last requested time, in working axes and own units. */
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
 /* Restarts a top with another `scene` and `config`, as if kr_top_create had made it with them.
- * Leaves the top unchanged on failure. */
-kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_config *config);
+ * `low` has the low words of the start for more than 16 digits, and may be NULL. Leaves the top
+ * unchanged on failure. */
+kr_status kr_top_init(kr_top *top, const kr_scene *scene, const kr_state *low,
+                      const kr_config *config);
 /* Returns `step` with the sign of the direction of time; `back` is nonzero for backward. A step of
  * 0, which lets the method choose, becomes -0.1 if `back` is nonzero. */
 static inline double kr_step_directed(double step, int back)

@@ -368,7 +368,7 @@ void kr_scheduler_add(kr_worker *worker, size_t i)
     const kr_config config = kr_worker_config_of(worker, i);
     const kr_slot empty = {.top = i, .last = worker->tops->scenes[i].start};
     *slot = empty;
-    kr_status status = kr_top_init(worker->fallback, &worker->tops->scenes[i], &config);
+    kr_status status = kr_top_init(worker->fallback, &worker->tops->scenes[i], NULL, &config);
     if (status == KR_OK && worker->is_section) {
         status = kr_top_watch(worker->fallback, 1, &worker->event);
         kr_top_watch(worker->fallback, 0, NULL);

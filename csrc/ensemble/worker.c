@@ -95,7 +95,7 @@ void kr_worker_run_scalar(kr_worker *worker, kr_top *top, size_t i)
     kr_slot slot = {.top = i, .last = scene->start};
     kr_stats stats = {0};
     if (top == worker->exact_top) config.skip_heading = 0; /* closed forms would not be faster */
-    kr_status status = kr_top_init(top, scene, &config);
+    kr_status status = kr_top_init(top, scene, NULL, &config);
     if (status == KR_OK) {
         status = worker->is_section ? kr_section_record(worker, top, &slot, accumulators)
                                     : record_top(worker, top, &slot, accumulators);
@@ -217,7 +217,7 @@ static kr_status create_scalar_tops(kr_worker *worker)
         status = kr_top_alloc(&kr_method_exact, &worker->config, extra, &worker->exact_top);
     }
     if (status != KR_OK) return status;
-    status = kr_top_init(worker->fallback ? worker->fallback : worker->exact_top, &scene,
+    status = kr_top_init(worker->fallback ? worker->fallback : worker->exact_top, &scene, NULL,
                          &worker->config);
     const int suits_no_top = status == KR_ERR_ARGUMENT || status == KR_ERR_NO_STEP ||
                              status == KR_ERR_OPTION || status == KR_ERR_NOT_BUILT;

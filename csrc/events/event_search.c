@@ -57,10 +57,9 @@ static int are_valid_events(const kr_top *top, size_t n, const kr_event events[]
 }
 kr_status kr_top_watch(kr_top *top, size_t n, kr_event events[])
 {
-    static const kr_state unturned = {.q = {1.0, 0.0, 0.0, 0.0}};
     if (!top || (n > 0 && !events)) return KR_ERR_ARGUMENT;
     if (n > 0 && !top->method->polynomial) return KR_ERR_NO_EVENTS;
-    top->apex = q_turn_back(top->axes, kr_state_apex(&top->scene, &unturned));
+    kr_top_set_apex(top);
     if (!are_valid_events(top, n, events)) return KR_ERR_ARGUMENT;
     for (size_t i = 0; i < n; i++) kr_event_reset_search(&events[i]);
     top->events = events;

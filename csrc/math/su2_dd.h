@@ -63,6 +63,11 @@ static inline quat_dd qdd_mul(quat_dd a, quat_dd b)
         vdd_add(vdd_add(vdd_scale(a.w, b.v), vdd_scale(b.w, a.v)), vdd_cross(a.v, b.v))};
     return q;
 }
+static inline quat_dd qdd_add(quat_dd a, quat_dd b)
+{
+    const quat_dd q = {dd_add(a.w, b.w), vdd_add(a.v, b.v)};
+    return q;
+}
 /* Returns |q|^2. */
 static inline dd qdd_square(quat_dd q) { return dd_add(dd_mul(q.w, q.w), vdd_dot(q.v, q.v)); }
 static inline quat_dd qdd_unit(quat_dd q)

@@ -1,8 +1,7 @@
-/* kr_top_reset: for every method, the top then equals one that was created with the new start. A
- * refused reset leaves every bit unchanged. */
+/* kr_top_reset and kr_top_set_scene: for every method, the top then equals one that was created
+ * with the new start or scene. A refused call leaves every bit unchanged. */
 #include <stdlib.h>
-#include "random.h"
-#include "tops.h"
+#include "torus_tops.h"
 
 enum { STARTS = 12, TIMES = 4, MOST = 1 << 15 };
 
@@ -24,30 +23,38 @@ static void times_after(const kr_state *start, double sign, double t[TIMES])
     const double after[TIMES] = {0.01, 0.0625, 0.7, 1.51};
     for (int i = 0; i < TIMES; i++) t[i] = start->t + sign * after[i];
 }
-/* Compares the states and counts of a top after a reset with those of a new top. Both may refuse
- * the start. */
-static void as_created(kr_top *top, kr_scene s, const kr_method *method, kr_config config,
-                       const kr_state *start)
+/* Compares the states and counts of a restarted top with those of the new top `fresh`. */
+static void compare_with_new(kr_top *top, kr_top *fresh, const kr_state *start, double sign)
 {
     kr_state got[TIMES], want[TIMES], got_low[TIMES], want_low[TIMES];
     double t[TIMES];
     size_t done = 0, whole = 0;
-    kr_top *fresh = NULL;
-    s.start = *start;
-    const kr_status created = kr_top_create(&s, method, config, &fresh);
-    IS(kr_top_reset(top, start) == created);
-    if (created != KR_OK) return;
     const kr_stats none = kr_top_stats(top), also = kr_top_stats(fresh);
     IS(none.steps == 0 && memcmp(&none, &also, sizeof none) == 0);
     IS(same(kr_top_state(top), *start) && kr_top_time(top) == start->t);
-    times_after(start, config.step < 0.0 ? -1.0 : 1.0, t);
+    times_after(start, sign, t);
     const kr_status status = kr_top_record_low(fresh, TIMES, t, want, want_low, &whole);
     IS(kr_top_record_low(top, TIMES, t, got, got_low, &done) == status && done == whole);
     for (size_t i = 0; i < whole; i++) IS(same(got[i], want[i]) && same(got_low[i], want_low[i]));
     IS(same(kr_top_state(top), kr_top_state(fresh)));
     const kr_stats stats = kr_top_stats(top), wanted = kr_top_stats(fresh);
     IS(memcmp(&stats, &wanted, sizeof stats) == 0);
+}
+/* Resets a top, or sets its scene, and compares it with a new top. Both may refuse the scene. */
+static void as_created_scene(kr_top *top, const kr_scene *s, const kr_method *method,
+                             kr_config config, int is_reset)
+{
+    kr_top *fresh = NULL;
+    const kr_status created = kr_top_create(s, method, config, &fresh);
+    IS((is_reset ? kr_top_reset(top, &s->start) : kr_top_set_scene(top, s)) == created);
+    if (created == KR_OK) compare_with_new(top, fresh, &s->start, config.step < 0.0 ? -1.0 : 1.0);
     kr_top_free(fresh);
+}
+static void as_created(kr_top *top, kr_scene s, const kr_method *method, kr_config config,
+                       const kr_state *start)
+{
+    s.start = *start;
+    as_created_scene(top, &s, method, config, 1);
 }
 static void test_reset_states(const kr_method *method, kr_config config)
 {
@@ -63,6 +70,54 @@ static void test_reset_states(const kr_method *method, kr_config config)
         const kr_state start = {0.0, s.start.q, v_scale(ldexp(1.0, power), s.start.m)};
         as_created(top, s, method, config, &start);
     }
+    kr_top_free(top);
+}
+
+/* Returns a scene whose body, axes, gravity and damping differ from those of `s`. */
+static kr_scene another_scene(const kr_scene *s, const kr_method *method)
+{
+    const unsigned flags = kr_method_flags(method);
+    kr_scene other = *s;
+    other.body = general_body();
+    if (uniform(0, 1) < 0.5 || !kr_method_applies(method, &other.body)) {
+        other.body = scene_for(method).body;
+        other.body.inertia = v_scale(uniform(0.5, 2.0), other.body.inertia);
+        other.body.axes = random_quat();
+    }
+    other.gravity = uniform(-10, 10);
+    if (flags & KR_METHOD_DAMPED && uniform(0, 1) < 0.5) other.damping = v3(0.1, 0.02, 0.3);
+    other.start = random_start(s);
+    return other;
+}
+/* Tangents begin again at the new start, too. */
+static void test_tangents_of_a_new_scene(kr_config config)
+{
+    const kr_scene s = scene_for(taylor());
+    double got[6 * KR_TANGENT_COLUMNS_MAX], want[6 * KR_TANGENT_COLUMNS_MAX];
+    config.tangents = 2 * KR_TANGENT_MASS - 1;
+    kr_top *top = make(&s, taylor(), config);
+    for (int i = 0; i < STARTS; i++) {
+        const kr_scene other = another_scene(&s, taylor());
+        kr_top *fresh = make(&other, taylor(), config);
+        const double t = other.start.t + 0.7;
+        IS(kr_top_advance(top, kr_top_time(top) + 1.3) == KR_OK);
+        IS(kr_top_set_scene(top, &other) == KR_OK);
+        IS(kr_top_advance(top, t) == KR_OK && kr_top_tangents(top, got, NULL) == KR_OK);
+        IS(kr_top_advance(fresh, t) == KR_OK && kr_top_tangents(fresh, want, NULL) == KR_OK);
+        IS(memcmp(got, want, sizeof got) == 0);
+        kr_top_free(fresh);
+    }
+    kr_top_free(top);
+}
+static void test_new_scenes(const kr_method *method, kr_config config)
+{
+    const kr_scene s = scene_for(method);
+    kr_top *top = make(&s, method, config);
+    for (int i = 0; i < STARTS; i++) {
+        const kr_scene other = another_scene(&s, method);
+        as_created_scene(top, &other, method, config, 0);
+    }
+    as_created_scene(top, &s, method, config, 0);
     kr_top_free(top);
 }
 
@@ -106,6 +161,68 @@ static void test_refused_reset(const kr_method *method)
     kr_top_free(top);
     kr_top_free(twin);
 }
+/* A refused scene, whatever the reason, changes neither the bytes of the top nor its motion. */
+static void test_refused_scene(const kr_method *method)
+{
+    static unsigned char before[MOST], after[MOST];
+    const kr_scene s = scene_for(method);
+    const kr_config config = {.step = 0.3};
+    kr_top *top = make(&s, method, config), *twin = make(&s, method, config);
+    IS(kr_top_advance(top, 3.1) == KR_OK && kr_top_advance(twin, 3.1) == KR_OK);
+    kr_scene bad[6];
+    for (int i = 0; i < 6; i++) bad[i] = s;
+    bad[0].body.inertia.x = -1.0;
+    bad[1].gravity = NAN;
+    bad[2].damping.y = -1.0;
+    bad[3].start.q.z = 3.0;
+    bad[4].start.t = 1e17;
+    bad[5].body = general_body(); /* some methods do not apply to it */
+    for (int i = 0; i < 6; i++) {
+        kr_top *created = NULL;
+        const kr_status status = kr_top_create(&bad[i], method, config, &created);
+        kr_top_free(created);
+        IS(i == 5 || status != KR_OK);
+        if (status == KR_OK) continue;
+        const size_t size = bytes_of(top, before);
+        IS(size > 0 && kr_top_set_scene(top, &bad[i]) == status);
+        IS(bytes_of(top, after) == size && memcmp(before, after, size) == 0);
+    }
+    IS(kr_top_set_scene(top, NULL) == KR_ERR_ARGUMENT);
+    IS(kr_top_set_scene(NULL, &s) == KR_ERR_ARGUMENT);
+    IS(kr_top_advance(top, 6.7) == KR_OK && kr_top_advance(twin, 6.7) == KR_OK);
+    IS(same(kr_top_state(top), kr_top_state(twin)));
+    kr_top_free(top);
+    kr_top_free(twin);
+}
+/* A closed form that needs more memory than the top has is refused. A top that was created with
+ * this memory can become any other top, and return. */
+static void test_memory_of_closed_forms(void)
+{
+    const kr_method *exact = kr_method_find("exact");
+    const kr_config config = {0};
+    const kr_vec3 m = {0.4, -0.3, 0.7};
+    const kr_quat q = q_exp(v3(0.3, 0.5, 0.8));
+    kr_scene flat = scene_of(v3(4, 4, 1), v3(1, 0, 0), 1.0, q, m);
+    flat.start.m = v3(0.4, -0.3, 0.0); /* Goryachev-Chaplygin tops need <m, e3> = 0 */
+    const kr_scene tops[] = {scene_of(v3(2, 2, 1), v3(0, 0, 1), 1.0, q, m),
+                             scene_of(v3(2, 2, 1), v3(1, 0, 0), 1.0, q, m), flat};
+    const size_t kowalewski = kr_kowalewski_size(), flat_size = kr_goryachev_chaplygin_size();
+    const int order[3] = {0, kowalewski > flat_size ? 2 : 1, kowalewski > flat_size ? 1 : 2};
+    for (int i = 0; i < 3; i++) {
+        kr_top *top = make(&tops[order[i]], exact, config);
+        for (int k = 0; k < 9; k++) {
+            const kr_scene *next = &tops[order[k * 2 % 3]];
+            const kr_state was = kr_top_state(top);
+            const int fits = k * 2 % 3 <= i;
+            IS(kr_top_set_scene(top, next) == (fits ? KR_OK : KR_ERR_MEMORY));
+            IS(same(kr_top_state(top), fits ? next->start : was));
+            if (!fits) continue;
+            IS(kr_top_advance(top, 2.5) == KR_OK);
+            IS(same(kr_top_state(top), state_at(2.5, next, exact, config)));
+        }
+        kr_top_free(top);
+    }
+}
 /* A checkpoint that was taken before a reset still restores the motion before the reset. */
 static void test_checkpoint_before(const kr_method *method)
 {
@@ -147,6 +264,74 @@ static void test_events(void)
     kr_top_free(top);
     kr_top_free(fresh);
 }
+/* With another body, the event is a height of the new body's apex. */
+static void test_events_of_another_body(void)
+{
+    const kr_term level[] = {{1.0, kr_component_find("apex_z"), KR_COMPONENT_ONE}};
+    kr_event event = {.terms = level, .count = 1};
+    const kr_config config = {0};
+    kr_scene s = tilted();
+    kr_top *top = make(&s, taylor(), config);
+    kr_event_hit hit = {-1, 0};
+    IS(kr_top_watch(top, 1, &event) == KR_OK && kr_top_advance(top, 2.0) == KR_OK);
+    s.body = general_body();
+    s.start = kr_top_state(top);
+    IS(kr_top_set_scene(top, &s) == KR_OK);
+    for (int i = 0; i < 5; i++) {
+        IS(kr_top_seek(top, 100.0, &hit) == KR_OK && hit.index == 0);
+        const kr_state now = kr_top_state(top);
+        NEAR(kr_state_apex(&s, &now).z, 0.0, 1e-13);
+    }
+    kr_top_free(top);
+}
+/* Returns the distance of two states with their low words. */
+static double distance_low(kr_state a, kr_state a_low, kr_state b, kr_state b_low)
+{
+    const kr_vec3 q = v_add(v_sub(q_vec(a.q), q_vec(b.q)), v_sub(q_vec(a_low.q), q_vec(b_low.q)));
+    const kr_vec3 m = v_add(v_sub(a.m, b.m), v_sub(a_low.m, b_low.m));
+    return v_length(q) + v_length(m) + fabs((a.q.w - b.q.w) + (a_low.q.w - b_low.q.w));
+}
+/* A top that is restarted at its own state continues its motion to as many digits as it has, if it
+ * is given the low words of the state, and to 16 digits without them. */
+static void test_low_words(kr_body body, int digits, double tol)
+{
+    const kr_config config = {.digits = digits};
+    kr_scene s = tilted();
+    s.body = body;
+    kr_top *top = make(&s, taylor(), config), *whole = make(&s, taylor(), config);
+    IS(kr_top_advance(whole, 7.0) == KR_OK);
+    for (double t = 0.5; t < 7.0; t += 1.25) {
+        IS(kr_top_advance(top, t) == KR_OK);
+        const kr_state low = kr_top_low(top);
+        s.start = kr_top_state(top);
+        IS(kr_top_set_scene_low(top, &s, &low) == KR_OK);
+        IS(same(kr_top_state(top), s.start) && same(kr_top_low(top), low));
+        IS(kr_top_advance(top, t) == KR_OK && same(kr_top_low(top), low));
+    }
+    IS(kr_top_advance(top, 7.0) == KR_OK);
+    NEAR(distance_low(kr_top_state(top), kr_top_low(top), kr_top_state(whole), kr_top_low(whole)),
+         0.0, tol);
+    IS(kr_top_set_scene(top, &s) == KR_OK && kr_top_advance(top, 7.0) == KR_OK);
+    IS(distance_low(kr_top_state(top), kr_top_low(top), kr_top_state(whole), kr_top_low(whole)) >
+       1e-19);
+    kr_top_free(top);
+    kr_top_free(whole);
+}
+static void test_invalid_low_words(void)
+{
+    const kr_config config = {.digits = 30};
+    const kr_scene s = tilted();
+    kr_top *top = make(&s, taylor(), config), *plain = make(&s, taylor(), (kr_config){0});
+    kr_state low = {.m = {1e-20, 0.0, 0.0}};
+    IS(kr_top_set_scene_low(top, &s, &low) == KR_OK && kr_top_low(top).m.x == 1e-20);
+    IS(kr_top_set_scene_low(top, &s, NULL) == KR_OK && kr_top_low(top).m.x == 0.0);
+    IS(kr_top_set_scene_low(plain, &s, &low) == KR_OK && kr_top_low(plain).m.x == 0.0);
+    kr_state bad[4] = {{.t = 1e-20}, {.q = {1e-15, 0, 0, 0}}, {.m = {0, NAN, 0}}, {.m = {0, 0, 1}}};
+    for (int i = 0; i < 4; i++)
+        IS(kr_top_set_scene_low(top, &s, &bad[i]) == KR_ERR_ARGUMENT && kr_top_low(top).m.x == 0.0);
+    kr_top_free(top);
+    kr_top_free(plain);
+}
 /* In the units of this start the event exceeds the range of doubles, so the search is refused. */
 static void test_event_out_of_reach(void)
 {
@@ -173,11 +358,23 @@ int main(void)
             test_reset_states(method,
                               (kr_config){.step = sign * 0.03, .tol = adaptive ? 1e-7 : 0.0});
         if (adaptive) test_reset_states(method, (kr_config){0});
+        test_new_scenes(method, (kr_config){.step = 0.03, .tol = adaptive ? 1e-7 : 0.0});
+        test_new_scenes(method, (kr_config){.step = -0.03, .tol = adaptive ? 1e-7 : 0.0});
         test_refused_reset(method);
+        test_refused_scene(method);
         test_checkpoint_before(method);
     }
-    for (int digits = 16; digits <= 30; digits += 7)
+    for (int digits = 16; digits <= 30; digits += 7) {
         test_reset_states(taylor(), (kr_config){.digits = digits});
+        test_new_scenes(taylor(), (kr_config){.digits = digits});
+        test_tangents_of_a_new_scene((kr_config){.digits = digits});
+    }
+    test_memory_of_closed_forms();
+    test_events_of_another_body();
+    test_low_words(thesis_body(), 30, 1e-28);
+    test_low_words(general_body(), 30, 1e-28);
+    test_low_words(general_body(), 20, 1e-19);
+    test_invalid_low_words();
     test_reset_states(taylor(), (kr_config){.skip_heading = 1});
     test_events();
     test_event_out_of_reach();

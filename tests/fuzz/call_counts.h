@@ -46,6 +46,8 @@ extern uint64_t calls_made;
 #define kr_top_record(...) (calls_made++, kr_top_record(__VA_ARGS__))
 #define kr_top_record_low(...) (calls_made++, kr_top_record_low(__VA_ARGS__))
 #define kr_top_reset(...) (calls_made++, kr_top_reset(__VA_ARGS__))
+#define kr_top_set_scene(...) (calls_made++, kr_top_set_scene(__VA_ARGS__))
+#define kr_top_set_scene_low(...) (calls_made++, kr_top_set_scene_low(__VA_ARGS__))
 #define kr_top_state(...) (calls_made++, kr_top_state(__VA_ARGS__))
 #define kr_top_low(...) (calls_made++, kr_top_low(__VA_ARGS__))
 #define kr_top_stats(...) (calls_made++, kr_top_stats(__VA_ARGS__))

@@ -11,6 +11,7 @@ static struct {
     unsigned char *bytes;
     size_t size;
     kr_scene scene;
+    kr_state start_low;
     const kr_method *method;
     kr_config config;
     int landed;
@@ -37,6 +38,7 @@ void call_save(place *p)
     CLAIM(status == KR_OK);
     saved.size = size;
     saved.scene = p->scene;
+    saved.start_low = p->start_low;
     saved.method = p->method;
     saved.config = p->config;
     saved.landed = p->landed;
@@ -81,6 +83,7 @@ void call_load(place *p)
     CLAIM(status == (is_alike(p) ? KR_OK : KR_ERR_CHECKPOINT));
     if (status == KR_OK) {
         p->scene = saved.scene;
+        p->start_low = saved.start_low;
         p->landed = saved.landed;
         p->was = kr_top_state(p->top);
         p->was_stats = kr_top_stats(p->top);

@@ -131,6 +131,7 @@ static void create(place *p)
 {
     kr_top *mark = (kr_top *)(void *)p, *top = mark;
     p->scene = any_scene();
+    p->start_low = (kr_state){0};
     p->method =
         odds(30) ? kr_method_find("taylor") : kr_method_at((size_t)choose(kr_method_count()));
     p->config = any_config(&p->scene, p->method);
@@ -159,6 +160,7 @@ kr_top *make_alike(const place *p, uint64_t tangents)
     kr_top_free(alike);
     alike = NULL;
     CLAIM(kr_top_create(&p->scene, p->method, config, &alike) == KR_OK);
+    CLAIM(kr_top_set_scene_low(alike, &p->scene, &p->start_low) == KR_OK);
     return alike;
 }
 
@@ -222,6 +224,7 @@ void call_reset(place *p)
         CLAIM(would == KR_OK);
         p->was_stats = (kr_stats){0};
         p->scene.start = start;
+        p->start_low = (kr_state){0};
         p->landed = 1;
         const kr_state state = kr_top_state(p->top);
         CLAIM(same_bits(&state, &start, sizeof state));
@@ -229,6 +232,46 @@ void call_reset(place *p)
     } else {
         const kr_state state = kr_top_state(p->top);
         CLAIM(same_bits(&state, &p->was, sizeof state));
+    }
+    end_call(p, status);
+}
+
+/* Restarts a top with another scene, often at its own state, as a push or a change of body does. */
+void call_set_scene(place *p)
+{
+    const kr_state now = kr_top_state(p->top);
+    kr_scene scene = odds(50) ? p->scene : any_scene();
+    kr_top *other = NULL;
+    kr_config config = p->config;
+    config.poll = NULL;
+    if (odds(50)) scene.start = now;
+    if (odds(20)) scene.start.m = v_scale(spread(1e-4, 1e4), scene.start.m);
+    begin_call(p);
+    tell_scene(&scene);
+    print_call("top %d: set scene", (int)(p - places));
+    const kr_state low = kr_top_low(p->top), was = p->was;
+    const int has_low = odds(30), is_null = !has_low && odds(2),
+              is_own_low = same_bits(&scene.start, &was, sizeof was);
+    const kr_status would = kr_top_create(&scene, p->method, config, &other),
+                    status = has_low ? kr_top_set_scene_low(p->top, &scene, &low)
+                                     : kr_top_set_scene(p->top, is_null ? NULL : &scene);
+    const kr_state state = kr_top_state(p->top), kept = kr_top_low(p->top);
+    kr_top_free(other);
+    if (status == KR_OK) {
+        CLAIM(would == KR_OK);
+        p->was_stats = (kr_stats){0};
+        p->scene = scene;
+        p->start_low = kept;
+        p->landed = 1;
+        CLAIM(same_bits(&state, &scene.start, sizeof state));
+        CLAIM(kr_top_stats(p->top).steps == 0);
+        if (!has_low) CLAIM(kept.q.w == 0.0 && kept.m.x == 0.0);
+    } else {
+        CLAIM(same_bits(&state, &was, sizeof state) && same_bits(&low, &kept, sizeof low));
+        /* The low words of another state may be invalid for this one. */
+        const int may_be_invalid = is_null || (has_low && !is_own_low);
+        if (would == KR_OK)
+            CLAIM(status == KR_ERR_MEMORY || (status == KR_ERR_ARGUMENT && may_be_invalid));
     }
     end_call(p, status);
 }
@@ -241,10 +284,10 @@ static void release(place *p)
 void call_top(void)
 {
     static void (*const calls[])(place *) = {
-        call_step,    call_step,     call_advance, call_advance, call_advance, call_record,
-        call_record,  call_watch,    call_seek,    call_seek,    call_seek,    call_save,
-        call_load,    call_damage,   call_forge,   call_reset,   call_repeat,  call_compare,
-        call_compare, call_tangents, release};
+        call_step,    call_step,    call_advance,  call_advance, call_advance,   call_record,
+        call_record,  call_watch,   call_seek,     call_seek,    call_seek,      call_save,
+        call_load,    call_damage,  call_forge,    call_reset,   call_set_scene, call_repeat,
+        call_compare, call_compare, call_tangents, release};
     place *p = &places[choose(PLACES)];
     if (!p->top)
         create(p);

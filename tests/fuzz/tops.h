@@ -11,7 +11,8 @@ typedef struct search {
 } search;
 typedef struct place {
     kr_top *top;
-    kr_scene scene; /* with the start that was last set */
+    kr_scene scene;     /* with the start that was last set */
+    kr_state start_low; /* low words of this start */
     const kr_method *method;
     kr_config config;
     int polls, patience; /* polls of this call; poll number `patience` stops the call */
@@ -47,6 +48,7 @@ void call_record(place *p);
 void call_compare(place *p); /* compares with a top that goes to the same time directly */
 void call_tangents(place *p);
 void call_reset(place *p);
+void call_set_scene(place *p);
 void any_search(search *s); /* events, some of them invalid */
 void call_watch(place *p);
 void call_seek(place *p);

@@ -70,7 +70,9 @@ FILES = ["top.npz", "top.toml", "top.run", "top.csv", "top.html", "new"]
 
 RIGHT = {
     **dict.fromkeys(["attitude", "attitude_xyzw", "q", "a", "b", "given"], ATTITUDES),
-    **dict.fromkeys(["com", "pivot", "by", "normal", "v", "momentum", "velocity"], VECTORS),
+    **dict.fromkeys(
+        ["com", "pivot", "by", "normal", "v", "momentum", "velocity", "impulse"], VECTORS
+    ),
     **dict.fromkeys(["body_momentum", "body_velocity", "angles", "rates", "value"], VECTORS),
     **dict.fromkeys(["inertia", "inertia_about_com"], INERTIAS),
     **dict.fromkeys(["mass", "radius", "height", "half", "density", "length", "i1", "i3"], SIZES),
@@ -86,6 +88,7 @@ RIGHT = {
     **dict.fromkeys(["file", "source", "path"], FILES),
     **dict.fromkeys(["t", "times"], TIMES),
     "inertia_rtol": [0.0, 1e-3],
+    "keep": ["momentum", "velocity"],
     "damping": [0.1, (0.1, 0.2, 0.3)],
     "body": [TOP.body, LAGRANGE.body, CORNER, MADE_UP, PLATE],
     "scene": SCENES,

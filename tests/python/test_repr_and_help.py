@@ -64,7 +64,8 @@ def test_dir_of_the_scenes_lists_scenes():
 
 
 def test_a_run_shows_what_a_user_may_call():
-    may = {"checkpoint", "ended", "plan", "save", "stream", "to"}
+    may = {"checkpoint", "ended", "plan", "save", "start_time", "stream", "to"}
+    may |= {"change", "push", "reset"}
     assert {name for name in dir(kr.Run) if not name.startswith("_")} == may
 
 

@@ -10,14 +10,16 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from .._model.scene import Scene
-from .._utils.validation import Array, Numbers, as_finite_array, as_float
+from .._utils.validation import Array, Numbers, R, as_finite_array, as_float
 
 CHUNK_SIZE = 1 << 14  # largest number of states that are held in memory at a time
 COUNTABLE = 2.0**53  # largest number up to which doubles represent all integers
 _TIMES_FORM = "a number or a list of times"
 
 
-def time_array(t: object, step: float | None, every: int | None, size: int = 64) -> Array:
+def time_array(
+    t: object, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
+) -> Array:
     """Return the times that `t` specifies: a list, or an end time as in `time_grid`.
 
     `size` is the number of bytes of a state. Raises MemoryError if the states do not fit into
@@ -25,7 +27,7 @@ def time_array(t: object, step: float | None, every: int | None, size: int = 64)
     """
     times = as_finite_array("t", t, _TIMES_FORM)
     if times.ndim == 0:
-        return time_grid(float(times), step, every, size)
+        return time_grid(float(times), step, every, size, begin)
     if times.ndim > 1:
         raise ValueError(
             f"t must be a number or a list of times, not an array of shape {times.shape}"
@@ -34,11 +36,13 @@ def time_array(t: object, step: float | None, every: int | None, size: int = 64)
     return times
 
 
-def time_grid(end: float, step: float | None, every: int | None, size: int = 64) -> Array:
-    """Return the times 0 and `end` or, if `every` is given, the time of every `every`-th step."""
+def time_grid(
+    end: float, step: float | None, every: int | None, size: int = 64, begin: float = 0.0
+) -> Array:
+    """Return `begin` and `end` or, if `every` is given, the time of every `every`-th step."""
     if step is None or every is None:
-        return np.array([0.0, end])
-    return _make_grid(end, step, every, size + 8)
+        return np.array([begin, end])
+    return _make_grid(end, step, every, size + 8, begin)
 
 
 def check_times(times: Array, every: int | None) -> None:
@@ -71,11 +75,12 @@ def time_chunks(
     every: int | None,
     size: int,
     after: float | None,
+    begin: float = 0.0,
 ) -> Iterator[Array]:
     """Return the times that `t` specifies, in chunks of `size` times.
 
-    `t` may also be an infinite iterator. If `t` is a number, only times beyond the time `after` are
-    returned.
+    `t` may also be an infinite iterator. If `t` is a number, the steps begin at the time `begin`,
+    and only times beyond the time `after` are returned.
     """
     if isinstance(t, Iterator):
         if every is not None:
@@ -90,7 +95,7 @@ def time_chunks(
             "or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
-    return _grid_chunks(end, step, every, size, after)
+    return _grid_chunks(end, step, every, size, after, begin)
 
 
 def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
@@ -122,34 +127,43 @@ def _iterator_chunks(t: Iterable[float], size: int) -> Iterator[Array]:
         yield times
 
 
-def _count_steps(end: float, step: float) -> int:
-    """Return the number of whole steps from 0 to `end`, allowing for a rounding error of `end`."""
-    length = abs(end)
+def _count_steps(end: float, step: float, begin: float = 0.0) -> int:
+    """Return the number of whole steps from `begin` to `end`, allowing for rounding errors."""
+    length = abs(end - begin)
     if not length / step < COUNTABLE:
         raise ValueError(too_many_steps_message(end, step))
     steps = math.floor(length / step + 0.5)
-    return steps - 1 if steps * step - length > 2.0 * np.finfo(float).eps * length else steps
+    rounding = 2.0 * np.finfo(float).eps * max(abs(begin), abs(end))
+    return steps - 1 if steps * step - length > rounding else steps
 
 
-def _make_grid(end: float, step: float, every: int, size: int) -> Array:
-    """Return the times of every `every`-th step from 0 to `end`."""
-    steps = _count_steps(end, step)
+def _grid_times(steps: R, step: float, begin: float) -> R:
+    """Return the times of the steps with the numbers `steps` of a grid that starts at `begin`."""
+    times = steps * step
+    return times + begin if begin else times
+
+
+def _make_grid(end: float, step: float, every: int, size: int, begin: float) -> Array:
+    """Return the times of every `every`-th step from `begin` to `end`."""
+    steps = _count_steps(end, step, begin)
     states = steps // every + 1
     check_memory(states, size)
-    return np.arange(0, steps + 1, every, dtype=np.float64) * math.copysign(step, end)
+    grid = np.arange(0, steps + 1, every, dtype=np.float64)
+    return _grid_times(grid, math.copysign(step, end - begin), begin)
 
 
 def _grid_chunks(
-    end: float, step: float, every: int, size: int, after: float | None
+    end: float, step: float, every: int, size: int, after: float | None, begin: float
 ) -> Iterator[Array]:
-    last = 2**53 - 1 if math.isinf(end) else _count_steps(end, step)
-    first = 0
+    last = 2**53 - 1 if math.isinf(end) else _count_steps(end, step, begin)
+    first, signed = 0, math.copysign(step, end - begin)
     if after is not None:
-        first = _count_steps(after, step) // every * every
-        first += every if first * step <= abs(after) else 0
-    signed = math.copysign(step, end)
+        first = _count_steps(after, step, begin) // every * every
+        first += every if abs(_grid_times(float(first), signed, begin)) <= abs(after) else 0
     return (
-        np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64) * signed
+        _grid_times(
+            np.arange(k, min(k + size * every, last + 1), every, dtype=np.float64), signed, begin
+        )
         for k in range(first, last + 1, size * every)
     )
 

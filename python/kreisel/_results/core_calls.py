@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from .._core import Work, record, start
@@ -9,26 +11,64 @@ from .._model.scene import Scene
 from .._options.methods import explain_no_closed_form, has_torus
 from .._options.solve_options import Progress, SolveOptions
 from .._utils.errors import status_to_exception
-from .._utils.validation import Array
+from .._utils.validation import Array, as_finite_array, as_float
 
 # The name of the status; the states reached (n, 8), as t, q, m; the low words of these states or
 # None; the numbers of steps, rejected steps, evaluations and iterations; the last requested time.
 CoreResult = tuple[str, Array, Array | None, tuple[int, int, int, int], float]
 
 
+class Origin(NamedTuple):
+    """The time [T] at which the scene of a run starts, and the low words (8,) of its start or None.
+
+    The time is 0 unless the run was pushed, reset or changed.
+    """
+
+    begin: float = 0.0
+    low: Array | None = None
+
+    def to_json(self) -> list[object] | None:
+        """Return the origin as numbers for a header in JSON, or None if it is the default."""
+        if not self.begin and self.low is None:
+            return None
+        return [self.begin, None if self.low is None else self.low.tolist()]
+
+    @classmethod
+    def from_json(cls, value: object) -> Origin:
+        """Return the origin from numbers in a header. Raises TypeError or ValueError."""
+        if value is None:
+            return ORIGIN
+        if not isinstance(value, list) or len(value) != 2:
+            raise TypeError("the start must be a time and low words")
+        low = None if value[1] is None else as_finite_array("low", value[1], "8 numbers")
+        if low is not None and low.shape != (8,):
+            raise ValueError(f"the low words of the start must be 8 numbers, not {low.size}")
+        return cls(as_float("the time of the start", value[0]), low)
+
+
+ORIGIN = Origin()
+
+
 def record_states(
-    scene: Scene, options: SolveOptions, times: Array, progress: Progress | Work | None = None
+    scene: Scene,
+    options: SolveOptions,
+    times: Array,
+    progress: Progress | Work | None = None,
+    origin: Origin = ORIGIN,
 ) -> CoreResult:
     """Record the states at validated times.
 
     `progress` is either a function called with the time reached, or a Work that can stop the run.
     """
-    result = record(scene._block, *options.core, times, progress=progress)
+    begin, low = origin
+    result = record(scene._block, *options.core, times, progress=progress, begin=begin, low=low)
     assert result is not None
     return result
 
 
-def record_unordered(scene: Scene, options: SolveOptions, times: Array) -> CoreResult:
+def record_unordered(
+    scene: Scene, options: SolveOptions, times: Array, origin: Origin = ORIGIN
+) -> CoreResult:
     """Record the states at times in any order, before or after t = 0.
 
     Negative and positive times need separate runs. If one of the two runs fails, only the result of
@@ -42,7 +82,7 @@ def record_unordered(scene: Scene, options: SolveOptions, times: Array) -> CoreR
         at = at[np.argsort(np.abs(times[at]), kind="stable")]
         if not at.size:
             continue
-        result = record_states(scene, options, times[at])
+        result = record_states(scene, options, times[at], None, origin)
         if result[0] != "OK":
             return result
         states[at], end, counts = result[1], result[-1], counts + result[3]

@@ -26,7 +26,7 @@ from .._options.solve_options import Progress, SolveOptions
 from .._utils.literals import MethodName
 from .._utils.validation import Array, Quaternion
 from ..quaternion import conjugate, multiply, turn
-from .core_calls import CoreResult
+from .core_calls import ORIGIN, CoreResult, Origin
 
 CLOSED_FORM = SolveOptions(methods[EXACT], requested_method=EXACT)
 SERIES = SolveOptions(methods[FALLBACK], requested_method=FALLBACK)
@@ -132,6 +132,7 @@ def rounding_growth(
     digits: int = 16,
     max_steps: int = 0,
     progress: Progress | Work | None = None,
+    origin: Origin = ORIGIN,
 ) -> tuple[CoreResult, float]:
     """Return a result of the core, and the largest growth of a rounding error of the start.
 
@@ -148,7 +149,8 @@ def rounding_growth(
     for side in (times[times < 0.0], times[times > 0.0]):
         if not side.size:
             continue
-        _, top = start(scene._block, *series.core, bool(side[0] < 0.0), [], TANGENTS["start"][0])
+        back, columns = bool(side[0] < 0.0), TANGENTS["start"][0]
+        _, top = start(scene._block, *series.core, back, [], columns, begin=origin.begin)
         assert top is not None
         each = -(-side.size // _MAX_POINTS)
         # Every `each`-th time, counted back from the last time, which is thus included.

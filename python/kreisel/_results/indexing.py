@@ -38,17 +38,17 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
     return at
 
 
-def check_path_times(reached: Array, t: Numbers) -> Array:
+def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
     """Return `t` as an array (k,), in any order. Raises ValueError for times outside the path.
 
-    `reached` contains the times of the path.
+    `reached` contains the times of the path, and `begin` is the time of its start.
     """
     times = as_finite_array("t", t, "a number or a list of times")
     if times.ndim > 1:
         raise ValueError(
             f"t must be a number or a list of times, not an array of shape {times.shape}"
         )
-    low, high = float(reached.min(initial=0.0)), float(reached.max(initial=0.0))
+    low, high = float(reached.min(initial=begin)), float(reached.max(initial=begin))
     outside = np.flatnonzero((times < low) | (times > high))
     if outside.size:
         i = int(outside[0])

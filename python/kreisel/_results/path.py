@@ -21,7 +21,7 @@ from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
 from .._utils.literals import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
-from .core_calls import CoreResult, creation_error, record_unordered
+from .core_calls import ORIGIN, CoreResult, Origin, creation_error, record_unordered
 from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
 from .indexing import StateIndex, check_path_times, resolve_index
 from .serialization import dump_path
@@ -64,6 +64,7 @@ class Path(ReadOnlyArrays, Tables):
     _events: Events | None = None
     _choice: StepChoice | None = None  # the choice of method='geometric'
     _tangent_data: TangentData | None = None
+    _origin: Origin = ORIGIN
 
     def __init__(
         self,
@@ -77,15 +78,13 @@ class Path(ReadOnlyArrays, Tables):
         _events: Events | None = None,
         _choice: StepChoice | None = None,
         _tangent_data: TangentData | None = None,
+        _origin: Origin = ORIGIN,
     ) -> None:
         fields = self.__dict__  # avoids the slow object.__setattr__ of frozen dataclasses
         fields["scene"], fields["stats"], fields["_options"] = scene, stats, _options
         fields["_is_back"], fields["_low"], fields["_columns"] = _is_back, _low, _columns
-        fields["_events"], fields["_choice"], fields["_tangent_data"] = (
-            _events,
-            _choice,
-            _tangent_data,
-        )
+        fields["_events"], fields["_choice"] = _events, _choice
+        fields["_tangent_data"], fields["_origin"] = _tangent_data, _origin
         if _low is not None:
             _low.flags.writeable = False
         if _columns is None:
@@ -126,8 +125,10 @@ class Path(ReadOnlyArrays, Tables):
         )
 
     def _rounding_growth(self) -> float:
-        result, largest = rounding_growth(self.scene, self.t, self.digits or 16)
-        path_or_raise(self.scene, SERIES, result)
+        result, largest = rounding_growth(
+            self.scene, self.t, self.digits or 16, origin=self._origin
+        )
+        path_or_raise(self.scene, SERIES, result, self._origin)
         return largest
 
     def _max_angle_to(self, second: SolveOptions) -> float:
@@ -135,8 +136,8 @@ class Path(ReadOnlyArrays, Tables):
 
         The low words of both paths are included.
         """
-        result = record_unordered(self.scene, second, self.t)
-        other = path_or_raise(self.scene, second, result)
+        result = record_unordered(self.scene, second, self.t, self._origin)
+        other = path_or_raise(self.scene, second, result, self._origin)
         return max_angle((self.q, self.q_low), (other.q, other.q_low))
 
     @cached_property
@@ -157,8 +158,8 @@ class Path(ReadOnlyArrays, Tables):
 
         The states have the same bits as if kreisel.solve were called with these times.
 
-        t  a number, for a path with one state, or a list in any order; all times must lie between 0
-           and the end of the path [T]
+        t  a number, for a path with one state, or a list in any order; all times must lie between
+           the start and the end of the path [T]
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.asymmetric, 10)
@@ -178,8 +179,9 @@ class Path(ReadOnlyArrays, Tables):
                 f"this path is of the closed form of {self.method}'s map, which has no states "
                 "between its steps: call what kreisel.exact gave, with the numbers of the steps"
             )
-        result = record_unordered(self.scene, self._options, check_path_times(self.t, t))
-        path = path_or_raise(self.scene, self._options, result)
+        times = check_path_times(self.t, t, self.start_time)
+        result = record_unordered(self.scene, self._options, times, self._origin)
+        path = path_or_raise(self.scene, self._options, result, self._origin)
         states = NO_STATES if path._columns else path.states
         return replace(path, states=states, _is_back=self._is_back, _choice=self._choice)
 
@@ -209,6 +211,15 @@ class Path(ReadOnlyArrays, Tables):
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a path consists of several arrays."""
         raise TypeError("a path is not an array: use one of its arrays, as path.q or path.states")
+
+    @property
+    def start_time(self) -> float:
+        """The time at which the scene of this path starts [T].
+
+        The value is 0 unless the path belongs to a kreisel.Run that was pushed, reset or changed.
+        It is then the time of the last change before the path.
+        """
+        return self._origin.begin
 
     def scene_at(self, i: int) -> Scene:
         """Return the scene whose initial state, at t = 0, is state i of this path.
@@ -388,19 +399,24 @@ def stop_exception(status: str, path: Path, where: str) -> BaseException:
     return creation_error(status, path.scene, path.method, path.step, path.tol)
 
 
-def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
+def make_path(
+    scene: Scene, options: SolveOptions, result: CoreResult, origin: Origin = ORIGIN
+) -> Path:
     """Return a path with all states in `result`, a result of the core."""
     _, states, low, counts, end = result
     is_back = end < 0.0 and options.step is not None
-    return Path(scene, states, Stats(*counts), options.path_options, is_back, low)
+    stats, options = Stats(*counts), options.path_options
+    return Path(scene, states, stats, options, is_back, low, _origin=origin)
 
 
-def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
+def path_or_raise(
+    scene: Scene, options: SolveOptions, result: CoreResult, origin: Origin = ORIGIN
+) -> Path:
     """Return a path from a result of the core, with only the quantities in `options.want`.
 
     Raises the exception of stop_exception if the status of the result is not 'OK'.
     """
-    path = keep_wanted(make_path(scene, options, result), options.want, result[-1])
+    path = keep_wanted(make_path(scene, options, result, origin), options.want, result[-1])
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, result[-1]))
     return path

@@ -18,6 +18,7 @@ from .._options.quantities import LOW, QUANTITIES, RECORDABLE
 from .._options.solve_options import SolveOptions, options_for_method, parse_want
 from .._utils.archive import Archive, Integers, pack
 from .._utils.validation import Array, as_float, as_int, short_repr
+from .core_calls import ORIGIN, Origin
 from .state_quantities import NO_STATES, States, Stats
 from .tangent_data import TangentData
 
@@ -39,6 +40,7 @@ class PathRecord(NamedTuple):
     events: Any = None  # a kreisel.Events
     choice: StepChoice | None = None
     carried: TangentData | None = None
+    origin: Origin = ORIGIN
 
     @property
     def t(self) -> Array:
@@ -61,6 +63,7 @@ def dump_path(path: States, met: EventArrays | None) -> bytes:
         "digits": path.digits,
         "want": path.want,
         "low": path._low is not None,
+        "start": path._origin.to_json(),
         "stats": path.stats,
         "choice": path._choice and asdict(path._choice),
         "tangents": path._tangent_data
@@ -139,7 +142,8 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
     costs = Stats(*(as_int("a number of the stats", n, 0) for n in stats))
     choice = None if head["choice"] is None else _parse_choice(_require_table(head["choice"]))
     is_back = step is not None and step < 0.0
-    return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice)
+    origin = Origin.from_json(head.get("start"))
+    return PathRecord(scene, NO_STATES, costs, options, is_back, choice=choice, origin=origin)
 
 
 def _parse_choice(words: dict[str, object]) -> StepChoice:

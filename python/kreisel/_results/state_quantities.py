@@ -16,6 +16,7 @@ from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest
 from .._utils.literals import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, read_only, short_repr
+from .core_calls import Origin
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ class States(QuantityAttributes):
     _columns: dict[str, Array] | None  # t and the quantities in want, instead of states
     _choice: StepChoice | None  # the choice of method='geometric'
     _tangent_data: TangentData | None
+    _origin: Origin
 
     @property
     def method(self) -> MethodName:
@@ -246,7 +248,7 @@ class States(QuantityAttributes):
     def energy_error(self) -> float:
         """The largest relative error of the energy, max |E - E0| / max (T + mass |gravity| |com|).
 
-        The maxima are over the states; E0 is the energy at t = 0 and T the kinetic energy. The
+        The maxima are over the states; E0 is the energy at the start and T the kinetic energy. The
         value is zero for a path without states, and NaN for a damped top, which loses energy.
         """
         if self.scene._is_damped:

@@ -9,14 +9,18 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path as File
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .._core import start as start_top
 from .._core import statuses
+from .._model.body import Body
+from .._model.exact_momentum import add_impulse, keep_velocity
+from .._model.kwargs_types import SceneKwargs
 from .._model.scene import Scene, parse_toml
-from .._options.methods import FALLBACK
+from .._options.methods import FALLBACK, resolve_method
 from .._options.plan import Plan, make_plan
 from .._options.solve_options import (
     Progress,
@@ -32,6 +36,7 @@ from .._options.times import (
     time_array,
     time_chunks,
 )
+from .._results.core_calls import ORIGIN, Origin
 from .._results.path import (
     Path,
     Stats,
@@ -44,20 +49,34 @@ from .._results.recorder import add_events, record_chunks, report_end
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import refuse_assignment
 from .._utils.literals import MethodName, QuantityName
-from .._utils.validation import Array, Numbers, as_int, short_repr
+from .._utils.validation import Array, Numbers, Vector, as_int, as_vector, short_repr
 from ..events import Event, from_record, parse_events, to_core_events, to_record
 
 if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
+
     from .._core import Run as Motion
 
 MAGIC = b"kreisel run\n"  # the first bytes of a checkpoint
 _FUSED = {"avx512", "avx2", "neon"}  # kernels that give identical results, with fused multiply-add
 EventSpec = Event | Sequence[Event]
+_ATTITUDES = {"attitude", "attitude_xyzw"}
+_IN_BODY = {"body_momentum", "body_velocity"}
+_UNDER_WAY = "this run is under way: another thread leads it, or a call that has not yet returned"
+
+
+class _Present(NamedTuple):
+    """The motion of a run, its present state as a scene, and the low words (8,) of this state."""
+
+    motion: Motion
+    scene: Scene
+    t: float
+    low: Array
 
 
 @refuse_assignment(
-    "a run goes on as it began; kreisel.start(path.end.replace(momentum=...)) begins another one "
-    "at the last state of its path"
+    "run.push, run.reset and run.change change a run; "
+    "kreisel.start(path.end.replace(momentum=...)) begins another one at the last state of its path"
 )
 class Run:
     """A motion that can be advanced in several calls, from kreisel.start or kreisel.resume.
@@ -67,6 +86,21 @@ class Run:
     scene, method, step, tol, digits, want, events  as in kreisel.solve; step is positive
     t      the time of the last state returned; after a failure the time of the last good state [T]
     stats  the cost of the run so far
+
+    run.push, run.reset and run.change change the motion at the present time t. The time goes on;
+    everything else is as in a new run of the present state:
+
+    - run.scene is the present state, and run.start_time its time. Each path has the scene of its
+      own states, so that its energy, `path(t)` and `path.error` refer to this scene;
+    - the grid of a fixed step begins at the present time;
+    - run.stats, the limit max_steps and the counts of events begin at zero. A run that ended at a
+      terminal event goes on. The events are searched for as before. An event at the present time is
+      not found again, and a jump of its function by the change is no event;
+    - the next path of run.to(t) begins with the state after the change;
+    - with 20 or 30 digits, the low words of the present state are kept.
+
+    The method stays the same. If it does not apply after the change, or if an argument is invalid,
+    an exception is raised and the run is unchanged.
     """
 
     scene: Scene
@@ -81,23 +115,19 @@ class Run:
     _options: SolveOptions
     _back: bool
     _fresh: bool
+    _origin: Origin
     _top: Motion
 
-    def __init__(self, scene: Scene, options: SolveOptions, back: bool) -> None:
+    def __init__(
+        self, scene: Scene, options: SolveOptions, back: bool, origin: Origin = ORIGIN
+    ) -> None:
         own = self.__dict__  # ordinary assignments to attributes raise an exception
         own["_options"], own["_back"], own["_fresh"] = options, back, True
         own["scene"], own["method"], own["want"] = scene, options.method.name, options.want
         own["events"] = options.events
         own["step"], own["tol"], own["digits"] = options.step, options.tol, options.digits
-        own["t"], own["stats"] = 0.0, Stats(0, 0, 0, 0)
-        status, top = start_top(
-            scene._block, *options.core, back, to_core_events(self.events or ())
-        )
-        if top is None:
-            result = status, scene._start.copy(), None, (0, 0, 0, 0), -0.1 if back else 0.0
-            path = make_path(scene, options, result)
-            raise stop_exception(status, path, progress_text(path, 0.0))
-        own["_top"] = top
+        own["t"], own["stats"] = origin.begin, Stats(0, 0, 0, 0)
+        own["_origin"], own["_top"] = origin, _create_motion(scene, options, back, origin)
 
     def __repr__(self) -> str:
         return f"<kreisel.Run: {self.method} at t = {self.t:g}, {self.stats.steps} steps>"
@@ -143,11 +173,12 @@ class Run:
     ) -> Iterator[Path]:
         """Return an iterator over the paths that follow the current time, as from kreisel.stream.
 
-        The run can be saved between two paths.
+        The run can be saved, pushed, reset or changed between two paths. The stream then goes on
+        with its times.
         """
         number = parse_every(self._options.method, every)
-        reached = None if self._fresh else self.t
-        chunks = time_chunks(t, self.step, number, as_int("chunk", chunk, 1), reached)
+        reached, size = None if self._fresh else self.t, as_int("chunk", chunk, 1)
+        chunks = time_chunks(t, self.step, number, size, reached, self.start_time)
         return self._stream(chunks, parse_progress(progress))
 
     def _stream(self, chunks: Iterator[Array], progress: Progress | None) -> Iterator[Path]:
@@ -163,7 +194,7 @@ class Run:
 
     def _times(self, t: Numbers, every: int | None) -> Array:
         number = parse_every(self._options.method, every)
-        times = time_array(t, self.step, number, self._options.size)
+        times = time_array(t, self.step, number, self._options.size, self.start_time)
         if np.ndim(t) > 0 or self._fresh:
             return times
         if number is not None:
@@ -175,21 +206,166 @@ class Run:
         check_horizon(self.scene, float(times[-1]), self.step)
 
     def _record(self, times: Array, progress: Progress | None) -> tuple[str, Path]:
-        met = None
+        met, motion = None, self._top
         try:
             if self.events is None:
                 low = self._options.has_low_words
-                result = self._top.record(times, low, progress)
+                result = motion.record(times, low, progress)
             else:
-                result, met = self._top.record_events(times, progress)
+                result, met = motion.record_events(times, progress)
         finally:  # the time is updated even if `progress` raises an exception
+            if self._top is not motion:  # another thread changed the run at the same moment
+                raise RuntimeError(_UNDER_WAY)
             fresh = self._fresh and not times.size
-            self.__dict__.update(t=self._top.t, _fresh=fresh)
-        path = make_path(self.scene, self._options, result)
+            self.__dict__.update(t=motion.t, _fresh=fresh)
+        path = make_path(self.scene, self._options, result, self._origin)
         if met is not None:
             path = add_events(path, met)
         self.__dict__["stats"] = path.stats
         return result[0], path
+
+    def push(self, impulse: ArrayLike) -> None:
+        """Add an angular impulse to the angular momentum at the present time.
+
+        impulse  the integral of a torque about the fixed point over a time in which the top does
+                 not move, in space [M L^2 T^-1]
+
+        The description of the class says how the run goes on. Raises TypeError or ValueError for
+        anything but three finite numbers. Raises ValueError for a horizontal impulse if `want` has
+        only quantities that do not depend on the heading, because the heading is then not computed.
+
+        >>> import kreisel as kr
+        >>> run = kr.start(kr.scenes.sleeping)
+        >>> upright = run.to(3.0)
+        >>> run.push((0.1, 0.0, 0.0))
+        >>> bool(run.to([3.5]).nutation[0] > 0.0), run.start_time
+        (True, 3.0)
+        """
+        jolt = as_vector("impulse", impulse)
+        if self._options.leave_heading and (jolt[0] or jolt[1]):
+            raise ValueError(_no_heading_message("a horizontal impulse"))
+        now = self._present()
+        momentum, low = add_impulse(now.scene.momentum, now.low[5:], jolt)
+        self._restart(now, now.scene.replace(momentum=momentum), momentum_low=low)
+
+    def reset(
+        self,
+        momentum: ArrayLike | None = None,
+        attitude: ArrayLike | Rotation | None = None,
+        *,
+        velocity: ArrayLike | None = None,
+        body_momentum: ArrayLike | None = None,
+        body_velocity: ArrayLike | None = None,
+        attitude_xyzw: ArrayLike | None = None,
+    ) -> None:
+        """Set the momentum, the attitude, or both, at the present time.
+
+        The arguments are those of kreisel.Scene. An attitude without a momentum keeps the angular
+        momentum in space. The description of the class says how the run goes on.
+
+        Raises TypeError if there is no argument. Raises ValueError if `want` has only quantities
+        that do not depend on the heading, and the new state depends on the present heading: then
+        give an attitude and a momentum, or only body_momentum or body_velocity.
+        """
+        given: SceneKwargs = {}
+        if momentum is not None:
+            given["momentum"] = momentum
+        if attitude is not None:
+            given["attitude"] = attitude
+        if velocity is not None:
+            given["velocity"] = velocity
+        if body_momentum is not None:
+            given["body_momentum"] = body_momentum
+        if body_velocity is not None:
+            given["body_velocity"] = body_velocity
+        if attitude_xyzw is not None:
+            given["attitude_xyzw"] = attitude_xyzw
+        if not given:
+            raise TypeError("reset needs a momentum, an attitude, or both")
+        turned, moved = given.keys() & _ATTITUDES, given.keys() - _ATTITUDES
+        is_free = bool(turned and moved) or given.keys() <= _IN_BODY
+        if self._options.leave_heading and not is_free:
+            raise ValueError(_no_heading_message("a reset of a part of the state"))
+        now = self._present()
+        if turned:
+            now.low[1:5] = 0.0
+        none = (0.0, 0.0, 0.0) if moved else None
+        self._restart(now, now.scene.replace(**given), momentum_low=none)
+
+    def change(
+        self,
+        *,
+        body: Body | None = None,
+        gravity: float | None = None,
+        damping: ArrayLike | None = None,
+        keep: Literal["momentum", "velocity"] = "momentum",
+    ) -> None:
+        """Change the body, gravity or damping at the present time.
+
+        The arguments are those of kreisel.Scene. The attitude stays the same: it carries the frame
+        of description of the new body into space.
+
+        keep  the vector in space that stays the same if the body changes. "momentum" describes a
+              sudden change by internal forces, as when a skater draws in his arms. "velocity"
+              describes parts that already turn with the body when they join or leave it
+
+        The description of the class says how the run goes on. Raises TypeError if nothing is
+        changed. Raises ValueError if the method does not apply to the changed top, as a closed form
+        does not apply to a damped top.
+        """
+        given: SceneKwargs = {}
+        if body is not None:
+            given["body"] = body
+        if gravity is not None:
+            given["gravity"] = gravity
+        if damping is not None:
+            given["damping"] = damping
+        if not given:
+            raise TypeError("change needs a body, gravity or damping")
+        if keep not in ("momentum", "velocity"):
+            raise ValueError(f"keep must be 'momentum' or 'velocity', not {short_repr(keep)}")
+        now, low = self._present(), None
+        scene = now.scene.replace(**given)
+        if keep == "velocity" and body is not None:
+            old, q, m = now.scene.body, np.array(scene.attitude), np.array(scene.momentum)
+            momentum, low = keep_velocity(old, scene.body, q, now.low[1:5], m, now.low[5:])
+            scene = scene.replace(momentum=momentum)
+        self._restart(now, scene, momentum_low=low)
+
+    def _present(self) -> _Present:
+        """Return the present state. Raises RuntimeError if another call advances the run."""
+        motion = self._top
+        state, low = motion.state()
+        t, *numbers = state.tolist()
+        scene = self.scene.replace(attitude=tuple(numbers[:4]), momentum=tuple(numbers[4:]))
+        return _Present(motion, scene, t, low)
+
+    def _restart(self, now: _Present, scene: Scene, momentum_low: Vector | None) -> None:
+        """Replace the motion by one that starts from `scene` at the time of `now`.
+
+        The low words of the start are those of `now`, except `momentum_low` if it is not None.
+        """
+        resolve_method(self.method, scene)
+        check_horizon(scene, now.t, self.step)
+        if momentum_low is not None:
+            now.low[5:] = momentum_low
+        origin = Origin(now.t, now.low if self._options.has_low_words else None)
+        changes = {
+            "scene": scene,
+            "t": now.t,
+            "stats": Stats(0, 0, 0, 0),
+            "_fresh": True,
+            "_origin": origin,
+            "_top": _create_motion(scene, self._options, self._back, origin),
+        }
+        if self._top is not now.motion or now.motion.t != now.t:
+            raise RuntimeError(_UNDER_WAY)
+        self.__dict__.update(changes)  # a single call, so that Ctrl-C finds all or nothing changed
+
+    @property
+    def start_time(self) -> float:
+        """The time at which run.scene starts [T]: 0, or the time of the last change."""
+        return self._origin.begin
 
     @property
     def ended(self) -> bool:
@@ -215,6 +391,7 @@ class Run:
             "asked": self._options.requested_method,
             "back": self._back,
             "fresh": self._fresh,
+            "start": self._origin.to_json(),
             "t": self.t,
             "stats": self.stats,
             "kernel": self._top.kernel[0],
@@ -231,6 +408,29 @@ class Run:
     def save(self, file: str | os.PathLike[str]) -> None:
         """Write the checkpoint to a file. The file is replaced atomically."""
         atomic_write(file, self.checkpoint)
+
+
+def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Origin) -> Motion:
+    """Return a motion of the core that starts at `origin`.
+
+    Raises the exception of stop_exception if the core rejects the scene.
+    """
+    events = to_core_events(options.events or ())
+    status, motion = start_top(scene._block, *options.core, back, events, 0, *origin)
+    if motion is not None:
+        return motion
+    state = scene._start.copy()
+    state[0, 0] = origin.begin
+    result = status, state, None, (0, 0, 0, 0), -0.1 if back else 0.0
+    path = make_path(scene, options, result, origin)
+    raise stop_exception(status, path, progress_text(path, origin.begin))
+
+
+def _no_heading_message(what: str) -> str:
+    return (
+        "the heading of this run is not computed, because no quantity in want depends on it: "
+        f"{what} needs it, so add 'q' to want"
+    )
 
 
 def resume(checkpoint: bytes | str | os.PathLike[str], *, max_steps: int | None = None) -> Run:
@@ -277,7 +477,7 @@ def _restore_run(line: bytes, memory: bytes, max_steps: int | None) -> tuple[Run
     if rows is not None:
         events = parse_events(options.method.name, [from_record(row) for row in rows])
         options = replace(options, events=events)
-    run = Run(scene, options, head["back"])
+    run = Run(scene, options, head["back"], Origin.from_json(head.get("start")))
     found = [as_int("a count of events", n, 0) for n in head.get("found", [])]
     status = run._top.load(memory, found)
     if status != "OK":

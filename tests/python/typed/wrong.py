@@ -17,6 +17,9 @@ print(kr.solve(scene, 1.0).events.times)  # wrong
 kr.solve(scene, "10")  # wrong
 kr.solve(scene, ["10"])  # wrong
 kr.start(scene).to("10")  # wrong
+kr.start(scene).reset(spin=1.0)  # wrong
+kr.start(scene).change(gravity=1.0, keep="spin")  # wrong
+kr.start(scene).change(body=scene)  # wrong
 kr.exact(scene)("10")  # wrong
 path("10")  # wrong
 kr.solve(scene, 1, stpe=0.1)  # wrong

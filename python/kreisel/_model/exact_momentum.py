@@ -1,0 +1,90 @@
+"""Sudden changes of the angular momentum, to all digits.
+
+A momentum of more than 16 digits is the sum of a double and a low word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from .._utils.validation import Array, Vector
+from .body import Body
+
+_Rational = tuple[Fraction, ...]
+
+
+def add_impulse(momentum: Vector, low: Array, impulse: Vector) -> tuple[Vector, Vector]:
+    """Return the momentum after an angular impulse, and its low words.
+
+    `low` contains the low words of `momentum`. The sums are not finite if they overflow.
+    """
+    x, y, z = map(_add_with_low, momentum, low.tolist(), impulse)
+    return (x[0], y[0], z[0]), (x[1], y[1], z[1])
+
+
+def _add_with_low(a: float, low: float, b: float) -> tuple[float, float]:
+    """Return a + low + b as a double and its low word (Knuth's two-sum)."""
+    total = a + b
+    part = total - a
+    rest = ((a - (total - part)) + (b - part)) + low
+    high = total + rest
+    return high, rest - (high - total)
+
+
+def keep_velocity(
+    old: Body, new: Body, attitude: Array, attitude_low: Array, momentum: Array, low: Array
+) -> tuple[Vector, Vector]:
+    """Return the momentum of the body `new` with the angular velocity of the body `old`.
+
+    Rational numbers keep all digits, and are rounded only once, at the end.
+
+    Both bodies have the same attitude, and `momentum` is the momentum of `old`. The arguments
+    `attitude_low` and `low` contain low words. Returns the momentum and its low words. Raises
+    ValueError if the momentum overflows.
+    """
+    q = _exact(attitude, attitude_low)
+    m = _turn(_conjugate(q), _exact(momentum, low))
+    along = _turn(_conjugate(_exact(old.axes)), m)
+    rate = [x / Fraction(moment) for x, moment in zip(along, old.moments, strict=True)]
+    velocity = _turn(_exact(old.axes), rate)
+    seen = _turn(_conjugate(_exact(new.axes)), velocity)
+    own = [x * Fraction(moment) for x, moment in zip(seen, new.moments, strict=True)]
+    return _round(_turn(q, _turn(_exact(new.axes), own)))
+
+
+def _exact(high: Sequence[float] | Array, low: Array | None = None) -> _Rational:
+    """Return the exact sums of doubles and their low words."""
+    rest = np.zeros(len(high)) if low is None else low
+    return tuple(Fraction(float(a)) + Fraction(float(b)) for a, b in zip(high, rest, strict=True))
+
+
+def _conjugate(q: _Rational) -> _Rational:
+    w, x, y, z = q
+    return w, -x, -y, -z
+
+
+def _turn(q: _Rational, v: Sequence[Fraction]) -> _Rational:
+    """Return q v q* / |q|^2."""
+    w, *u = q
+    square = w * w + sum(x * x for x in u)
+    along = sum((x * y for x, y in zip(u, v, strict=True)), Fraction(0))
+    own = w * w - sum(x * x for x in u)
+    turned = []
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        across = u[j] * v[k] - u[k] * v[j]
+        turned.append((own * v[i] + 2 * along * u[i] + 2 * w * across) / square)
+    return tuple(turned)
+
+
+def _round(exact: Sequence[Fraction]) -> tuple[Vector, Vector]:
+    """Return the doubles nearest to three rational numbers, and their low words."""
+    try:
+        x, y, z = (float(number) for number in exact)
+    except OverflowError:
+        raise ValueError("the momentum after the change exceeds the range of doubles") from None
+    rest = [float(number - Fraction(high)) for number, high in zip(exact, (x, y, z), strict=True)]
+    return (x, y, z), (rest[0], rest[1], rest[2])
