@@ -1,7 +1,7 @@
 /* The recurrence of lane_state.h: the coefficients of the series, the step size, and the sums of
  * the series. This source is compiled once for each instruction set. Each sum of products starts
  * with the middle indices. The newest coefficients are available last and are therefore used last.
- * The bits of a lane are the same for every vector width with fused multiply-add. */
+ * A lane gives bitwise equal results for every vector width with fused multiply-add. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"

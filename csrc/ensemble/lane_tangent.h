@@ -346,8 +346,7 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
 }
 /* Propagates the deviation from the start of the step to the time `to`, in at most `most` parts. At
  * this time the path has the point `at`. Writes the time that each lane has reached. Further parts
- * do not change the bits of lanes that have reached `to`. Returns the deviation without the known
- * solutions. */
+ * do not change lanes that have reached `to`. Returns the deviation without the known solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_areas *areas,
                                           wide *reached)

@@ -1,9 +1,9 @@
 /* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two. Each is a hardware
  * vector if the instruction set has one of this width (x86-64-v4: 8 lanes, v3: 4, baseline and
  * arm64: 2). Otherwise it is a pair of the next narrower width, down to plain C99 doubles. fma is a
- * fused multiply-add if the hardware has one, otherwise a product and a sum. The bits of the
- * results therefore depend only on whether the hardware has a fused multiply-add. This header is
- * compiled once for each instruction set. */
+ * fused multiply-add if the hardware has one, otherwise a product and a sum. The results therefore
+ * depend only on whether the hardware has a fused multiply-add. This header is compiled once for
+ * each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"

@@ -1,4 +1,4 @@
-// Keys of the page. A control names its keys in aria-keyshortcuts; arrows and W, A, S, D move the
+// Keys of the viewer. A control names its keys in aria-keyshortcuts; arrows and W, A, S, D move the
 // camera. "?" opens the list of keys.
 import { zoomBy, panBy, orbitBy } from "./camera.js";
 import { html, render } from "lit-html";

@@ -1,4 +1,4 @@
-// The panel of controls, charts and tables, rendered by lit-html from the state of the page.
+// The panel of controls, charts and tables, rendered by lit-html from the state of the viewer.
 import { html, noChange, nothing, render } from "lit-html";
 import { letKeysScroll, getTitle } from "./charts.js";
 import { renderChartPlace, renderAccuracy } from "./accuracy.js";

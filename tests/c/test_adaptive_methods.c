@@ -1,5 +1,5 @@
 /* Adaptive methods without the driver: extrap, and the methods of GSL if it is built in. Tests of
- * accuracy, landing, first steps, tolerances, failures and reproducible bits. */
+ * accuracy, landing, first steps, tolerances, failures and reproducible results. */
 #include <float.h>
 #include <stdlib.h>
 #include "method.h"

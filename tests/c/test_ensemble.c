@@ -153,7 +153,8 @@ static void test_accuracy_of_lanes(double tol)
     IS(lanes / TOPS < alone / TOPS + log(2.0));
 }
 
-/* All other methods give the same bits as for a single top, and fail in the same way. */
+/* With all other methods, the results of an ensemble are bitwise equal to those of single tops, and
+ * so are the failures. */
 static void test_methods_without_lanes(const kr_method *method)
 {
     kr_scene s[2] = {tilted(), tilted()};
@@ -179,7 +180,7 @@ static void test_methods_without_lanes(const kr_method *method)
     kr_worker_free(worker);
 }
 
-/* The failure of a top is reported for that top, and its good states are kept. */
+/* The failure of a top is reported for that top, and its valid states are kept. */
 static void test_failures(void)
 {
     ensemble f;

@@ -32,7 +32,7 @@ static void test_time_order(void)
     kr_worker_free(worker);
 }
 /* If the closed form may exceed the range of doubles in the user's units, the top is computed in
- * its own units. This holds for states and for values computed from them. */
+ * its internal units. This holds for states and for values computed from them. */
 static void test_units(void)
 {
     const double t[3] = {1e-305, 2e-305, 3e-305};

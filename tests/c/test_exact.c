@@ -1,5 +1,5 @@
 /* The closed form, compared with quadrature and with stepping: integrals, scaling, frames, batches
- * of any size, and equal bits on every instruction set. */
+ * of any size, and bitwise equal results on every instruction set. */
 #include "exact/dispatch.h"
 #include "exact_truth.h"
 #include "random.h"
@@ -296,7 +296,8 @@ static void test_batches(void)
         IS(same(out[n], guard));
     }
 }
-/* Every instruction set gives the same bits: closed forms, single states, batches, the map. */
+/* Every instruction set gives bitwise equal closed forms, single states, batches and states of the
+ * Bobenko-Suris map. */
 static void test_instruction_sets(void)
 {
     enum { N = 70 };

@@ -56,8 +56,8 @@ static void test_courses_at_poles(void)
     IS(strcmp(turning_of(&through).motion_type, "rosette") == 0);
     IS(strcmp(turning_of(&over).motion_type, "rosette") == 0);
 }
-/* The map of a free symmetric body whose tilted axis rests: without momentum, with a rotation about
- * the axis, and with one about the vertical. */
+/* The Bobenko-Suris map of a free symmetric body whose tilted axis rests: without momentum, with a
+ * rotation about the axis, and with one about the vertical. */
 static void test_map_at_rest(void)
 {
     const kr_vec3 m[] = {{0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 0.0, 2.0}, {2.0, 0.0, 1e-3}};
@@ -74,7 +74,7 @@ static void test_map_at_rest(void)
         }
     }
 }
-/* In steps with large rotations the map's momentum keeps its sign. */
+/* If a step of the Bobenko-Suris map is a large rotation, the momentum keeps its sign. */
 static void test_far_map_steps(void)
 {
     for (int i = 0; i < 600; i++) {

@@ -100,7 +100,7 @@ static void test_no_way_back(void)
     IS(status == KR_ERR_INTERRUPTED && kr_top_state(top).t == last && kr_top_time(top) < last);
     kr_top_free(top);
 }
-/* After a failure the top stands at its last good state and cannot go to an earlier time. */
+/* After a failure the top stands at its last valid state and cannot go to an earlier time. */
 static void test_state_after_failure(void)
 {
     const kr_scene s = tilted();

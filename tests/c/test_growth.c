@@ -1,5 +1,5 @@
 /* Tangents in a worker: they do not change the states, each depends on its own top alone, and all
- * instruction sets with fused multiply-add give the same bits. */
+ * instruction sets with fused multiply-add give bitwise equal results. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 #include "tops.h"

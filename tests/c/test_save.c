@@ -1,5 +1,5 @@
-/* Checkpoints: every method resumes with the bits of an uninterrupted run, and damaged checkpoints
- * are refused. */
+/* Checkpoints: every method resumes bitwise as in an uninterrupted run, and damaged checkpoints are
+ * refused. */
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>

@@ -29,7 +29,7 @@ static double measured(int i, int k)
     return measure[k];
 }
 
-/* The states have the same bits as those of a separate top. */
+/* The states are bitwise equal to those of a separate top. */
 static void test_states(void)
 {
     const kr_scene scene = kr_scene_default();
@@ -260,7 +260,7 @@ static void test_steps_without_a_common_multiple(void)
     IS(kr_simulation_advance(&stage, primes[0], INT64_MAX) == primes[0] && stage.rows <= 1);
     IS(measured(0, number_of("energy")) < INFINITY && isnan(measured(1, KR_SIMULATION_ERROR)));
 }
-/* A top that fails stays at its last good state; the others continue. */
+/* A top that fails stays at its last valid state; the others continue. */
 static void test_failure(void)
 {
     kr_scene scene = kr_scene_default();

@@ -65,7 +65,7 @@ static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
        memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
     IS(isa->runs_here());
 }
-/* All kernels give the same states up to rounding, and those with fma give the same bits. */
+/* All kernels give the same states up to rounding, and those with fma give bitwise equal states. */
 static void test_kernels(void)
 {
     for (int order = 0; order < KR_ORDERS; order++) {

@@ -1,4 +1,4 @@
-/* Calls of the closed forms, of the motion and of the map bobenko_suris. */
+/* Calls of the closed forms: of the motion, and of the Bobenko-Suris map. */
 #include <math.h>
 #include "calls.h"
 #include "random_values.h"

@@ -71,7 +71,7 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
 
 
 def test_none_is_none():
-    """Check that zero damping gives the same bits and the same closed form as no damping."""
+    """Check that zero damping gives the states and closed form of no damping, bitwise equal."""
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
         zero = scene.replace(damping=0.0)
         assert zero == scene and hash(zero) == hash(scene)

@@ -256,7 +256,7 @@ def test_a_rounded_body_has_the_equations_of_its_moments():
 
 
 def test_the_page_refuses_rounded_bodies():
-    with pytest.raises(ValueError, match="the page has no tolerance of the inertia"):
+    with pytest.raises(ValueError, match="the viewer has no tolerance of the inertia"):
         kr.view(kr.Scene(ROUNDED[0], (0, 0, 1)), open=False)
 
 

@@ -108,4 +108,4 @@ def test_a_foreign_environment_is_not_touched(checkout):
 def test_an_environment_of_ours_that_was_moved_is_made_anew_and_told(checkout):
     (checkout / ".venv/requirements.txt").write_text("numpy\n")
     done = need(checkout)
-    assert "making .venv and build anew" in done.stdout and not (checkout / ".venv").exists()
+    assert "recreating .venv and build" in done.stdout and not (checkout / ".venv").exists()

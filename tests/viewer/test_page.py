@@ -1,4 +1,4 @@
-"""Tests that the page computes the same states as Python, works offline and saves files."""
+"""Tests that the viewer computes the same states as Python, works offline and saves files."""
 
 import csv
 import gzip
@@ -32,7 +32,7 @@ from browser import (
 )
 from toolbox import need
 
-ALGEBRAIC = [  # methods that use only + - * / sqrt give the same bits everywhere
+ALGEBRAIC = [  # methods that use only + - * / sqrt give bitwise equal states everywhere
     "bobenko_suris",
     "bobenko_suris2",
     "strang",

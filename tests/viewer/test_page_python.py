@@ -120,7 +120,7 @@ def test_view_refuses(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="equal intervals"):
         kr.view(kr.solve(kr.scenes.thesis, [0.1, 0.3], "rk4", step=0.01), open=False)
     monkeypatch.setattr(view, "_PAGE", tmp_path / "none.html")
-    with pytest.raises(FileNotFoundError, match="make page"):
+    with pytest.raises(FileNotFoundError, match="make viewer"):
         _ = kr.view(kr.scenes.thesis, open=False).html
 
 

@@ -1,4 +1,4 @@
-"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, from heyoka in 128 bits.
+"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, by 128-bit heyoka.
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 

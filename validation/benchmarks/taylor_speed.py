@@ -3,10 +3,10 @@
     python -m validation.benchmarks.taylor_speed [ratios long digits dense]
 
 All calls run alternately in one process, and times are medians. Errors are attitude errors at the
-end. The reference is the series with 30 digits, which is first checked against heyoka in 128 bits.
-`must` and `stretch` are the required and the desired ratio. heyoka integrates seven equations, not
-in compact mode. Each program uses the loosest tolerance for which this and all tighter runs meet
-the error target.
+end. The reference is the series with 30 digits, which is first checked against heyoka in 128-bit
+arithmetic. `must` and `stretch` are the required and the desired ratio. heyoka integrates seven
+equations, not in compact mode. Each program uses the loosest tolerance for which this and all
+tighter runs meet the error target.
 """
 
 import argparse

@@ -1,10 +1,10 @@
-"""The size and speed of the interactive page, in headless Chromium with software rendering.
+"""The size and speed of the interactive viewer, in headless Chromium with software rendering.
 
     python -m validation.benchmarks.viewer_speed
 
 The steps of a frame cover 1/60 of a unit of time. Each time is the median of its repetitions,
 followed by the largest. For drags, the program also prints the 99th percentile, and the longest
-time that the page's own thread works for one event. Durations also contain waiting for the
+time that the viewer's own thread works for one event. Durations also contain waiting for the
 processor on a busy machine.
 """
 
@@ -92,7 +92,7 @@ def open_page(browser):
 
 
 def time_first_picture(browser):
-    """Return the time until the first picture, and the working time of the page's own thread."""
+    """Return the time until the first picture, and the working time of the viewer's own thread."""
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
@@ -118,7 +118,7 @@ def print_spread(what, took, worked):
 
 
 def time_drag_events(browser, page, *held):
-    """Return the duration of each event of a drag, and the work of the page's own thread."""
+    """Return the duration of each event of a drag, and the work of the viewer's own thread."""
     browser.start_tracing(page=page, categories=["devtools.timeline"])
     page.evaluate(HELD, [*held, EVENTS])
     events = [

@@ -1,4 +1,4 @@
-"""Integration of many tops of one body, by ensembles of kreisel and by peers in their best setting.
+"""Integration of many tops of one body, by kreisel and by other integrators.
 
 For given tops, a setting and a number of threads, each program prepares a call. The call can be
 repeated, and returns the attitudes at the end, (n, 4). With heyoka, seven equations with the

@@ -1,10 +1,10 @@
-"""Runs of one top at one setting, by all methods of kreisel and by two peers.
+"""Runs of one top at one setting, by all methods of kreisel and by two other integrators.
 
-A contender, which is a method or a peer, makes runs. The method `solve()` of a run is timed, and
-returns the attitude at the end. `attitude()` converts this attitude to the principal axes.
-`record(times)` returns attitudes and momenta. `steps` is the number of steps. `evaluations` is the
-number of evaluations of the right-hand side or of the torque. Either is None if the method has no
-such number. `setup` is the duration of the preparation [s], or None if there is none.
+A contender, which is a method or another integrator, makes runs. The method `solve()` of a run is
+timed, and returns the attitude at the end. `attitude()` converts this attitude to the principal
+axes. `record(times)` returns attitudes and momenta. `steps` is the number of steps. `evaluations`
+is the number of evaluations of the right-hand side or of the torque. Either is None if the method
+has no such number. `setup` is the duration of the preparation [s], or None if there is none.
 """
 
 import math

@@ -65,7 +65,7 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draw one family coloured and named, peers in the text colour, and other methods in grey."""
+    """Draw one family coloured and named, `peers` in the text colour, and other methods in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -83,7 +83,7 @@ def draw_family(lines, family, peers, label, floor, limits, cost):
 
 
 def draw_families(groups, families, quantity, label, cost, floor=None):
-    """Yield a panel per family. `families` is {title: (methods of the family, peers to show)}."""
+    """Yield a panel per family. `families` is {title: (methods, other integrators)}."""
     lines, limits = collect_lines(groups, quantity, cost)
     for title, (family, peers) in families.items():
         if any(name in lines for name in family):

@@ -130,7 +130,7 @@ def label_ends(axes, ends):
 def choose_line_styles(family, peers):
     """Return the colour and the marker of each line of a panel.
 
-    Lines of peers are dashed, in the text colour and with hollow markers.
+    Lines of `peers`, the other integrators, are dashed, in the text colour and with hollow markers.
     """
     own = [name for name in family if name not in peers]
     found = {

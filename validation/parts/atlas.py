@@ -64,7 +64,7 @@ def load_findings(problems, store):
 
 
 def column_names(found):
-    """Return the names of the methods that ran, followed by those of the peers."""
+    """Return the names of the methods that ran, followed by the other integrators."""
     ran = {cell["method"] for cell in found}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 

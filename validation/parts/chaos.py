@@ -86,7 +86,7 @@ def measure_frequencies(orbits):
 
 
 def measure_exponents(size):
-    """Return the table and the map of Lyapunov exponents."""
+    """Return the table and the image of Lyapunov exponents."""
     table = [
         lyapunov_exponents.summarize_exponents(name, size["orbits"]) for name in section_data.BODIES
     ]

@@ -1,6 +1,6 @@
 """Many tops at once: their cost at equal error, and a map of released symmetric tops.
 
-The peers are heyoka in batches, GSL and SciPy.
+The other integrators are heyoka in batches, GSL and SciPy.
 """
 
 from dataclasses import asdict
@@ -70,7 +70,7 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Yield the time per top of kreisel [us] and the ratios of the peers, for each target."""
+    """Yield, for each target, kreisel's time per top [us] and the others' times relative to it."""
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
     for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):

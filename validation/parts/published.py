@@ -1,4 +1,4 @@
-"""Published problems: numbers from the literature, compared with kreisel and its peers.
+"""Published problems: numbers from the literature, compared with kreisel and other integrators.
 
 Reference values with 30 digits and the published numbers are stored in problems.json.
 """

@@ -2,7 +2,7 @@
 
 The settings are chosen so that all methods take about the same time on the first tops. Each top is
 scaled to turn at a rate of one, and all tops make the same number of turns. The reference is heyoka
-in 80 bits, whose errors are far below the differences shown.
+in 80-bit arithmetic, whose errors are far below the differences shown.
 """
 
 from functools import partial

@@ -40,7 +40,7 @@ QUANTITIES = {
     "energy_error": "energy error, relative",
 }
 README_SCENE = "asymmetric"
-YARDSTICK = ("heyoka",)  # the peers in the small figures
+YARDSTICK = ("heyoka",)  # other integrators in the small figures
 BUSY = 0.25  # if the spread of the times is larger than this, the times should not be quoted
 
 
@@ -216,13 +216,13 @@ def describe_ratios(races):
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
-    beside = "a peer reaches every error that kreisel reaches"
+    beside = "another integrator reaches every error that kreisel reaches"
     if alone:
-        beside = f"in {count_word(alone)} of the cases no peer reaches the error"
+        beside = f"in {count_word(alone)} of the cases no other integrator reaches the error"
     return (
-        f"The fastest peer takes {format_brief(statistics.median(ratios))} times as long in the "
-        f"median, between {format_brief(min(ratios))} and {format_brief(max(ratios))} times in all "
-        f"cases; {beside}."
+        f"The fastest other integrator takes {format_brief(statistics.median(ratios))} times as "
+        f"long in the median, between {format_brief(min(ratios))} and "
+        f"{format_brief(max(ratios))} times in all cases; {beside}."
     )
 
 
@@ -232,7 +232,7 @@ def describe_losses(races):
         for scene, target, own, peer in races
         if is_faster(peer, own)
     ]
-    return f"A peer is faster for {join_words(places)}." if places else ""
+    return f"Another integrator is faster for {join_words(places)}." if places else ""
 
 
 def describe_missing(races):
@@ -272,7 +272,7 @@ def list_files(comparison, about):
 
 
 def draw_readme_figure(comparison):
-    """Return the figure of README.md as SVG: the leading methods and the peers on one scene."""
+    """Return the figure of README.md as SVG: leading methods and other integrators on one scene."""
     scene = README_SCENE if README_SCENE in comparison.scenes else comparison.scenes[0]
     groups = scene_runs.group_by_method(comparison.rows, scene)
     peers = [name for name, rows in groups.items() if rows[0].peer]

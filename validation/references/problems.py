@@ -114,8 +114,8 @@ class Problem:
     def energy_error(self, q, m):
         return float(self.energy_errors(q, m).max())
 
-    def scale_to_own_units(self):
-        """Return the top in its own units of moment and rate, together with both units.
+    def scale_to_internal_units(self):
+        """Return the top in its internal units of moment and rate, together with both units.
 
         In these units, the largest moment and the rate are about one. The units are powers of two,
         so that no number is rounded.

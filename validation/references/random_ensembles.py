@@ -36,7 +36,7 @@ class TopEnsemble:
 
     @cached_property
     def starts(self):
-        """The unit attitudes and body angular velocities for peers, (n, 7)."""
+        """The unit attitudes and body angular velocities for other integrators, (n, 7)."""
         q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         velocity = rotate_to_body(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia

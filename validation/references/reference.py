@@ -4,10 +4,10 @@ The solutions for the report's scenes are stored in reference.json by `python -m
 validation.references.reference`.
 
 Each solution is computed in several ways that have little in common: by two forms of the equations,
-in 128 and in 80 bits. The differences show how accurate the solution is. The conditioning is stored
-with the solution. It is the angle by which the attitude changes if all numbers of the top change by
-one rounding error of a double. These are the momentum, the attitude, the moments and the lever. No
-method in doubles can be expected to be more accurate.
+in 128-bit and in 80-bit arithmetic. The differences show how accurate the solution is. The
+conditioning is stored with the solution. It is the angle by which the attitude changes if all
+numbers of the top change by one rounding error of a double. These are the momentum, the attitude,
+the moments and the lever. No method in doubles can be expected to be more accurate.
 """
 
 import argparse
@@ -36,7 +36,7 @@ ROUNDING = 2.0**-53
 # Number of times at which the conditioning is evaluated. Errors made at any time may grow.
 LOOKS = 16
 FEW = 4  # number of times for the conditioning if each reference state is expensive
-LONG = 600.0  # runs over larger angles take more than a second in 128 bits [rad]
+LONG = 600.0  # runs over larger angles take more than a second in 128-bit arithmetic [rad]
 
 
 @cache
@@ -80,7 +80,7 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
     The forms are `velocity`, `momentum` and, for Lagrange tops, `symmetric`: a sphere under the
     torque of the top.
     """
-    own, moment, rate = problem.scale_to_own_units()
+    own, moment, rate = problem.scale_to_internal_units()
     model = equivalent_sphere(own) if form == "symmetric" else own
     variables = "velocity" if form == "symmetric" else form
     coefficients = equations.round_to(equations.compute_coefficients(model, variables), fp)
@@ -154,7 +154,7 @@ def perturb_data(problem, nudge):
 
 def compute_conditioning(problem, times, form, fp=FINER):
     """Return the attitude change [rad] due to one rounding error in each number of the top."""
-    own, _, rate = problem.scale_to_own_units()
+    own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
     moved = [integrate_states(near, times, form, fp) for near in perturb_data(own, NUDGES[fp])]
@@ -182,8 +182,9 @@ def conditioning_by_tangents(problem, times):
 def compute_truth(problem, end):
     """Return the reference solution of any scene within about a second.
 
-    The solution is computed in 128 bits, or in 80 bits if 128 bits would take longer. For a damped
-    top, an implicit method is used, because damping limits the steps of explicit methods.
+    The solution is computed in 128-bit arithmetic, or in 80-bit arithmetic if that
+    would take longer. For a damped top, an implicit method is used, because damping limits the
+    steps of explicit methods.
     """
     if problem.is_damped:
         return truth_of_damped(problem, end)
@@ -249,7 +250,7 @@ def truth_by_quadrature(problem, end):
         )
         return kind(t)[0]
 
-    own, _, rate = problem.scale_to_own_units()
+    own, _, rate = problem.scale_to_internal_units()
     times = [rate * end * (i + 1) / FEW for i in range(FEW)]
     here = [state(own, t) for t in times]
     moved = [[state(near, t) for t in times] for near in perturb_data(own, NUDGES[FINER])]

@@ -1,4 +1,4 @@
-"""kreisel view and kreisel report: commands that make pages for the browser."""
+"""kreisel view and kreisel report: commands that write HTML for the browser."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ _REPORT = "validation.__main__"
 
 @click.command()
 @click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
-@click.option("--save", "file", type=FILE, help="Write the page to a file, and open nothing.")
+@click.option("--save", "file", type=FILE, help="Write the viewer to a file, and open nothing.")
 def view(scene: Scene, file: str | None) -> None:
-    """Open an interactive page with the scene in the browser.
+    """Open the scene in an interactive viewer in the browser.
 
-    The page shows the moving top, lets you change it, and compares methods. It is a single HTML
+    The viewer shows the moving top, lets you change it, and compares methods. It is a single HTML
     file that needs no other files. Its location is printed. Without a browser or display, open the
     file on another computer, or write it to a file of your choice with --save.
     """
@@ -41,7 +41,7 @@ def view(scene: Scene, file: str | None) -> None:
         page.save(file)
     else:
         place, shown = open_page(page)
-        click.echo(f"the page is {place}" + ("" if shown else "; no browser was found to open it"))
+        click.echo(f"wrote {place}" + ("" if shown else "; no browser was found to open it"))
 
 
 @click.command(

@@ -148,7 +148,7 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
 @click.option("--max-steps", type=int, help="A new limit of the steps.")
 @output_options
 def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) -> None:
-    """Continue a saved RUN, with the same bits.
+    """Continue a saved RUN, with results bitwise equal to an uninterrupted run.
 
     RUN is a file written by --save. Times before the saved state are ignored, so --t can be the
     same as for the whole run. --save can overwrite the file RUN.

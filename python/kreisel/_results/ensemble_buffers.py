@@ -48,14 +48,14 @@ class RawEvents(NamedTuple):
 class EnsembleBuffers:
     """The results of n tops at k times each; results that were not requested are None or empty.
 
-    status, done   (n,) the code of the status, and the number of times with good states
+    status, done   (n,) the code of the status, and the number of times with valid states
     counts         (n, 4) numbers of steps, rejected steps, evaluations and iterations
-    reached        (n,) the time of the last good state [T]
-    states         (n, k, 8) states as in a path; q and m are NaN after the last good state
+    reached        (n,) the time of the last valid state [T]
+    states         (n, k, 8) states as in a path; q and m are NaN after the last valid state
     low            (n, k, 8) the low words of the states
     columns        quantities stored instead of states, (n, k, ...) each
     reduced        (n, r) the reductions of each top's path, in the order of the options
-    last           {row of a failed top: array (1, 8) with the last good state}; if low words are
+    last           {row of a failed top: array (1, 8) with the last valid state}; if low words are
                    computed, the array is (2, 8) and its second row contains the low words
     chosen         {row: the method and step that method='geometric' chose}
     events         events of all tops, not sorted by top

@@ -29,7 +29,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     Arrays are read-only. t, q and m are views of `states`; other quantities are computed on first
     access. The shape of an array is (*shape, k) followed by the shape of the quantity. For a failed
-    top, the values after its last good state are NaN.
+    top, the values after its last valid state are NaN.
 
     tops    the ensemble
     paths[i], paths[i, j]   a kreisel.Path of one top with the same values. Calling this path with

@@ -119,7 +119,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def reached(self) -> Array:
-        """(*shape) the time of the last good state of each top [T]."""
+        """(*shape) the time of the last valid state of each top [T]."""
         return self._reshape(self._buffers.reached)
 
     @property
@@ -199,7 +199,7 @@ class EnsembleResult(ReadOnlyArrays):
     def _member(self, i: int) -> Path:
         """Return the path of the i-th top in C order.
 
-        If the top failed, the path ends with its last good state.
+        If the top failed, the path ends with its last valid state.
         """
         buffers, done = self._buffers, int(self._buffers.done[i])
         states, low = NO_STATES, None
@@ -223,7 +223,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last(self, i: int, path: Path) -> Path:
-        """Return `path`, the path of the i-th top, ending with the last good state of this top."""
+        """Return `path`, the path of the i-th top, ending with the last valid state of this top."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times(i)) or (len(path) and path.t[-1] == state[0, 0]):

@@ -127,7 +127,7 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
     rows["status"] = (axes, np.array(of.status), codes)
     about: dict[str, object] = {
         "units": TIME.dimension,
-        "long_name": "the time of the last good state",
+        "long_name": "the time of the last valid state",
     }
     rows["reached"] = (axes, np.array(of.reached), about)
     return rows

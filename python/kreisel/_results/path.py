@@ -155,7 +155,7 @@ class Path(ReadOnlyArrays, Tables):
     def __call__(self, t: Numbers) -> Path:
         """Return a path with the states of the same run at other times.
 
-        The states have the same bits as if kreisel.solve were called with these times.
+        The states are bitwise equal to those of a call of kreisel.solve with these times.
 
         t  a number, for a path with one state, or a list in any order; all times must lie between 0
            and the end of the path [T]
@@ -345,7 +345,7 @@ class RunStop(BaseException):
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
-    path    the requested states that were reached, and the last good state if it is later
+    path    the requested states that were reached, and the last valid state if it is later
     paths   the kreisel.Paths or kreisel.Reductions of an ensemble, otherwise None; `path` is then
             the path of the first top that failed or was not finished
     """

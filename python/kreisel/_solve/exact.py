@@ -318,7 +318,7 @@ def exact(
 
 def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     if map != _MAP:
-        raise ValueError(f"the map with a closed form is {_MAP!r}, not {short_repr(map)}")
+        raise ValueError(f"the only map with a closed form is {_MAP!r}, not {short_repr(map)}")
     h = as_float("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero")
@@ -326,9 +326,8 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     status, period, precession, spin, plan = exact_map_plan(scene._block, h)
     if status == "ERR_STEP_SIZE":
         raise ValueError(
-            f"no closed form is known for the map at the step {h!r} from this start, which lies "
-            "within "
-            "k'^2 = 1e-26 of a separatrix: take another step"
+            f"the Bobenko-Suris map has no known closed form for the step {h!r} and this start, which "
+            "lies within k'^2 = 1e-26 of a separatrix: choose another step"
         )
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")

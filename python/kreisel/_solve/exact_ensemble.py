@@ -52,7 +52,7 @@ class ExactEnsemble:
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
     computed on first access. All values are those that kreisel.exact returns for each scene alone,
-    and the states have the same bits. The attributes of the turning points raise ValueError if a
+    and the states are bitwise equal. The attributes of the turning points raise ValueError if a
     scene has no turning points.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:

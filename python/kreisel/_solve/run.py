@@ -1,4 +1,4 @@
-"""Runs: motions that can be advanced in several calls, saved, and resumed with the same bits."""
+"""Runs: motions that can be advanced in several calls, saved, and resumed exactly."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Run:
     Times are measured from the start of the run, and must lead away from it.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve; step is positive
-    t      the time of the last state returned; after a failure the time of the last good state [T]
+    t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
     """
 
@@ -108,7 +108,7 @@ class Run:
         If `t` is a number, the path has the current state and the state at `t`. If `every` is given
         as well, the path has the states at all multiples of `every` steps that the run has not
         returned yet. If `t` is a list, the path has exactly these times. Raises the exceptions of
-        kreisel.solve; the run then stays at its last good state.
+        kreisel.solve; the run then stays at its last valid state.
         """
         times = self._times(t, every)
         if times.size:

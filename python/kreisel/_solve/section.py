@@ -52,8 +52,8 @@ def section(
                found so far are kept. Default: 1024 times an estimate of the time of one turn about
                the axis of the largest moment
 
-    The other arguments are those of solve. The bits of a top do not depend on the other tops.
-    Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest,
+    The other arguments are those of solve. The result of a top is bitwise independent of the other
+    tops. Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest,
     because the core searches for them in several tops simultaneously.
 
         >>> import kreisel as kr

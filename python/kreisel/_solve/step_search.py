@@ -190,7 +190,7 @@ class StepSearch:
     def refusal(self, why: str) -> ValueError:
         return ValueError(
             f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; one rounding "
-            "(2**-53) of the state, in the top's own units, moves the attitude by about "
+            "(2**-53) of the state, in the internal units of the top, moves the attitude by about "
             f"{self.conditioning:.1e} rad. Ask for a larger error or a shorter time"
         )
 

@@ -81,7 +81,7 @@ class SweepStore:
             raise ValueError(f"{error}; {REPAIR}") from None
 
     def verify_part(self, i: int) -> str:
-        """Verify all bits of part i, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
+        """Verify the checksum of part i, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
         try:
             data = self.file(i).read_bytes()
         except FileNotFoundError:

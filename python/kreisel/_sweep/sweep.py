@@ -71,8 +71,9 @@ def sweep(
 
     Repeating the call resumes an interrupted sweep: after Ctrl-C, after a crash, or on another
     machine. A part is a Parquet file with one row per top, which contains the index, the
-    parameters, the status and the results of the top. The columns have units [M L T]. The bits of a
-    part depend only on the plan and on the number of the part. The status of a failed top is not 0.
+    parameters, the status and the results of the top. The columns have units [M L T]. The contents
+    of a part are determined bit for bit by the plan and the number of the part. The status of a
+    failed top is not 0.
 
     Existing parts are verified bit by bit; missing and damaged parts are computed. File names of
     parts are reserved for the sweep. A file with the name of a part is replaced with a warning,

@@ -1,4 +1,4 @@
-"""The plan of a sweep: everything that determines the bits of its parts.
+"""The plan of a sweep: everything that determines the contents of its parts.
 
 The plan is stored as canonical JSON with a hash. It does not include the machine, the number of
 threads or the executor, because they do not affect the results.
@@ -104,7 +104,7 @@ class SweepPlan:
     def kernel(self) -> str:
         """The instruction set of the Taylor kernel on this machine.
 
-        All instruction sets with fused multiply-add give the same bits.
+        All instruction sets with fused multiply-add give bitwise equal results.
         """
         return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
 
