@@ -186,7 +186,7 @@ def _page_scene(
 def _body_data(scene: Scene) -> _Body:
     if scene.body.inertia_rtol:
         raise ValueError(
-            "the viewer has no tolerance of the inertia: view a body without "
+            "the viewer does not support a tolerance of the inertia: view a body without "
             f"inertia_rtol={scene.body.inertia_rtol!r}"
         )
     inertia = np.asarray(scene.body.inertia)

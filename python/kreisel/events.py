@@ -236,8 +236,8 @@ def _terms(name: str, function: object) -> Terms:
     factors = {function: 1.0} if isinstance(function, str) else function
     if callable(function):
         raise TypeError(
-            f"{name} must be a sum of components, as {{'m_x': 1.0, 'apex_z*apex_z': -2.0}}: no "
-            f"polynomial can be taken through {short_repr(function)}"
+            f"{name} must be a sum of components, as {{'m_x': 1.0, 'apex_z*apex_z': -2.0}}: the "
+            f"polynomial of {short_repr(function)} cannot be computed"
         )
     if not isinstance(factors, Mapping):
         raise TypeError(
@@ -258,10 +258,11 @@ def _terms(name: str, function: object) -> Terms:
 
 
 _INSTEAD = {
-    "kinetic": "kreisel.events.kinetic makes an event of it",
-    "nutation": "take 'apex_z', which is its cosine",
-    "potential": "take 'apex_z', the height of which it is a multiple",
-    "velocity": "take those of 'body_velocity', as 'body_velocity_y', which are seen from the body",
+    "kinetic": "use kreisel.events.kinetic",
+    "nutation": "use 'apex_z', which is its cosine",
+    "potential": "use 'apex_z', to which it is proportional",
+    "velocity": "use components of 'body_velocity', such as 'body_velocity_y', which are given "
+    "in the body frame",
 }
 
 
@@ -281,16 +282,14 @@ def _component(word: str) -> int:
         *most, last = map(repr, row["components"])
         raise ValueError(f"{name!r} has several components: {', '.join(most)} and {last}")
     there = ", ".join(row["name"] for row in quantities if row["in_events"])
-    instead = _INSTEAD.get(name, f"there are some of {there}")
+    instead = _INSTEAD.get(name, f"these have: {there}")
     raise ValueError(f"events have no series of {name!r}, {row['text']}; {instead}")
 
 
 def _condition(where: Function | None) -> Terms:
     condition = () if where is None else _terms("where", where)
     if where is not None and not condition:
-        raise ValueError(
-            "where is zero, and never positive: give a quantity with a factor other than zero"
-        )
+        raise ValueError("where is zero and never positive: give a nonzero factor")
     return condition
 
 
@@ -303,10 +302,7 @@ def _event(
     terminal: bool,
 ) -> Event:
     if not any(of for _, of, _ in terms):
-        raise ValueError(
-            "the function is constant, and has no events: give a quantity with a factor other "
-            "than zero"
-        )
+        raise ValueError("the function is constant and has no events: give a nonzero factor")
     if direction not in (-1, 0, 1):
         raise ValueError(f"direction must be 1, -1 or 0, not {short_repr(direction)}")
     for name, value in {"extremum": extremum, "terminal": terminal}.items():
@@ -329,13 +325,13 @@ def parse_events(method: str, events: object) -> tuple[Event, ...]:
     """
     if method != FALLBACK:
         raise ValueError(
-            f"events need the polynomials of method={FALLBACK!r}, and {method!r} has none"
+            f"events need the polynomials of method={FALLBACK!r}; {method!r} computes none"
         )
     listed = [events] if isinstance(events, Event) else events
     if not isinstance(listed, Sequence) or not all(isinstance(event, Event) for event in listed):
         raise TypeError(
-            "events must be a list of what kreisel.events makes, as kr.events.loop(), "
-            f"not {short_repr(events)}"
+            "events must be a list of events from kreisel.events, such as kr.events.loop(), not "
+            f"{short_repr(events)}"
         )
     return tuple(listed)
 

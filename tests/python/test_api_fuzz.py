@@ -33,7 +33,7 @@ EXAMPLES = settings(
 SECONDS = 60  # seconds after which a call is considered endless
 LETTERS = 1000  # largest length of an error message; some messages list all valid names
 REFUSALS = TypeError, ValueError, MemoryError, kr.Error
-LEFT_OUT = "it keeps what want="  # in messages on arrays that a path lacks because of want=
+LEFT_OUT = "it has only the quantities of want="  # in messages on arrays omitted by want=
 IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at": IndexError}
 IDIOMS |= dict.fromkeys(
     ("conditioning", "tangents", "tangents_low", "tangents_rest"), AttributeError

@@ -76,9 +76,9 @@ def test_one_time_is_the_state_there(tmp_path):
         ("resume nothing --t 9", "No such file"),
         (
             "solve thesis --t 9 --method geometric --error 1e-3 --save a",
-            "--save needs one method",
+            "--save needs a single method",
         ),
-        ("solve thesis --t 9 --error 1e-3 --save a", "--save needs one method"),
+        ("solve thesis --t 9 --error 1e-3 --save a", "--save needs a single method"),
     ],
 )
 def test_what_cannot_go_on_is_refused(tmp_path, words, message):

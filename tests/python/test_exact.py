@@ -165,7 +165,11 @@ def test_scenes_without_a_closed_form_are_refused():
     [
         (lambda: kr.exact(3), TypeError, "scene must be"),
         (lambda: kr.exact(THESIS, step=0.1), ValueError, "step needs map"),
-        (lambda: kr.exact(THESIS, map="rk4", step=0.1), ValueError, "the only map with a closed form"),
+        (
+            lambda: kr.exact(THESIS, map="rk4", step=0.1),
+            ValueError,
+            "the only map with a closed form",
+        ),
         (lambda: kr.exact(THESIS, map="bobenko_suris"), TypeError, "step must be a number"),
         (
             lambda: kr.exact(THESIS, map="bobenko_suris", step=0.0),

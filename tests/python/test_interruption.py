@@ -18,7 +18,7 @@ TOP = kr.scenes.asymmetric
 
 def test_a_limit_of_steps_ends_a_run():
     with pytest.raises(
-        kr.Error, match=r"largest number of steps.*rk4 got to t = 0.1 of 1 in 10 steps"
+        kr.Error, match=r"largest number of steps.*rk4 reached t = 0.1 of 1 in 10 steps"
     ) as failure:
         kr.solve(GENERAL, [0, 0.055, 1], "rk4", step=0.01, max_steps=10)
     error = failure.value

@@ -197,5 +197,5 @@ def test_a_tolerance_is_told_to_be_below_rounding_where_it_is():
 def test_the_rounding_itself_is_not_below_rounding():
     for tol, said in ((ROUNDING, False), (0.5 * ROUNDING, True)):
         path = SimpleNamespace(tol=tol)
-        error = stop_exception("ERR_STEP", path, "it got to t = 1")
+        error = stop_exception("ERR_STEP", path, "it reached t = 1")
         assert ("below the rounding" in str(error)) == said and f"tol = {tol!r}" in str(error)

@@ -126,7 +126,7 @@ def test_times_between_of_events():
 @pytest.mark.parametrize(
     "t, kind, message",
     [
-        (2.1, ValueError, "t = 2.1 lies outside the path, which is of times from 0.0 to 2.0"),
+        (2.1, ValueError, "t = 2.1 lies outside the path, whose times go from 0.0 to 2.0"),
         ([1.0, -0.1], ValueError, r"t\[1\] = -0.1 lies outside"),
         (np.nan, ValueError, "finite"),
         ([[1.0]], ValueError, "shape"),
@@ -177,7 +177,7 @@ def test_some_states_are_those_of_the_path(kind, which):
 @pytest.mark.parametrize(
     "which, kind, message",
     [
-        (7, IndexError, "a path of 7 states has none of the number 7"),
+        (7, IndexError, "a path of 7 states has no state of index 7"),
         (-8, IndexError, "number -8"),
         ([7], IndexError, "out of bounds"),
         ([True], IndexError, "boolean"),

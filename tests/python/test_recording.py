@@ -165,7 +165,7 @@ def test_rotations_are_those_of_scipy():
     )
     rotation = Rotation.from_rotvec((0.1, -0.7, 0.4))
     np.testing.assert_allclose(matrix(kr.from_rotation(rotation)), rotation.as_matrix(), atol=1e-15)
-    with pytest.raises(ValueError, match="rotation must be a single one"):
+    with pytest.raises(ValueError, match="rotation must be a single rotation"):
         kr.from_rotation(path.rotation)
 
 

@@ -50,7 +50,11 @@ def test_moments_about_the_centre_of_mass_are_said_by_name():
             "exactly one .*, not both",
         ),
         ({"inertia": None}, ValueError, "exactly one of inertia and inertia_about_com, not none"),
-        ({"com": None}, TypeError, "com is missing: the centre of mass, seen from the fixed point"),
+        (
+            {"com": None},
+            TypeError,
+            "com is missing: give the centre of mass relative to the fixed point",
+        ),
         ({"inertia": None, "inertia_about_com": (1, 2)}, ValueError, "inertia_about_com must be 3"),
         ({"unphysical": 1}, TypeError, "unphysical must be True or False, not 1"),
         (
@@ -256,7 +260,7 @@ def test_a_rounded_body_has_the_equations_of_its_moments():
 
 
 def test_the_page_refuses_rounded_bodies():
-    with pytest.raises(ValueError, match="the viewer has no tolerance of the inertia"):
+    with pytest.raises(ValueError, match="the viewer does not support a tolerance"):
         kr.view(kr.Scene(ROUNDED[0], (0, 0, 1)), open=False)
 
 

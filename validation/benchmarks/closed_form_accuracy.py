@@ -166,7 +166,9 @@ def print_maps(tops, most):
     ks = [k for k in (1, 10, 1000, 30000, 1000000) if k <= most]
     jobs = [(cases.LAGRANGE[name], step, ks) for name, step in cases.MAPS]
     at = ", ".join(map(str, ks))
-    print(f"the Bobenko-Suris map, named cases: attitude errors at k = {at}; the largest momentum error")
+    print(
+        f"Bobenko-Suris map, named cases: attitude errors at k = {at}; the largest momentum error"
+    )
     for (name, step), job, states in zip(cases.MAPS, jobs, quad(jobs), strict=True):
         print_row(name, f"step {step:5g}", map_errors(job, states))
     print_random_maps(quad, tops)
@@ -177,7 +179,7 @@ def print_random_maps(quad, tops):
     found = [map_errors(job, states) for job, states in zip(jobs, quad(jobs), strict=True)]
     refused = sum(rows is None for rows in found)
     attitude = np.array([max(error for error, _ in rows) for rows in found if rows])
-    print(f"the Bobenko-Suris map, {tops} random tops, k = 1, 10, 1000")
+    print(f"Bobenko-Suris map, {tops} random tops, k = 1, 10, 1000")
     print(f"  ({refused} refused near a separatrix):")
     print(
         f"  attitude  median {np.median(attitude):.1e}  99 % {np.quantile(attitude, 0.99):.1e}  "

@@ -133,7 +133,9 @@ def make_calls(loops, scene, heyoka, is_lagrange):
             f"a state, {name}": partial(ours.time_state, isa),
             f"a state of 4096, {name}": partial(ours.time_batch, isa),
         }
-    return ours, calls | ({"a state of the Bobenko-Suris map": ours.time_map_state} if is_lagrange else {})
+    return ours, calls | (
+        {"a state of the Bobenko-Suris map": ours.time_map_state} if is_lagrange else {}
+    )
 
 
 def print_scene(loops, name, rounds):

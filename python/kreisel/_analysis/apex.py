@@ -86,19 +86,19 @@ class Apex:
         body = self.scene.body
         if body.kind != "lagrange":
             raise ValueError(
-                "nutation and precession belong to Lagrange tops, not to a body of kind "
+                "nutation and precession are defined for Lagrange tops, not for a body of kind "
                 f"{body.kind!r}"
             )
         if not len(self.t):
-            raise ValueError("a path without states has no nutation: solve for times")
+            raise ValueError("a path without states has no nutation: call solve with times")
         if np.ptp(self.height) < _LEVEL:
             return self._level_nutation()
         self._check_sampling()
         low, high = self._turning_times(1.0), self._turning_times(-1.0)
         if len(low) < 2:
             raise ValueError(
-                f"the axis has {len(low)} lowest points in this path, and two make a nutation: "
-                "solve for longer times"
+                f"the apex has {len(low)} lowest points in this path, but two are needed to "
+                "measure a nutation: solve for a longer time"
             )
         first, last = low[0], low[-1]
         period = (last - first) / (len(low) - 1)
@@ -125,8 +125,8 @@ class Apex:
         )
         if period and _FEWEST * apart > period * (1.0 + 1e-9):
             raise ValueError(
-                f"the states are up to {apart:g} apart, and a nutation takes {period:g}: ask for "
-                f"{_FEWEST} states in each or more, or kr.exact(path.scene)"
+                f"the states are up to {apart:g} apart, and a nutation takes {period:g}: request "
+                f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
             )
 
     def _turning_times(self, sign: float) -> list[float]:

@@ -199,8 +199,8 @@ def compare(
                 tell((done + 1) / (rounds * len(runs)))
     except KeyboardInterrupt:
         table = _table(scene, runs, reference)
-        total = f"{len(table)} of {len(runs)} runs were made"
-        raise CompareInterrupted(f"interrupted: {total} at least once", table) from None
+        total = f"{len(table)} of {len(runs)} runs were completed"
+        raise CompareInterrupted(f"interrupted: {total}", table) from None
     return _table(scene, runs, reference)
 
 

@@ -107,8 +107,8 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     even = np.linspace(t[0], t[-1], len(t))
     if not np.abs(t - even).max() <= _EVEN * abs(even[1] - even[0]) or t[0] == t[-1]:
         raise ValueError(
-            "the states of the path must be equally far apart in time: solve for "
-            "numpy.linspace(0.0, t, n), or record every step of a fixed one"
+            "the states of the path must be equally spaced in time: call solve with "
+            "numpy.linspace(0.0, t, n), or use a method of fixed step"
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
     lines, amplitudes, rest = _lines(t, seen, count)

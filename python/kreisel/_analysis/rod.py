@@ -140,7 +140,7 @@ def rod(path: Path) -> Rod:
     """
     check_type("path", path, Path)
     if path.scene._is_damped:
-        raise ValueError("no rod belongs to a damped top")
+        raise ValueError("Kirchhoff's analogy has no rod for a damped top")
     body = path.scene.body
     axes = _choose_rod_axes(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)
@@ -170,8 +170,8 @@ def _choose_rod_axes(body: Body) -> Array:
     moment = (moments * t) @ t
     if np.linalg.norm(moments * t - moment * t) > KIND_RTOL * moments.max():
         raise ValueError(
-            f"no rod belongs to this top: its centre of mass, {body.principal_com} along the "
-            "principal axes, is on none of them"
+            "Kirchhoff's analogy has no rod for this top, because its centre of mass, "
+            f"{body.principal_com} along the principal axes, lies on none of them"
         )
     k = int(np.argmin(np.abs(t)))
     n = np.eye(3)[k] - t[k] * t

@@ -49,14 +49,14 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     show_default=True,
     metavar="NAME",
     shell_complete=A_METHOD,
-    help="The method of the reference, with 20 digits, tol 1e-13 or a fine step.",
+    help="The method of the reference solution, with 20 digits, tol 1e-13 or a fine step.",
 )
 @click.option(
     "--repeats",
     type=int,
     default=5,
     show_default=True,
-    help="Runs of each method: the fastest counts.",
+    help="Number of runs of each method; the fastest is used.",
 )
 @click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
 def compare(

@@ -163,7 +163,7 @@ class EventCollector:
             grid.add_row(str(event), f"{t: .15g}", f"{direction:+d}")
         Console(markup=False).print(grid)
         if len(rows) > _SHOWN:
-            click.echo(f"and {len(rows) - _SHOWN} more events: --events-csv writes all")
+            click.echo(f"... {len(rows) - _SHOWN} more events: --events-csv writes all")
 
 
 class Summary:

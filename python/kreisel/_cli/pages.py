@@ -71,8 +71,8 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
             click.echo(ctx.get_help())
             return
         raise UsageError(
-            "the report is made in the top folder of the source tree, which has validation/; "
-            f"{here} has not. Get the source, and run `make report` there"
+            f"the report needs the source tree, but {here} has no folder validation/: run `make "
+            "report` in the top folder of the source"
         )
     sys.path.insert(0, str(here))
     try:

@@ -66,7 +66,7 @@ def _read_scene(word: str) -> Scene:
         return Scene.from_toml(word)
     except FileNotFoundError:
         raise click.BadParameter(
-            f"there is no file {word!r}, nor a scene of that name; {suggest(word, about)}",
+            f"there is no file or named scene {word!r}; {suggest(word, about)}",
             param_hint="SCENE",
         ) from None
     except (OSError, TypeError, ValueError) as error:

@@ -92,12 +92,12 @@ class StateTable:
         for k, row in enumerate([*self._first, *self._last]):
             if k == _ENDS and left_out:
                 click.echo(
-                    f"... {left_out} rows left out: --all-rows prints them, --csv writes them"
+                    f"... {left_out} rows omitted: --all-rows prints them, --csv writes them"
                 )
             cells = zip(row, width.values(), strict=True)
             click.echo("  ".join(f"{value:>{wide}.8g}" for value, wide in cells))
         if self._has_jumps and not self._angles.unwrap:
-            click.echo("angles jump by whole turns: --unwrap lets them go on")
+            click.echo("angles jump by whole turns: --unwrap makes them continuous")
 
     def _show_ends(self) -> None:
         grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)

@@ -34,7 +34,7 @@ from .inertia import check_tolerance, parse_tensor, unphysical_message
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@refuse_assignment("make other bodies with another {}")
+@refuse_assignment("construct new bodies with another {}")
 class Bodies(BodiesConstructors, Batch[Body]):
     """Many bodies: the parameters of kr.Body, as values or arrays that broadcast to one shape.
 
@@ -68,7 +68,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         unphysical: ArrayLike = False,
     ) -> None:
         if com is None:
-            raise TypeError("com is missing: the centre of mass, seen from the fixed point")
+            raise TypeError("com is missing: give the centre of mass relative to the fixed point")
         if (inertia is None) == (inertia_about_com is None):
             both = "not none" if inertia is None else "not both"
             raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
@@ -353,7 +353,7 @@ def _check_matrix(name: str, matrix: object) -> None:
     try:
         parse_tensor(name, matrix)
     except ValueError as error:
-        hint = "; for three bodies by their moments give three matrices, as np.diag makes them"
+        hint = "; to give three bodies by their moments, pass three matrices made by np.diag"
         raise ValueError(f"{error}{hint}") from None
 
 

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-@refuse_assignment("dataclasses.replace(body, {}=...) makes another body")
+@refuse_assignment("dataclasses.replace(body, {}=...) returns a new body")
 @dataclass(frozen=True, init=False)
 class Body(BodyConstructors):
     """A rigid body that turns about the origin of the frame in which it is described.
@@ -93,7 +93,7 @@ class Body(BodyConstructors):
         unphysical: bool = False,
     ) -> None:
         if com is None:
-            raise TypeError("com is missing: the centre of mass, seen from the fixed point")
+            raise TypeError("com is missing: give the centre of mass relative to the fixed point")
         if inertia is None or inertia_about_com is not None:
             tensor = inertia_at_fixed_point(mass, inertia, inertia_about_com, com)
         else:

@@ -170,7 +170,9 @@ def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
     except ValueError:
         named = zip(names, shapes, strict=True)
         told = ", ".join([f"{name} {shape}" for name, shape in named if shape])
-        raise ValueError(f"the shapes of the members do not broadcast to one: {told}") from None
+        raise ValueError(
+            f"the shapes of the members cannot be broadcast together: {told}"
+        ) from None
 
 
 def shape_of(*words: Parameter) -> Shape:

@@ -116,11 +116,11 @@ class EnsembleData(Batch[S]):
             if any(not isinstance(s, (list, tuple)) or len(s) != len(found[0]) for s in found):
                 raise ValueError("lists of scenes must all have the same length")
             if len(shape) == 32:
-                raise ValueError("lists of scenes must not be nested without end")
+                raise ValueError("lists of scenes must not contain themselves")
             shape, found = (*shape, len(found[0])), [scene for few in found for scene in few]
         if not found:
             raise ValueError(
-                "a list of scenes must not be empty; an empty ensemble has a body, as "
+                "a list of scenes must not be empty; an empty ensemble needs a body, as in "
                 "kr.Ensemble(body, momentum=numpy.empty((0, 3)))"
             )
         for k, scene in enumerate(found):

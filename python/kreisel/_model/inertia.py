@@ -59,9 +59,9 @@ def ill_conditioned_error(tensor: Array) -> ValueError | None:
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
         return None
     return ValueError(
-        f"the least principal moment, about {least:.1g}, is lost in the roundings of a matrix "
-        f"whose largest is {largest:.6g}: such a body must be described along its principal axes "
-        "at the fixed point, by three moments"
+        f"the smallest principal moment, about {least:.1g}, is below the rounding errors of a "
+        f"matrix whose largest moment is {largest:.6g}: describe this body by three moments "
+        "along its principal axes at the fixed point"
     )
 
 

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole radians
 
 
-@refuse_assignment("scene.replace({}=...) makes another scene")
+@refuse_assignment("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
 class Scene:
     """A body, gravity, damping, and the state at t = 0.
@@ -325,7 +325,7 @@ class Scene:
         return text
 
 
-@refuse_assignment("kreisel.Ensemble(..., {}=...) makes another ensemble")
+@refuse_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
     """Many tops: a body or bodies, gravity, damping, and the states at t = 0.
 

@@ -171,7 +171,7 @@ def starts(
     if surface.energy < least:
         raise ValueError(
             f"no start has energy = {surface.energy!r} with vertical = {surface.vertical!r}: the "
-            f"least energy there is {least!r}"
+            f"smallest energy with this value is {least!r}"
         )
     to_principal = np.array([turn_back(body.axes, e) for e in _AXES])
     if n is None:
@@ -212,8 +212,8 @@ def _grid_starts(
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
-            f"no cell of grid = {short_repr(grid)} has its middle on the energy surface: make the "
-            "grid finer, or take n random starts"
+            f"no cell of grid = {short_repr(grid)} has its centre on the energy surface: use a "
+            "finer grid, or n random starts"
         )
     directions = counts[2] if len(counts) == 3 else 2
     begin = np.full(len(P), math.pi / directions)

@@ -298,7 +298,7 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     at = unravel_index(first + i, shape)
     there = f"t{format_index((*at, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
     raise ValueError(
-        "the times of a top must lead away from 0 in one direction; "
+        "the times of a top must move away from 0 in one direction; "
         f"t{format_index((*at, k))} = {float(rows[i, k])!r} goes back from {there}"
     )
 

@@ -196,8 +196,8 @@ def explain_no_closed_form(scene: Scene) -> str:
             return f"the closed form of a {top} top is available for single scenes only"
         return f"this motion of a {top} top has no closed form: {refusal}"
     return (
-        "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
-        "the start, and yet does not stand"
+        "no closed form can resolve when a top falls whose axis leans or moves by less than "
+        "1e-70 at the start"
     )
 
 

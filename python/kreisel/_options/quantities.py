@@ -47,7 +47,7 @@ def _low_quantity(name: str) -> Quantity:
     """Return the quantity of the low words: the digits of `name` that its doubles leave out."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
-    text = f"what the doubles of {name} leave out; zero up to 16 digits"
+    text = f"the low words of {name}, to be added to its doubles; zero up to 16 digits"
     return whole._replace(name=f"{name}_low", components=words, text=text)
 
 

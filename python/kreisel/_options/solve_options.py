@@ -187,7 +187,7 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
             )
     kept = tuple(name for name in dict.fromkeys(given) if name != "t")
     if not kept:
-        raise ValueError("want names no quantity besides t; leave it out to record all")
+        raise ValueError("want contains no quantity besides t; leave it out to record all")
     return kept
 
 

@@ -62,7 +62,7 @@ def check_monotonic(times: Array, last: float, back: bool) -> None:
     else:
         return
     here = f"t[{i}] = {float(times[i])!r}"
-    raise ValueError(f"times must lead away from 0 in one direction; {here} goes back from {there}")
+    raise ValueError(f"times must move away from 0 in one direction; {here} goes back from {there}")
 
 
 def time_chunks(
@@ -86,8 +86,7 @@ def time_chunks(
         return (times[i : i + size] for i in range(0, times.size, size))
     if every is None or step is None:
         raise ValueError(
-            "a stream needs its times: every=10 with a method of fixed step, "
-            "or t as a list or iterator"
+            "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
     return _grid_chunks(end, step, every, size, after)

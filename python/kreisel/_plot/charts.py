@@ -58,7 +58,7 @@ class Picture(tuple[Axes, ...]):
 
         def __getattr__(self, name: str) -> NoReturn:
             """Raise AttributeError; for names such as save, suggest `figure.savefig`."""
-            hint = ": picture.figure.savefig(file) makes a file" if "save" in name else ""
+            hint = ": picture.figure.savefig(file) writes a file" if "save" in name else ""
             raise AttributeError(f"a picture has no {short_repr(name)}{hint}")
 
     def _repr_png_(self) -> bytes:
@@ -77,7 +77,7 @@ def plot_paths(
 ) -> Picture:
     """Plot each path and the states at its events in three axes, by default in a new figure."""
     if not all(len(path.t) for path, _ in paths):
-        raise ValueError("a path without states cannot be drawn: solve for times")
+        raise ValueError("a path without states cannot be drawn: call solve with times")
     picture = _create_axes(len(paths)) if axes is None else _check_axes(axes, 3 * len(paths))
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]

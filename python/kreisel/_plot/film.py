@@ -53,7 +53,7 @@ class Animatable(Protocol):
     def __call__(self, t: Array, /) -> Animatable: ...
 
 
-@refuse_assignment("path.animate({}=...) makes another film")
+@refuse_assignment("path.animate({}=...) returns a new film")
 class Film:
     """A film of a path, to be saved to a file or shown in a notebook.
 
@@ -150,7 +150,7 @@ def make_film(
         most = max(MOST_POINTS // wide**2 - 1, 1)
         raise ValueError(
             f"{frames:.0f} frames of {wide} x {wide} pixels are too many: {most + 1} are possible, "
-            f"with speed = {abs(end - begin) / most * rate:.3g}, or take fewer or smaller ones"
+            f"with speed = {abs(end - begin) / most * rate:.3g}, or use fewer or smaller frames"
         )
     steps = max(round(frames) - 1, 1)
     t = np.linspace(begin, end, steps * BETWEEN + 1)

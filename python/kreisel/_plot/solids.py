@@ -36,7 +36,8 @@ def drawable(axes: object) -> Axes:
     """Return `axes` if they are axes of matplotlib; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
         raise TypeError(
-            f"axes must be matplotlib's, as of figure.add_subplot(), not {short_repr(axes)}"
+            "axes must be axes of matplotlib, as returned by figure.add_subplot(), not "
+            f"{short_repr(axes)}"
         )
     return axes
 

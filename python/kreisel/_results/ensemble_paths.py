@@ -78,7 +78,7 @@ class Paths(EnsembleResult, QuantityAttributes):
     def _missing_error(self, name: str) -> AttributeError:
         more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
         return AttributeError(
-            f"this result has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
+            f"this result has no {name!r}: it has only the quantities of want={self.want!r}; {more}"
         )
 
     @property

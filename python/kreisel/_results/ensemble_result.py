@@ -25,7 +25,7 @@ from .state_quantities import NO_STATES
 _T = TypeVar("_T", bound=np.generic)
 
 
-@refuse_assignment("solve again, for another result")
+@refuse_assignment("call solve again for a different result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
     """The results of all tops of an ensemble.

@@ -123,7 +123,7 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
         kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
         own = tuple(f"{word}_component" for _ in inner)
         rows[word] = ((*dims, *own), kept, {"units": ""})
-    codes: dict[str, object] = {"units": "", "long_name": "0 where all went well"}
+    codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
     rows["status"] = (axes, np.array(of.status), codes)
     about: dict[str, object] = {
         "units": TIME.dimension,

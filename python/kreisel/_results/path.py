@@ -175,8 +175,8 @@ class Path(ReadOnlyArrays, Tables):
         """
         if self._options.requested_method == EXACT != self.method:
             raise ValueError(
-                f"this path is of the closed form of {self.method}'s map, which has no states "
-                "between its steps: call what kreisel.exact gave, with the numbers of the steps"
+                f"this path is from the closed form of {self.method}, a map without states "
+                "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
         result = record_unordered(self.scene, self._options, check_path_times(self.t, t))
         path = path_or_raise(self.scene, self._options, result)
@@ -425,4 +425,4 @@ def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -
 def progress_text(path: Path, end: float) -> str:
     """Return text with the time that a path reached, and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
-    return f"{path.method} got to t = {last:g} of {end:g} in {path.stats.steps} steps"
+    return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"

@@ -72,7 +72,7 @@ class Reductions(EnsembleResult):
             return {kind: self._column(key, kind) for kind in names[key]}
         if flat_index(self.shape, key) is not None:
             raise TypeError(
-                "reductions have no path of one top: index their arrays, as in "
+                "reductions contain no paths: index their arrays, as in "
                 "reduced['nutation']['max'][3]"
             )
         return self._part(key)

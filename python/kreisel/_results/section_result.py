@@ -113,7 +113,7 @@ class Section(EnsembleResult, QuantityAttributes):
     def _failure(self, i: int) -> BaseException:
         done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
         waited = f", after waiting for {abs(float(self._t[i, 0])):g}"
-        came = f"{done} of {self.n} came by t = {reached:g}"
+        came = f"{done} of {self.n} events found by t = {reached:g}"
         name = STATUSES[self._buffers.status[i]]
         text = came + waited if name == "ERR_EVENT" else came
         return stop_exception(name, self._member(i), text)

@@ -118,7 +118,8 @@ class States(QuantityAttributes):
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
                 more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
                 raise AttributeError(
-                    f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
+                    f"this path has no {name!r}: it has only the quantities of "
+                    f"want={self.want!r}; {more}"
                 )
             if name in TANGENT_ATTRIBUTES:
                 raise AttributeError(f"this path has no {name!r}: {TANGENT_ATTRIBUTES[name]}")

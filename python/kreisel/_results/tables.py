@@ -69,8 +69,8 @@ def _parse_names(names: Iterable[str]) -> list[str]:
     for name in names:
         if not isinstance(name, str):
             raise TypeError(
-                "quantities are given by their names, as in to_pandas('nutation', 'energy'), "
-                f"not {short_repr(name)}"
+                "quantities must be names, as in to_pandas('nutation', 'energy'), not "
+                f"{short_repr(name)}"
             )
         if name not in RECORDABLE and name != "t":
             raise ValueError(unknown_name_message("quantity", name, RECORDABLE))

@@ -185,8 +185,8 @@ def parse_growth(
     controls = accuracy, as_int("max_steps", max_steps, 0), _parse_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
-            "a damped top has no such indicator: its neighbours come to rest, and energy and "
-            "<m, e3> are not conserved"
+            "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
+            "are not conserved"
         )
     return times, controls
 

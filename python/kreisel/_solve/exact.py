@@ -326,8 +326,8 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     status, period, precession, spin, plan = exact_map_plan(scene._block, h)
     if status == "ERR_STEP_SIZE":
         raise ValueError(
-            f"the Bobenko-Suris map has no known closed form for the step {h!r} and this start, which "
-            "lies within k'^2 = 1e-26 of a separatrix: choose another step"
+            f"the Bobenko-Suris map has no known closed form for the step {h!r} and this start, "
+            "which lies within k'^2 = 1e-26 of a separatrix: choose another step"
         )
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")

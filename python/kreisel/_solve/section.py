@@ -110,7 +110,9 @@ def parse_event(event: object) -> Event:
         return nutation(direction=1)
     [one] = parse_events(FALLBACK, [event])
     if one.max_count is not None or one.terminal:
-        raise ValueError("n is the number of events: leave max_count and terminal out of the event")
+        raise ValueError(
+            "n sets the number of events: leave max_count and terminal out of the event"
+        )
     return one
 
 

@@ -174,7 +174,7 @@ class StepSearch:
             return None
         if status != "OK":
             path = replace(make_path(self.scene, limited, result), stats=self.spent)
-            text = f"{options.method.name} got to t = {states[-1, 0]:g} of {self.end:g}"
+            text = f"{options.method.name} reached t = {states[-1, 0]:g} of {self.end:g}"
             raise stop_exception(status, path, text)
         return states
 

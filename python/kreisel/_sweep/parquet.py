@@ -152,7 +152,7 @@ def _read_table(table: Table, states: int) -> PartTable:
         part.units[field.name] = metadata.get(b"units", b"").decode()
         per = metadata.get(b"per")
         if per not in _PER or pa.types.is_primitive(field.type) != (per == b"top"):
-            raise ValueError(f"its schema does not say how {field.name!r} belongs to the tops")
+            raise ValueError(f"its schema does not specify the shape of {field.name!r}")
         flat = whole if per == b"top" else whole.flatten()
         values = flat.to_numpy(zero_copy_only=False)
         if per == b"event":

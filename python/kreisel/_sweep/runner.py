@@ -88,8 +88,8 @@ class PartRunner:
                 self._report(self.done, last=True)
                 return
         raise PartsLost(
-            f"the executor has lost {len(self.left)} parts, the first of them part {self.left[0]}; "
-            "all others are stored, and the same call computes the missing ones"
+            f"the executor lost {len(self.left)} parts, the first of them part {self.left[0]}; "
+            "all others are stored, and repeating the call computes the missing parts"
         )
 
     def _run_once(self, executor: Executor) -> None:
@@ -99,9 +99,9 @@ class PartRunner:
             run_jobs(executor, jobs, _IN_FLIGHT, self._collect, self._poll, self._stopped.set)
         except BrokenExecutor as error:
             raise PartsLost(
-                f"the executor has broken, with {len(self.left)} parts left, the first of them "
-                f"part {self.left[0]}: {error}; the stored parts stay, and the same call "
-                "computes the rest"
+                f"the executor failed with {len(self.left)} parts left, the first of them part "
+                f"{self.left[0]}: {error}; the stored parts are kept, and repeating the call "
+                "computes the others"
             ) from None
         finally:
             self._stopped.clear()

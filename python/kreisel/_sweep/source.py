@@ -47,7 +47,7 @@ class RandomSpec(NamedTuple):
     widths: Mapping[str, Any]
 
 
-@refuse_assignment("make another kreisel.Source")
+@refuse_assignment("construct a new kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """A lazy description of many tops, from which kreisel.sweep builds the tops of each part.
@@ -202,7 +202,7 @@ class Source:
         """Return a source of the tops of an ensemble."""
         check_type("tops", tops, Ensemble)
         if not tops.size:
-            raise ValueError("an ensemble of no tops has nothing to sweep")
+            raise ValueError("an empty ensemble cannot be swept")
         columns: dict[str, npt.NDArray[Any]] = dict(tops._columns)
         if isinstance(tops.body, Bodies):
             columns |= {name: tops.body._columns[name] for name in _BODY}
@@ -227,18 +227,20 @@ class Source:
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
             if step != 1:
-                raise ValueError(f"tops are taken one after the other, not by {short_repr(key)}")
+                raise ValueError(
+                    f"tops are selected by consecutive indices, not by {short_repr(key)}"
+                )
             return self._build(np.arange(begin, max(begin, end), dtype=np.int64))
-        i = as_int("the number of a top", key, -(2**63) + 1)
+        i = as_int("the index of a top", key, -(2**63) + 1)
         if not -self.size <= i < self.size:
-            raise IndexError(f"there is no top {i} among {self.size}")
+            raise IndexError(f"index {i} is out of range for {self.size} tops")
         scene: Scene = self._build(np.array([i % self.size]))[0]
         return scene
 
     def __repr__(self) -> str:
         random = self._random or RandomSpec(0, {}, {})
         varied = [*self._varied, *random.ranges, *random.widths]
-        return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all alike'}>"
+        return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
     def _sample(self) -> Places:
         """Return the indices of the tops on which a plan is validated.
@@ -337,8 +339,8 @@ def _check_range(name: str, one: Parameter) -> None:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
         raise ValueError(
-            f"{name} must be one value, or two between which it lies, the lesser one first; "
-            f"not {short_repr(one.values.tolist())}"
+            f"{name} must be one value or a range (low, high), not "
+            f"{short_repr(one.values.tolist())}"
         )
     with np.errstate(over="ignore"):
         is_finite = np.isfinite(one.values[1] - one.values[0]).all()

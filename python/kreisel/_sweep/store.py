@@ -32,9 +32,9 @@ from .sweep_plan import SweepPlan, content_name, hash_plan, plan_from_json
 
 PLAN = "plan.json"
 REPAIR = (
-    "the same call of kreisel.sweep replaces it, read_sweep(folder, partial=True) leaves it out"
+    "repeating the call of kreisel.sweep replaces it, and read_sweep(folder, partial=True) skips it"
 )
-_MOVE = "it is not overwritten; move it away, or delete it, and call again"
+_MOVE = "it is not overwritten; move or delete it, and call again"
 _PROGRAM = "sweep"  # the value of the entry "kreisel" in a plan file
 _MAX_BYTES = 1 << 30  # limit of bytes read, because the file could be an endless device
 DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
@@ -151,16 +151,16 @@ def _read_plan_file(where: Path) -> dict[str, Any]:
     if not where.is_dir():
         raise FileNotFoundError(f"there is no folder {where}")
     if not file.is_file():
-        raise ValueError(f"{where} is no folder of a sweep: it has no {PLAN}")
+        raise ValueError(f"{where} is not a folder of a sweep: it has no {PLAN}")
     try:
         with open(file, "rb") as plan:
             content = json.loads(plan.read(_MAX_BYTES))
     except (ValueError, RecursionError):
         content = None
     if not isinstance(content, dict) or content.get("kreisel") != _PROGRAM:
-        raise ValueError(f"{file} is no plan of a sweep")
+        raise ValueError(f"{file} is not a plan of a sweep")
     if content.get("hash") != hash_plan(content.get("plan", {})):
-        raise ValueError(f"{file} is damaged: its hash does not belong to its plan")
+        raise ValueError(f"{file} is damaged: its hash does not match its plan")
     return content
 
 
@@ -171,7 +171,7 @@ def _read_starts(file: Path) -> Array:
     """
     values: Array = np.load(file, allow_pickle=False)
     if content_name(values) != file.name:
-        raise ValueError(f"{file} is damaged: its numbers do not belong to its name")
+        raise ValueError(f"{file} is damaged: its numbers do not match its name")
     return values
 
 
@@ -205,7 +205,7 @@ def _create(where: Path, plan: SweepPlan) -> bool:
         for name in sorted(os.listdir(where)):
             if not name.startswith((".", "starts-")) and name != PLAN:
                 raise FileExistsError(
-                    f"{where} is no folder of a sweep, and it is not empty: it has {name!r}"
+                    f"{where} is not a folder of a sweep, and not empty: it contains {name!r}"
                 )
     else:
         where.mkdir()
@@ -268,7 +268,7 @@ def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str
         [
             f"{where} is of another plan: {content['hash'][:16]} there, {plan.hash[:16]} here; in",
             *lines,
-            "give another folder, or the plan that is there",
+            "use another folder, or the plan in this folder",
         ]
     )
 

@@ -162,7 +162,7 @@ def _run_parts(
         result = SweepResult(store)
         done = sum(i in chosen for i in result.present)
         left = f"{len(chosen) - done} of {len(chosen)} parts are left"
-        message = f"interrupted: {left}; the same call resumes in {store.folder}"
+        message = f"interrupted: {left}; repeating the call resumes the sweep in {store.folder}"
         raise SweepInterrupted(message, result) from None
     return SweepResult(store)
 
@@ -189,7 +189,7 @@ def _parse_parts(parts: object, count: int) -> range:
             f"parts must be a range of numbers, as range(0, 100), not {short_repr(parts)}"
         )
     if parts and not (parts.start >= 0 and parts.stop <= count):
-        raise ValueError(f"parts must be among 0 to {count}, not {parts.start} to {parts.stop}")
+        raise ValueError(f"parts must lie between 0 and {count}, not {parts.start} to {parts.stop}")
     return parts
 
 

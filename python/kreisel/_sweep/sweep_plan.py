@@ -196,7 +196,7 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     if needed > total_memory():
         raise MemoryError(
             f"a part of {size} tops with {states} states each needs {1e-9 * needed:.3g} GB, more "
-            "than this machine has: take smaller parts, fewer times, or keep less"
+            "than this machine has: use smaller parts, fewer times or fewer quantities"
         )
     return SweepPlan(source, task.normalize(options), size, options, times, (sample, ensemble))
 
@@ -211,9 +211,9 @@ def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Swe
         source, task = _source_from_json(plan, load), task_from_json(plan)
         result = make_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
-        raise ValueError(f"it is no plan of a sweep: {error}") from None
+        raise ValueError(f"it is not a plan of a sweep: {error}") from None
     if result.hash != hash_plan(plan):
-        raise ValueError("it is a plan that this version would write in another form")
+        raise ValueError("it is a plan in a form that this version does not write")
     return result
 
 

@@ -30,7 +30,7 @@ Column = npt.NDArray[Any]
 _STATUS = "status", "reached"
 
 
-@refuse_assignment("kreisel.sweep computes the results that are read here")
+@refuse_assignment("results of kreisel.sweep are read-only")
 class SweepResult:
     """The results of a sweep in a folder.
 
@@ -112,7 +112,7 @@ class SweepResult:
     def _schema(self) -> PartTable:
         """The columns of a part without rows, read from the first existing part."""
         if not self.present:
-            raise ValueError(f"{self.folder} has no part yet")
+            raise ValueError(f"{self.folder} has no parts yet")
         return self._store.read_part(self.present[0], [])
 
     @property
@@ -149,8 +149,8 @@ class SweepResult:
             some = ", ".join(map(str, islice(missing, 8)))
             raise ValueError(
                 f"{left} of {self.parts} parts are missing: {some}"
-                f"{', ...' if left > 8 else ''}; the same call of kreisel.sweep computes them, "
-                "read_sweep(folder, partial=True) reads the others"
+                f"{', ...' if left > 8 else ''}; repeating the call of kreisel.sweep computes "
+                "them, and read_sweep(folder, partial=True) reads the others"
             )
         return (self._store.read_part(i, names) for i in self.present)
 
@@ -164,7 +164,7 @@ class SweepResult:
         """Return the columns of part `i`, as a mapping from names to arrays."""
         number = as_int("the number of a part", i, 0)
         if number not in self._found:
-            raise IndexError(f"part {number} is not there: there are {len(self._found)} parts")
+            raise IndexError(f"there is no part {number}: the sweep has {len(self._found)} parts")
         part = self._store.read_part(number)
         return {**part.columns, **part.ragged}
 

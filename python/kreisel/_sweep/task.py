@@ -225,13 +225,13 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
             raise ValueError(f"{task} has no argument {name!r}: it has {', '.join(known)}")
     if "t" in known:
         if "t" not in arguments:
-            raise TypeError("t is missing: the time to reach, or a list of times")
+            raise TypeError("t is missing: give the final time or a list of times")
         if np.ndim(arguments["t"]) > 1:
             raise ValueError(
-                "t must be a number or a list of times, which all tops of a sweep share"
+                "t must be a number or a list of times, the same for all tops of a sweep"
             )
     if np.ndim(arguments.get("max_wait", 0.0)):
-        raise ValueError("max_wait must be a number, which all tops of a sweep share")
+        raise ValueError("max_wait must be a number, the same for all tops of a sweep")
     if task == "section":
         return SectionTask(**arguments)
     if task in INDICATORS:
@@ -241,7 +241,7 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
 
 def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
     if not isinstance(method, str):
-        raise TypeError(f"method must be the name of one, not {short_repr(method)}")
+        raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
     if "want" in arguments:
         arguments["want"] = _materialize(arguments["want"])
     reduce = arguments.get("reduce")

@@ -90,7 +90,7 @@ class Archive:
             raise ValueError(f"it has no member {name}")
         header = _HEADER.match(data)
         if header is None or not header[1].decode().startswith(kind):
-            raise ValueError(f"its {name} is damaged, or of another type")
+            raise ValueError(f"its {name} is damaged or has another type")
         found = [int(word) for word in header[2].decode().split(",") if word.strip()]
         alike = len(found) == len(shape) and all(
             n in (None, size) for n, size in zip(shape, found, strict=True)
