@@ -158,7 +158,9 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
 
     monkeypatch.setattr(runner, "_PROGRESS_SECONDS", 0.0)
     pool = executor and executor(1)
-    with pytest.raises(kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; repeating the call") as told:
+    with pytest.raises(
+        kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; repeating the call"
+    ) as told:
         run_sweep(tmp_path, executor=pool, progress=stop)
     found = told.value.sweep
     assert f"interrupted: {len(found.missing)} of 5" in str(told.value) and found.present
