@@ -88,7 +88,7 @@ class View:
         The next viewer of a scene with this name overwrites the file. Warns if no browser was
         found.
         """
-        file, shown = open_page(self)
+        file, shown = open_viewer(self)
         if not shown:
             warnings.warn(f"no browser was found to open the viewer: {file}", stacklevel=2)
         return file
@@ -99,17 +99,17 @@ class View:
         return f'<iframe {inside} title="kreisel: the top"></iframe>'
 
 
-def open_page(page: View) -> tuple[File, bool]:
+def open_viewer(page: View) -> tuple[File, bool]:
     """Write the viewer to a file and open it; return the file, and True if a browser was found."""
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
-    file = _folder() / f"{name if name in about else 'top'}.html"
+    file = _viewer_folder() / f"{name if name in about else 'top'}.html"
     page.save(file)
     return file, webbrowser.open(file.as_uri())
 
 
-def _folder() -> File:
+def _viewer_folder() -> File:
     """Return the folder for viewers in the user's cache, or a temporary folder if that fails."""
     home = os.path.expanduser("~")
     base = {
@@ -153,18 +153,20 @@ def view(
     scene = what if isinstance(what, Scene) else what.scene
     if scene._is_damped:
         raise ValueError("the viewer cannot integrate damped tops: use path.plot()")
-    tracks = [_track(what)] if isinstance(what, Path) else []
+    tracks = [_track_of_path(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
         step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]
     page = View(
-        _page_scene(scene, _methods(methods, scene), step, as_positive("speed", speed), tracks)
+        _viewer_scene(
+            scene, _parse_methods(methods, scene), step, as_positive("speed", speed), tracks
+        )
     )
     if open and not _in_notebook():
         page.open()
     return page
 
 
-def _page_scene(
+def _viewer_scene(
     scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_Track]
 ) -> _Scene:
     name = name_of(scene)
@@ -177,7 +179,7 @@ def _page_scene(
         "momentum": scene.momentum,
         "gravity": scene.gravity,
         "methods": methods,
-        "step": [_step(0.01 if step is None else step)],
+        "step": [_parse_step(0.01 if step is None else step)],
         "speed": speed,
         "tracks": tracks,
     }
@@ -194,7 +196,7 @@ def _body_data(scene: Scene) -> _Body:
     return {"mass": scene.body.mass, "inertia": rows.ravel().tolist(), "com": scene.body.com}
 
 
-def _methods(names: str | list[str] | None, scene: Scene) -> list[str]:
+def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
     chosen = [names] if isinstance(names, str) else list(names)
@@ -211,7 +213,7 @@ def _is_whole(step: float) -> bool:
     return 0.5 < ticks < 2**31 and abs(ticks - round(ticks)) < 1e-6 * ticks
 
 
-def _step(step: float) -> float:
+def _parse_step(step: float) -> float:
     length = as_positive("step", step)
     if not _is_whole(length):
         raise ValueError(
@@ -220,7 +222,7 @@ def _step(step: float) -> float:
     return round(length / _TICK) / 1e6
 
 
-def _track(path: Path) -> _Track:
+def _track_of_path(path: Path) -> _Track:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
     even = n > 1 and _is_whole(step) and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
@@ -232,7 +234,7 @@ def _track(path: Path) -> _Track:
     states = np.ascontiguousarray(path.states, dtype="<f8")
     return {
         "name": path.method,
-        "step": _step(step),
+        "step": _parse_step(step),
         "states": base64.b64encode(states.tobytes()).decode(),
     }
 

@@ -28,8 +28,8 @@ def path(request):
 def test_the_rod_has_the_lagrangian_of_the_top(path):
     """Check theorem 3.8 with alpha1 = I_B, alpha2 = I_N and load = -mass * gravity * |com| e3."""
     rod, size = kr.rod(path), path.kinetic.max()
-    assert rod.elastic == pytest.approx(path.kinetic, abs=1e-14 * size)
-    assert rod.density == pytest.approx(path.kinetic - path.potential, abs=1e-13 * size)
+    assert rod.elastic_energy_density == pytest.approx(path.kinetic, abs=1e-14 * size)
+    assert rod.lagrangian_density == pytest.approx(path.kinetic - path.potential, abs=1e-13 * size)
 
 
 def slope(values, t):
@@ -78,7 +78,7 @@ def test_an_axis_between_equal_moments_is_a_principal_axis_too():
     path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
     rod = kr.rod(path)
     assert rod.frame[:, 2] == pytest.approx(path.apex, abs=1e-14)
-    assert rod.density == pytest.approx(path.kinetic - path.potential, abs=1e-13)
+    assert rod.lagrangian_density == pytest.approx(path.kinetic - path.potential, abs=1e-13)
 
 
 def test_no_rod_for_a_centre_of_mass_off_the_axes():

@@ -5,7 +5,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._analysis.frequencies import _lines
+from kreisel._analysis.frequencies import _strongest_lines
 from tops import FREE, GENERAL, LAGRANGE
 
 TOP = kr.scenes.asymmetric
@@ -142,7 +142,9 @@ def test_lines_add_up_to_the_way_of_the_apex():
 def test_lines_that_were_put_in_are_found():
     t = np.linspace(-3.0, 997.0, 5000)
     rates, parts = np.array([1.7, -0.31, 2.9]), np.array([0.5, 0.25j, -1e-9])
-    found, amplitudes, rest = _lines(t, np.exp(1j * np.multiply.outer(t, rates)) @ parts, 3)
+    found, amplitudes, rest = _strongest_lines(
+        t, np.exp(1j * np.multiply.outer(t, rates)) @ parts, 3
+    )
     assert np.abs(found - rates).max() < 1e-9 and np.abs(found - rates)[:2].max() < 1e-15
     assert np.abs(amplitudes - parts).max() < 1e-13 and rest < 1e-13
 

@@ -238,7 +238,7 @@ def test_a_film_runs_the_way_of_its_path(tmp_path):
 
 
 def test_the_needle_of_a_film_begins_where_the_body_ends():
-    figure = next(CUSPS.animate(fps=1, size=50)._figures())
+    figure = next(CUSPS.animate(fps=1, size=50)._draw_frames())
     assert figure.axes[0].get_aspect() == kr.plot(CUSPS)[0].get_aspect() == 1.0
     lines = [line.get_xydata() for line in figure.axes[0].lines]
     (needle,) = [line for line in lines if len(line) == 2]
@@ -406,7 +406,7 @@ BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 def corners_of_film(film):
     """Return the projected corners of the faces of the body in the first frame of a film."""
-    (solid,) = next(film._figures()).axes[0].collections
+    (solid,) = next(film._draw_frames()).axes[0].collections
     return np.concatenate([path.vertices for path in solid.get_paths()])
 
 
@@ -425,7 +425,7 @@ def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
 
 def test_a_film_shows_a_block_on_a_lever_that_begins_at_the_fixed_point():
     scene = kr.Scene(BLOCK, attitude=(0.8, 0.6, 0, 0), momentum=(0, 0, 0.1))
-    figure = next(kr.solve(scene, 1.0).animate(fps=1, size=100)._figures())
+    figure = next(kr.solve(scene, 1.0).animate(fps=1, size=100)._draw_frames())
     levers = [line.get_xydata() for line in figure.axes[0].lines if len(line.get_xydata()) == 2]
     (lever,) = [line for line in levers if not line[0].any()]
     (needle,) = [line for line in levers if line[0].any()]

@@ -92,7 +92,7 @@ class Apex:
         if not len(self.t):
             raise ValueError("a path without states has no nutation: call solve with times")
         if np.ptp(self.height) < _LEVEL:
-            return self._level_nutation()
+            return self._steady_nutation()
         self._check_sampling()
         low, high = self._turning_times(1.0), self._turning_times(-1.0)
         if len(low) < 2:
@@ -110,7 +110,7 @@ class Apex:
         )
         return Nutation(least, greatest, period, turned / (last - first))
 
-    def _level_nutation(self) -> Nutation:
+    def _steady_nutation(self) -> Nutation:
         nutation = np.arctan2(np.hypot(*self.trace[:, :2].T), self.height)
         turned, took = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
         rate = float(turned / took) if took else math.nan

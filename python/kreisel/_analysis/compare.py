@@ -19,7 +19,7 @@ from .._options.solve_options import Progress, parse_progress
 from .._results.path import Error, Path, Stats
 from .._solve.solve import solve
 from .._utils.atomic_io import atomic_write
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Numbers, as_int, as_positive, check_type, short_repr
 from ..quaternion import attitude_error
 from ..scenes import name_of
@@ -69,7 +69,10 @@ class Table:
         return self.rows[i]
 
     def __str__(self) -> str:
-        lines = [list(_COLUMNS), *([_cell(value) for value in _values(row)] for row in self.rows)]
+        lines = [
+            list(_COLUMNS),
+            *([_format_cell(value) for value in _row_values(row)] for row in self.rows),
+        ]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
@@ -81,7 +84,7 @@ class Table:
         text = io.StringIO(newline="")
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(_COLUMNS)
-        writer.writerows(map(_values, self.rows))
+        writer.writerows(map(_row_values, self.rows))
         if path is not None:
             atomic_write(path, text.getvalue().encode())
         return text.getvalue()
@@ -90,11 +93,11 @@ class Table:
 _COLUMNS = tuple(column.name for column in fields(Row))
 
 
-def _values(row: Row) -> list[object]:
+def _row_values(row: Row) -> list[object]:
     return [getattr(row, name) for name in _COLUMNS]
 
 
-def _cell(value: object) -> str:
+def _format_cell(value: object) -> str:
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 

@@ -61,7 +61,7 @@ class Rod:
         return abs(one - two) <= KIND_RTOL * max(one, two)
 
     @property
-    def elastic(self) -> Array:
+    def elastic_energy_density(self) -> Array:
         """(n,) energy of bending and twist per length [M L^2 T^-2].
 
         This is the kinetic energy of the top:
@@ -72,12 +72,13 @@ class Rod:
         return density
 
     @property
-    def density(self) -> Array:
-        """(n,) elastic + <load, T>, which equals the Lagrangian of the top [M L^2 T^-2].
+    def lagrangian_density(self) -> Array:
+        """(n,) elastic_energy_density + <load, T> [M L^2 T^-2].
 
-        The shape of the rod makes the integral of this density stationary.
+        This is the Lagrangian of the top. The shape of the rod makes the integral of this density
+        stationary.
         """
-        total: Array = self.elastic + self.frame[:, 2] @ np.array(self.load)
+        total: Array = self.elastic_energy_density + self.frame[:, 2] @ np.array(self.load)
         return total
 
     @property
@@ -112,9 +113,9 @@ class Rod:
         ImportError if matplotlib is not installed.
         """
         from .._plot.charts import new_axes
-        from .._plot.solids import ORANGE, draw_bar, draw_tube, drawable
+        from .._plot.solids import ORANGE, check_axes, draw_bar, draw_tube
 
-        drawn = new_axes() if axes is None else drawable(axes)
+        drawn = new_axes() if axes is None else check_axes(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
         if self.isotropic:

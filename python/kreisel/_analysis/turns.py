@@ -122,7 +122,7 @@ def count_turns(
     angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
     nearest, gap = np.full(n, np.inf), np.zeros(n)
     for k in range(_ROUNDS):
-        found = _examine_arcs(arcs)
+        found = _compare_arcs_with_chords(arcs)
         known = arcs.parent[found.is_known]
         np.add.at(angle, known, found.angle[found.is_known])
         np.add.at(through, known, found.through[found.is_known])
@@ -193,7 +193,7 @@ def _spin_angles(
     return np.where(is_seen, exact, thought)
 
 
-def _examine_arcs(arcs: _Arcs) -> _Verdicts:
+def _compare_arcs_with_chords(arcs: _Arcs) -> _Verdicts:
     """Compare arcs with their chords, both at rest and in a frame that turns with the arc."""
     angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend

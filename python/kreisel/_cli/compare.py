@@ -10,7 +10,7 @@ from rich.table import Table as Grid
 from .._analysis.compare import CompareInterrupted, Table
 from .._analysis.compare import compare as compared
 from .._model.scene import Scene
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from . import time_option
 from .output_files import FILE, check_outputs
 from .parsers import (

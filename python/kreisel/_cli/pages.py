@@ -9,7 +9,7 @@ from pathlib import Path as File
 import click
 
 from .._model.scene import Scene
-from .._view import open_page
+from .._view import open_viewer
 from .._view import view as viewed
 from .output_files import FILE, check_outputs
 from .parsers import A_SCENE, UsageError, translate_errors
@@ -40,7 +40,7 @@ def view(scene: Scene, file: str | None) -> None:
     elif file:
         page.save(file)
     else:
-        place, shown = open_page(page)
+        place, shown = open_viewer(page)
         click.echo(f"wrote {place}" + ("" if shown else "; no browser was found to open it"))
 
 

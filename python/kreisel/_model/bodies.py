@@ -121,13 +121,13 @@ class Bodies(BodiesConstructors, Batch[Body]):
             for each in given
             if each.shape
         }
-        can_be = self._check(make, given, tensor.value == (3, 3))
+        can_be = self._check_inertia(make, given, tensor.value == (3, 3))
         if not (can_be | made).all():
-            self._warn(~(can_be | made))
+            self._warn_unphysical(~(can_be | made))
         columns["unphysical"] = make_column(made | ~can_be, shape, 0)
         return self
 
-    def _check(
+    def _check_inertia(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
         """Return an array that is True for each member with a physically possible inertia.
@@ -162,7 +162,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             return type(error)(f"body{list(at)}: {error}" if at else str(error))
         return ValueError(f"body{list(at)}: not a body")
 
-    def _warn(self, odd: Column) -> None:
+    def _warn_unphysical(self, odd: Column) -> None:
         at = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
         mass, tensor, com, _ = (to_python(held[at]) for held in list(self._columns.values())[:4])
         said = unphysical_message(mass, parse_tensor("inertia", tensor), com)
@@ -243,7 +243,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         )
 
     @classmethod
-    def _about_com(
+    def _from_moments_about_com(
         cls,
         make: Callable[..., Body],
         words: Sequence[Parameter],

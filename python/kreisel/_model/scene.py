@@ -114,7 +114,7 @@ class Scene:
         return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
 
     @cached_property
-    def _within(self) -> float:
+    def _safe_horizon(self) -> float:
         """A time [T] below which `check_horizon` certainly accepts the angle of rotation."""
         return 0.5 * _COUNTABLE / self._rate_bound if self._rate_bound > 0.0 else math.inf
 

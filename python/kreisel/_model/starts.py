@@ -92,7 +92,7 @@ class _EnergySurface(NamedTuple):
 
     def min_potential(self) -> float:
         """Return the minimum of U: the best points of a grid are refined by Newton's method."""
-        P = _verticals(*_cell_middles((_GRID, 2 * _GRID)))
+        P = _verticals(*_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
 
@@ -208,7 +208,7 @@ def _grid_starts(
     frame = np.stack([*np.concatenate(_tangent_basis(apex[None])), apex])
     if len(counts) == 3:
         frame = to_principal
-    P = _verticals(*_cell_middles((counts[0], counts[1]))) @ frame
+    P = _verticals(*_cell_centres((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
@@ -230,7 +230,7 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
     for begin in range(0, n, _ROWS):
         left = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
-            drawn = _uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
+            drawn = _draw_uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
             at, chance = cover.verticals(drawn), drawn[:, 3] ** 2
             even = chance * (at * at @ surface.moments) <= surface.moments.min()
             taken = even & (surface.potential(at) <= surface.energy)
@@ -246,7 +246,7 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
     return P, alpha
 
 
-def _uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
+def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
     """Return uniformly distributed numbers in [0, 1) of shape (end - begin, 8).
 
     Row i depends only on `seed`, `trial` and begin + i, since Philox is a counter-based generator.
@@ -319,7 +319,7 @@ def _shortest_rotations(P: Array) -> Array:
     return q
 
 
-def _cell_middles(counts: tuple[int, int]) -> tuple[Array, Array]:
+def _cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
     """Return the heights and angles of the centres of cells of equal size on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")

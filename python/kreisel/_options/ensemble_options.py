@@ -208,13 +208,13 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
                     "quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS]
                 )
             )
-        for kind in _parse_kinds(name, given):
+        for kind in _parse_reduction_kinds(name, given):
             for quantity, component in list_components(name):
                 parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
     return tuple(parsed)
 
 
-def _parse_kinds(name: str, given: object) -> list[str]:
+def _parse_reduction_kinds(name: str, given: object) -> list[str]:
     """Return the requested kinds of reduction of a quantity, without duplicates."""
     kinds = [given] if isinstance(given, str) else given
     if not isinstance(kinds, Iterable):
@@ -242,7 +242,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
     step, every = options.solve.step, options.solve.every
     times = as_finite_array("t", t, _TIMES_FORM)
     if times.ndim > 1:
-        times = _parse_own_times(tops, times)
+        times = _parse_times_per_top(tops, times)
         if every is not None:
             raise ValueError("every needs t as a number; an array lists its own times")
     elif times.ndim == 1:
@@ -265,7 +265,7 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
         )
 
 
-def _parse_own_times(tops: Ensemble, times: Array) -> Array:
+def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
     """Return times (n, k) from an array that broadcasts to (*shape, k).
 
     Raises ValueError if `times` does not broadcast, or if the times of a top are not monotonic.

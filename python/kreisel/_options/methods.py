@@ -11,7 +11,7 @@ from .._core import methods as core_methods
 from .._model.body import Body
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message as unknown_name
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from .._utils.validation import check_type, short_repr
 
 # flags of methods that apply to some bodies only

@@ -163,7 +163,7 @@ def _explain_method(scene: Scene, options: SolveOptions, choice: StepChoice | No
 
 
 def _describe_equations(options: SolveOptions) -> str:
-    if options.leave_heading:
+    if options.can_skip_heading:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
     if options.method.name == FALLBACK:
         return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
@@ -177,7 +177,7 @@ def _is_free(scene: Scene) -> bool:
 def _list_omissions(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
     want, name = options.want, options.method.name
     rows = []
-    if options.leave_heading:
+    if options.can_skip_heading:
         rows.append(
             ("attitude", "no requested quantity changes if the top is rotated about the vertical")
         )
@@ -215,7 +215,7 @@ def _list_surplus(scene: Scene, options: SolveOptions) -> Reasons:
     if options.method.name == FALLBACK:
         if (
             options.want is not None
-            and not options.leave_heading
+            and not options.can_skip_heading
             and HEADING_DEPENDENT.isdisjoint(options.want)
         ):
             why = "the series with 20 or 30 digits always computes it"

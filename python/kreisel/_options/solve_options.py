@@ -11,7 +11,7 @@ from typing import Any
 
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import as_int, as_positive, check_type, short_repr
 from .methods import FALLBACK, Method, resolve_method
 from .quantities import HEADING_DEPENDENT, RECORDABLE, count_components
@@ -69,7 +69,7 @@ class SolveOptions:
         return self if options == self else options
 
     @property
-    def leave_heading(self) -> bool:
+    def can_skip_heading(self) -> bool:
         """True if the states need to be determined only up to a rotation about the vertical."""
         return self.core[-1]
 

@@ -92,7 +92,7 @@ def time_chunks(
     return _grid_chunks(end, step, every, size, after)
 
 
-def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
+def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
     """Return a flag, which is True if `t` leads back in time, and `t` itself.
 
     An iterator is read up to its first time other than 0. The iterator that is returned still

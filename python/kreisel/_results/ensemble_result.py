@@ -15,7 +15,7 @@ from .._options.ensemble_options import EnsembleOptions, format_index, member, u
 from .._options.methods import methods
 from .._options.solve_options import SolveOptions
 from .._utils.errors import refuse_assignment
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
 from .indexing import flat_index, flat_indices
@@ -154,7 +154,9 @@ class EnsembleResult(ReadOnlyArrays):
             raise IndexError(
                 f"{short_repr(index)} is not the index of one top, of the shape {self.shape}"
             )
-        return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure(i))
+        return (
+            statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure_exception(i))
+        )
 
     def check(self) -> Self:
         """Return this result if all tops reached their last times.
@@ -168,7 +170,7 @@ class EnsembleResult(ReadOnlyArrays):
             raise self._stop_error(int(failed[0]), failed.size)
         return self
 
-    def _failure(self, i: int) -> BaseException:
+    def _failure_exception(self, i: int) -> BaseException:
         """Return the exception that a solve of the i-th top alone would raise."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
@@ -181,7 +183,9 @@ class EnsembleResult(ReadOnlyArrays):
         """Return the exception for `count` unfinished tops, of which `i` is the first."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
-        text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure(i)}"
+        text = (
+            f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure_exception(i)}"
+        )
         kind = Interrupted if interrupted else Error
         return kind(text, STATUSES[self._buffers.status[i]], self._member(i), self)
 
@@ -242,7 +246,7 @@ class EnsembleResult(ReadOnlyArrays):
             },
         )
 
-    def _part(self, key: Any) -> Self:
+    def _select_tops(self, key: Any) -> Self:
         """Return the result of the tops that `key` selects."""
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)

@@ -23,7 +23,7 @@ from .._core import tangents as TANGENTS
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, has_torus, methods
 from .._options.solve_options import Progress, SolveOptions
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, Quaternion
 from ..quaternion import conjugate, multiply, turn
 from .core_calls import CoreResult
@@ -44,7 +44,7 @@ _MAX_POINTS = 1024  # maximal number of times of a path at which tangents are co
 ROUNDINGS = 128
 
 
-def has_closed_form(scene: Scene) -> bool:
+def has_cheap_exact_form(scene: Scene) -> bool:
     """Return True if the scene has a closed form that is exact for its body.
 
     A closed form is not exact if it treats almost equal moments as equal, or a centre of mass
@@ -75,7 +75,7 @@ def estimate_error(
     `growth` returns the factor by which the motion magnifies a rounding error of the start. The
     error is pi if nothing is known about the attitude.
     """
-    if not digits and method != EXACT and has_closed_form(scene):
+    if not digits and method != EXACT and has_cheap_exact_form(scene):
         error = angle_to(CLOSED_FORM)
         if error >= ROUNDINGS * ROUNDING * growth():
             return error

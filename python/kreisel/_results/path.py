@@ -19,7 +19,7 @@ from .._options.plan import Plan, StepChoice, make_plan
 from .._options.solve_options import SolveOptions, parse_want
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
 from .core_calls import CoreResult, creation_error, record_unordered
 from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
@@ -400,13 +400,13 @@ def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Pa
 
     Raises the exception of stop_exception if the status of the result is not 'OK'.
     """
-    path = keep_wanted(make_path(scene, options, result), options.want, result[-1])
+    path = drop_unwanted(make_path(scene, options, result), options.want, result[-1])
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, result[-1]))
     return path
 
 
-def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
+def drop_unwanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
     """Return a copy of the path with only t and the quantities in `want`.
 
     If `want` is None, return the path itself. If Ctrl-C interrupts the computation of the

@@ -15,7 +15,7 @@ from .._core import record
 from .._model.scene import Scene
 from .._options.solve_options import Progress, SolveOptions
 from .._options.times import CHUNK_SIZE
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array
 from .core_calls import record_states
 from .path import Events, Path, Stats, path_or_raise
@@ -36,7 +36,7 @@ def record_path_fast(
     scene: Scene, options: SolveOptions, t: object, progress: Progress | None
 ) -> Path | None:
     """Return the path at the times `t` of the user, or None if `t` needs validation in Python."""
-    horizon = min(scene._within, options.safe_horizon)
+    horizon = min(scene._safe_horizon, options.safe_horizon)
     result = record(scene._block, *options.core, t, horizon, options.chunk_size, progress)
     if result is None:
         return None

@@ -14,7 +14,7 @@ from .._options.plan import StepChoice
 from .._options.quantities import QUANTITIES, RECORDABLE, Quantity
 from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest
-from .._utils.literals import MethodName, QuantityAttributes, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, read_only, short_repr
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
 
@@ -126,7 +126,7 @@ class States(QuantityAttributes):
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
             raise AttributeError(f"a path has no {short_repr(name)}; {suggest(name, known)}")
 
-    def _part(self, name: str) -> Array:
+    def _state_components(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
             return self._columns[name]
         part = self.states[:, STATE_COLUMNS[name]]
@@ -135,12 +135,12 @@ class States(QuantityAttributes):
     @property
     def t(self) -> Array:
         """(n,) times [T]."""
-        return self._part("t")
+        return self._state_components("t")
 
     @property
     def q(self) -> Array:
         """(n, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self._part("q")
+        return self._state_components("q")
 
     @property
     def q_xyzw(self) -> Array:
@@ -150,7 +150,7 @@ class States(QuantityAttributes):
     @property
     def m(self) -> Array:
         """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self._part("m")
+        return self._state_components("m")
 
     @cached_property
     def q_low(self) -> Array:

@@ -13,8 +13,8 @@ import numpy as np
 from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import unknown_name_message
-from .._utils.literals import QuantityName
 from .._utils.optional import optional_dependency
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, as_bool, short_repr
 from .state_quantities import States
 

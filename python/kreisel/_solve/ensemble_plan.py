@@ -23,7 +23,7 @@ from .._options.plan import GEOMETRIC, Plan, make_plan
 from .._options.solve_options import parse_options
 from .._options.times import time_array
 from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers
 from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
@@ -188,7 +188,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     kernel, order = Worker(*options.core, []).kernel
     if plan.method != FALLBACK or options.is_scalar or not kernel or any(scene.damping):
         return plan
-    level = options.solve.leave_heading
+    level = options.solve.can_skip_heading
     form = "(P, W): vertical and angular velocity seen from the body"
     form += "; without the heading" if level else ", and from these the heading"
     return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)

@@ -49,7 +49,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 
 @dataclass(frozen=True)
-class _Rates:
+class _ClosedForm:
     """The base of closed forms: a scene, the period of its nutation, and two mean rates."""
 
     scene: Scene
@@ -60,7 +60,7 @@ class _Rates:
 
 
 @dataclass(frozen=True)
-class Exact(_Rates):
+class Exact(_ClosedForm):
     """The motion of a scene in closed form.
 
     Calling it with a time or an array of times returns a kreisel.Path.
@@ -166,7 +166,7 @@ class Exact(_Rates):
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        states = self._states(t, self.scene._within)
+        states = self._states(t, self.scene._safe_horizon)
         if states is None:
             states = self._states(self._times(t), math.inf)
         assert states is not None
@@ -250,7 +250,7 @@ class ExactGoryachevChaplygin(ExactTorus):
 
 
 @dataclass(frozen=True)
-class ExactMap(_Rates):
+class ExactMap(_ClosedForm):
     """The states that the method bobenko_suris computes with the step `step`, in closed form.
 
     Calling it with a number of steps, or an array of numbers of steps, returns a kreisel.Path.

@@ -164,7 +164,7 @@ class ExactEnsemble:
             raise error(status, member(self.tops, first), self._error_prefix(first))
 
     @cached_property
-    def _rates(self) -> Array:
+    def _mean_rates(self) -> Array:
         rates = np.empty((self.tops.size, 3))
         self._run_slices(exact_rates, rates)
         return rates
@@ -181,17 +181,17 @@ class ExactEnsemble:
     @property
     def period(self) -> Array:
         """(*shape) the period of the nutation, as in kreisel.Exact [T]."""
-        return self._reshape(self._rates[:, 0])
+        return self._reshape(self._mean_rates[:, 0])
 
     @property
     def precession(self) -> Array:
         """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._rates[:, 1])
+        return self._reshape(self._mean_rates[:, 1])
 
     @property
     def spin(self) -> Array:
         """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._rates[:, 2])
+        return self._reshape(self._mean_rates[:, 2])
 
     @property
     def least_nutation(self) -> Array:

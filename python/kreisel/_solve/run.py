@@ -35,7 +35,7 @@ from .._options.times import (
 from .._results.path import (
     Path,
     Stats,
-    keep_wanted,
+    drop_unwanted,
     make_path,
     progress_text,
     stop_exception,
@@ -43,7 +43,7 @@ from .._results.path import (
 from .._results.recorder import add_events, record_chunks, report_end
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import refuse_assignment
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, as_int, short_repr
 from ..events import Event, from_record, parse_events, to_core_events, to_record
 
@@ -154,7 +154,7 @@ class Run:
         while not self.ended and (chunk := next(chunks, None)) is not None:
             self._check(chunk)
             status, path = self._record(chunk, progress)
-            path = keep_wanted(path, self.want, float(chunk[-1]))
+            path = drop_unwanted(path, self.want, float(chunk[-1]))
             if status != "OK":
                 raise stop_exception(status, path, progress_text(path, float(chunk[-1])))
             yield path

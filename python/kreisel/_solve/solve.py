@@ -13,7 +13,7 @@ from .._options.times import check_horizon, time_array
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._results.recorder import record_path, record_path_fast
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run

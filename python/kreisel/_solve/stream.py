@@ -8,10 +8,10 @@ from typing import Unpack, overload
 
 from .._model.scene import Ensemble, Scene
 from .._options.solve_options import Progress, parse_progress
-from .._options.times import CHUNK_SIZE, direction, time_chunks
+from .._options.times import CHUNK_SIZE, parse_direction, time_chunks
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, as_int
 from .keywords import PoolKeywords, StreamKeywords
 from .run import EventSpec, Run, parse_run
@@ -95,6 +95,6 @@ def stream(
     if threads is not None or executor is not None:
         reject_ensemble_arguments(scene, threads=threads, executor=executor)
     options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
-    back, t = direction(t)
+    back, t = parse_direction(t)
     chunks = time_chunks(t, options.step, options.every, most or CHUNK_SIZE, None)
     return Run(scene, options, back)._stream(chunks, parse_progress(progress))

@@ -29,7 +29,7 @@ _PER = b"top", b"time", b"event"  # values of `per`: a column has one value per 
 _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
-def encode(part: PartTable, about: Mapping[str, Any]) -> bytearray:
+def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
     """Return a part as the bytes of a Parquet file, with a placeholder for its checksum.
 
     `about` is a description that is stored in the metadata.
@@ -119,7 +119,7 @@ def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
     return about
 
 
-def decode(
+def decode_part(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
 ) -> PartTable:
     """Return the columns `names` of a part, or all columns if `names` is None.

@@ -83,7 +83,7 @@ class PartRunner:
         again.
         """
         for _ in range(2):
-            self._run_once(executor)
+            self._submit_all(executor)
             if not self.left:
                 self._report(self.done, last=True)
                 return
@@ -92,11 +92,18 @@ class PartRunner:
             "all others are stored, and repeating the call computes the missing parts"
         )
 
-    def _run_once(self, executor: Executor) -> None:
+    def _submit_all(self, executor: Executor) -> None:
         check = (self._check_stopped,) if is_local(executor) else ()
         jobs = ((i, (store_part, (self.store, i, *check))) for i in tuple(self.left))
         try:
-            run_jobs(executor, jobs, _IN_FLIGHT, self._collect, self._poll, self._stopped.set)
+            run_jobs(
+                executor,
+                jobs,
+                _IN_FLIGHT,
+                self._count_finished,
+                self._report_done,
+                self._stopped.set,
+            )
         except BrokenExecutor as error:
             raise PartsLost(
                 f"the executor failed with {len(self.left)} parts left, the first of them part "
@@ -106,7 +113,7 @@ class PartRunner:
         finally:
             self._stopped.clear()
 
-    def _poll(self) -> None:
+    def _report_done(self) -> None:
         self._report(self.done)
 
     def _check_stopped(self, _: float) -> None:
@@ -114,7 +121,7 @@ class PartRunner:
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
-    def _collect(self, i: int, future: Future[int]) -> None:
+    def _count_finished(self, i: int, future: Future[int]) -> None:
         """Remove part i from `left`, and count its tops as done, if its file exists."""
         if future.cancelled():
             return

@@ -230,11 +230,11 @@ class Source:
                 raise ValueError(
                     f"tops are selected by consecutive indices, not by {short_repr(key)}"
                 )
-            return self._build(np.arange(begin, max(begin, end), dtype=np.int64))
+            return self._build_tops(np.arange(begin, max(begin, end), dtype=np.int64))
         i = as_int("the index of a top", key, -(2**63) + 1)
         if not -self.size <= i < self.size:
             raise IndexError(f"index {i} is out of range for {self.size} tops")
-        scene: Scene = self._build(np.array([i % self.size]))[0]
+        scene: Scene = self._build_tops(np.array([i % self.size]))[0]
         return scene
 
     def __repr__(self) -> str:
@@ -242,7 +242,7 @@ class Source:
         varied = [*self._varied, *random.ranges, *random.widths]
         return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
-    def _sample(self) -> Places:
+    def _sample_indices(self) -> Places:
         """Return the indices of the tops on which a plan is validated.
 
         The tops are spread evenly over the source and include the first and the last top. For a
@@ -265,13 +265,13 @@ class Source:
         while at.size > 1:
             middle = at.size // 2
             try:
-                parse(self._build(at[:middle]))
+                parse(self._build_tops(at[:middle]))
             except (TypeError, ValueError):
                 at = at[:middle]
             else:
                 at = at[middle:]
         try:
-            parse(self._build(at))
+            parse(self._build_tops(at))
         except (TypeError, ValueError) as error:
             own = _FIRST_TOP.match(str(error))
             if own is None:
@@ -281,7 +281,7 @@ class Source:
             return type(error)(f"top{where}: {prefix}{str(error)[own.end() :]}")
         return common
 
-    def _build(self, at: Places) -> Ensemble:
+    def _build_tops(self, at: Places) -> Ensemble:
         """Build the tops with the indices `at`, which must be consecutive for a random source."""
         random, first = self._random, int(at[0]) if at.size else 0
         if random is not None and random.widths:
@@ -290,7 +290,7 @@ class Source:
             return scatter(Ensemble, self.scene, at.size, random.seed, *widths, begin=first)
         arguments: dict[str, Any] = _select_values(self._parameters, self.shape, at)
         if random is not None:
-            arguments |= _draw(random, first, at.size)
+            arguments |= _draw_uniform(random, first, at.size)
         if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
@@ -305,7 +305,7 @@ class Source:
         """
         rows = _select_values(self._varied, self.shape, np.arange(begin, end, dtype=np.int64))
         if self._random is not None:
-            rows |= _draw(self._random, begin, end - begin)
+            rows |= _draw_uniform(self._random, begin, end - begin)
             for name in self._random.widths:
                 values = tops._columns[name]
                 rows[name] = Parameter(name, values, values.shape[1:])
@@ -385,7 +385,7 @@ def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str,
     return taken
 
 
-def _draw(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
+def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
     """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
 
     A value depends only on the seed, the parameter and the index of the top. This is possible

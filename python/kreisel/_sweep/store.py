@@ -56,7 +56,7 @@ class SweepStore:
     def write_part(self, i: int, part: PartTable) -> None:
         """Write part i to its file, with a checksum."""
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
-        atomic_write(self.file(i), bytes(add_checksum(self._format.encode(part, about))))
+        atomic_write(self.file(i), bytes(add_checksum(self._format.encode_part(part, about))))
 
     def list_parts(self) -> list[int]:
         """Return the numbers of the parts that have a file, in ascending order."""
@@ -76,7 +76,7 @@ class SweepStore:
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
-            return self._format.decode(str(self.file(i)), expected, names, self.plan.states)
+            return self._format.decode_part(str(self.file(i)), expected, names, self.plan.states)
         except ValueError as error:
             raise ValueError(f"{error}; {REPAIR}") from None
 
@@ -127,7 +127,7 @@ def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> S
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
     try:
-        plan = plan_from_json(content["plan"], lambda name: _read_starts(where / name))
+        plan = plan_from_json(content["plan"], lambda name: _read_parameter_array(where / name))
     except ValueError as error:
         raise ValueError(f"{where / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:
@@ -164,7 +164,7 @@ def _read_plan_file(where: Path) -> dict[str, Any]:
     return content
 
 
-def _read_starts(file: Path) -> Array:
+def _read_parameter_array(file: Path) -> Array:
     """Read a long array of parameter values from its file.
 
     Raises ValueError if the hash of the array differs from the hash in the file name.
@@ -192,7 +192,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
     if content["hash"] != plan.hash:
         raise ValueError(_plan_mismatch(where, content, plan))
     check_writable(where / PLAN)
-    _write_starts(where, plan)
+    _write_parameter_arrays(where, plan)
     return store
 
 
@@ -210,7 +210,7 @@ def _create(where: Path, plan: SweepPlan) -> bool:
     else:
         where.mkdir()
         sync_folder(where.parent)
-    _write_starts(where, plan)
+    _write_parameter_arrays(where, plan)
     content = {
         "kreisel": _PROGRAM,
         "version": version,
@@ -222,7 +222,7 @@ def _create(where: Path, plan: SweepPlan) -> bool:
     return _write_exclusive(where / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
 
 
-def _write_starts(where: Path, plan: SweepPlan) -> None:
+def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
     """Write each array that is too long for the plan file to its own file, unless it exists."""
     for values in plan.arrays:
         file = where / content_name(values)
@@ -261,7 +261,7 @@ def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str
     there, here = content["plan"], plan.as_json
     names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]
     lines = [
-        f"  {name}: {_shorten(there.get(name))} there, {_shorten(here.get(name))} here"
+        f"  {name}: {_shorten_json(there.get(name))} there, {_shorten_json(here.get(name))} here"
         for name in names
     ]
     return "\n".join(
@@ -273,6 +273,6 @@ def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str
     )
 
 
-def _shorten(value: object) -> str:
+def _shorten_json(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 120 else f"{text[:100]} ... {text[-16:]}"

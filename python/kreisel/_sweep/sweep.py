@@ -13,7 +13,7 @@ from .._options.ensemble_options import ReductionSpec, parse_threads
 from .._options.solve_options import Progress, parse_progress
 from .._solve.run import EventSpec
 from .._utils.errors import warn
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, check_type, short_repr
 from ..events import Event
 from .plan_file import read_plan

@@ -179,9 +179,9 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
     not fit in memory.
     """
-    sample = source._sample()
+    sample = source._sample_indices()
     try:
-        ensemble = source._build(sample)
+        ensemble = source._build_tops(sample)
         options, times = task.parse(ensemble)
     except (TypeError, ValueError) as error:
         raise source._first_error(task.parse, sample, error) from None
