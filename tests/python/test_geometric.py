@@ -303,7 +303,7 @@ class Search:
     def refine(self, steps, error):
         return steps + 1
 
-    def refusal(self, why):
+    def unmet_error(self, why):
         return ValueError(why)
 
 

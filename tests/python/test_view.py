@@ -209,7 +209,7 @@ def test_pages_stand_where_the_system_keeps_what_can_be_made_again(
     for name, value in words.items():
         monkeypatch.setenv(name, value.format(home))
     monkeypatch.setattr(sys, "platform", system)
-    found = view._folder()
+    found = view._viewer_folder()
     monkeypatch.setattr(sys, "platform", "linux")
     assert found == home / place and found.is_dir()
 
@@ -218,7 +218,7 @@ def test_pages_stand_in_a_temporary_folder_where_there_is_no_other(home, monkeyp
     (home / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(home / "file"))
     monkeypatch.setattr(tempfile, "tempdir", str(home))
-    found = view._folder()
+    found = view._viewer_folder()
     assert found.parent == home and found.name.startswith("kreisel-") and found.is_dir()
 
 
