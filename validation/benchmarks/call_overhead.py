@@ -113,7 +113,7 @@ def main(argv=None):
 
 
 def format_row(name, own, calls):
-    """Return a row: the times of the core and of the call, the overhead, and a verdict."""
+    """Return a table row: times of the core and of the call, the overhead, and a verdict."""
     shares = [None if own is None else call - own for call in calls]
     cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)

@@ -127,7 +127,10 @@ class QuadMap:
         )
 
     def __call__(self, jobs):
-        """Return the states after k steps as 7 mpmath numbers each, for (case, step, list of k)."""
+        """Return the states after k steps, for jobs (case, step, list of k).
+
+        A state has 7 mpmath numbers.
+        """
         lines = []
         for (i1, i3, lever, q, m), step, ks in jobs:
             numbers = (i1, i3, lever, step, *cases.normalize(q), *m)

@@ -2,10 +2,10 @@
 
     python -m validation.benchmarks.viewer_speed
 
-The steps of a frame cover 1/60 of a unit of time. Each time is the median of its repetitions,
-followed by the largest. For drags, the program also prints the 99th percentile, and the longest
-time that the viewer's own thread works for one event. Durations also contain waiting for the
-processor on a busy machine.
+Each frame advances the motion by 1/60 of a unit of time. Each time is the median of its
+repetitions, followed by the largest. For drags, the program also prints the 99th percentile, and
+the longest time that the viewer's own thread works for one event. Durations also contain waiting
+for the processor on a busy machine.
 """
 
 import argparse
@@ -118,7 +118,7 @@ def print_spread(what, took, worked):
 
 
 def time_drag_events(browser, page, *held):
-    """Return the duration of each event of a drag, and the work of the viewer's own thread."""
+    """Return the duration of each event of a drag, and the time that the viewer's thread works."""
     browser.start_tracing(page=page, categories=["devtools.timeline"])
     page.evaluate(HELD, [*held, EVENTS])
     events = [
@@ -131,7 +131,7 @@ def time_drag_events(browser, page, *held):
 
 
 def time_drag(page):
-    """Move the green tip 100 times, and return the frames and milliseconds until each is drawn."""
+    """Return the frames and milliseconds until each of 100 drags of the momentum is drawn."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)

@@ -56,7 +56,7 @@ def make_panel(height=3.1, width=4.9):
 
 
 def format_tick(x, _=None):
-    """Return a tick label in the form of the tables: 1e-9."""
+    """Return a tick label such as 1e-9, in the same form as in the tables."""
     if 0.001 < x < 1e4:
         return f"{x:g}"
     return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")

@@ -1,7 +1,7 @@
 """The cells of the stability atlas: every method and every other integrator on every case.
 
-A cell is the result of one method on one case. Each cell is run twice, with the requested and with
-a finer setting. The verdict on the cell follows from both runs and from the reference solution.
+A cell is the result of one method on one case. Each cell is run twice, with the requested setting
+and with a finer one. Its verdict follows from both runs and from the reference solution.
 """
 
 from collections.abc import Callable
@@ -119,7 +119,10 @@ def drop_attitude(cell):
 
 
 def make_cells(case, who=list_candidates):
-    """Return the cells of a case, one per method. Every cell reports a scene that is invalid."""
+    """Return the cells of a case, one per method.
+
+    If the scene is invalid, every cell reports the error.
+    """
     about = {"family": case.family, "case": case.name, "turns": case.turns}
     try:
         scene = case.scene()

@@ -1,7 +1,7 @@
 """Order and chaos: sections, a chaotic layer, frequencies and Lyapunov exponents.
 
-The sections show tops from integrable to chaotic, and the ten regions of Kowalewski's top. The
-chaotic layer along a separatrix is compared with Melnikov's theory.
+One figure shows sections of tops from integrable to chaotic, another the ten regions of
+Kowalewski's top. The chaotic layer along a separatrix is compared with Melnikov's theory.
 """
 
 from functools import partial

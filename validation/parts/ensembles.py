@@ -1,4 +1,4 @@
-"""Many tops at once: their cost at equal error, and a map of released symmetric tops.
+"""Ensembles: the time per top at equal error, and an image of released symmetric tops.
 
 The other integrators are heyoka in batches, GSL and SciPy.
 """
@@ -34,7 +34,7 @@ ABOUT = {
 def compute_sleeping_map(side):
     """Return the greatest nutation of released symmetric tops, (spin, tilt) [rad].
 
-    An upright top with a spin above 4 [T^-1] sleeps.
+    A symmetric top with a spin above 4 [T^-1] is a sleeping top when upright.
     """
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)

@@ -35,7 +35,7 @@ def fastest_reaching(rows, target):
 
 
 def fastest_row(rows, scene, target, wanted):
-    """Return the fastest row that reaches the target, among methods with `wanted(method)`."""
+    """Return the fastest row that reaches the target and for which `wanted(row)` is true."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()
@@ -77,7 +77,7 @@ def times_to_targets(rows, scene):
 
 
 def list_references(methods):
-    """Return {name: title} of the other integrators in the tables that have run."""
+    """Return {name: title} of the other integrators that have run and appear in the tables."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 

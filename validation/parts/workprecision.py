@@ -46,7 +46,7 @@ BUSY = 0.25  # if the spread of the times is larger than this, the times should 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The findings of this part: problems with their end times, truths and runs."""
+    """The data of this part: problems with their end times, reference solutions and runs."""
 
     problems: list  # problems with their end times
     truths: dict  # truths by scene
@@ -74,7 +74,7 @@ def load_findings(problems, store):
 
 
 def describe_timing(rows):
-    """Return the number of timing rounds and the median spread of the times."""
+    """Return a text with the number of timing rounds and the median spread of the times."""
     counts = sorted({len(row.samples) for row in rows if row.samples})
     spreads = [row.spread for row in rows if row.samples]
     middle = statistics.median(spreads) if spreads else 0.0
@@ -176,7 +176,7 @@ def conclude(comparison):
 
 
 def is_faster(one, other):
-    """Return True if `one` reached the error and took clearly less time than `other`."""
+    """Return True if `one` reached the error in clearly less time than `other`."""
     return bool(one and (not other or fastest.TIE * one.seconds < other.seconds))
 
 

@@ -3,8 +3,8 @@
 The solutions for the report's scenes are stored in reference.json by `python -m
 validation.references.reference`.
 
-Each solution is computed in several ways that have little in common: by two forms of the equations,
-in 128-bit and in 80-bit arithmetic. The differences show how accurate the solution is. The
+Each solution is computed in several nearly independent ways: by two forms of the equations, in
+128-bit and in 80-bit arithmetic. The differences show how accurate the solution is. The
 conditioning is stored with the solution. It is the angle by which the attitude changes if all
 numbers of the top change by one rounding error of a double. These are the momentum, the attitude,
 the moments and the lever. No method in doubles can be expected to be more accurate.
@@ -41,7 +41,7 @@ LONG = 600.0  # runs over larger angles take more than a second in 128-bit arith
 
 @cache
 def build_integrator(fp, coefficients):
-    """Compile an integrator that serves every top with this number of coefficients."""
+    """Compile one integrator for all tops with this number of coefficients."""
     return hy.taylor_adaptive(
         equations.build_general_system(fp, coefficients),
         np.zeros(7, dtype=fp),
@@ -70,7 +70,10 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Return a sphere under the torque of a Lagrange top. Both axes move in the same way."""
+    """Return a spherical top on which the torque of a Lagrange top acts.
+
+    The axis of the sphere moves like the axis of the Lagrange top.
+    """
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
@@ -274,7 +277,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each other computation, and the angle between result and truth [rad]."""
+    """Yield the name of each other computation, and the angle from its result to `truth` [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (
@@ -328,7 +331,7 @@ def load_truth(name, t):
 
 
 def truth_of(problem, end):
-    """Return the reference solution: stored for scenes of the report, computed for other scenes."""
+    """Return the stored reference of a scene of the report; compute it for another scene."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
         known[f"{end:g}"]

@@ -69,7 +69,7 @@ def which_rotation():
 def integrate_alpha():
     """Return I3 / I1 of the cuboid about the middle of its lower face, by Gauss quadrature.
 
-    The quadrature is exact here.
+    The quadrature is exact, because the integrand is a polynomial.
     """
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))

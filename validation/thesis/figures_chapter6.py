@@ -1,7 +1,7 @@
 """The figures of chapter 6, redrawn.
 
-The left panel is as in the thesis. The right panel, where it helps, has a logarithmic scale, the
-truth and more methods.
+The left panel is as in the thesis. Some figures have a right panel with a logarithmic scale, the
+reference and more methods.
 """
 
 import numpy as np
