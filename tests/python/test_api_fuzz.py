@@ -1,7 +1,7 @@
 """Random calls of the whole public API: each call returns or raises a documented exception.
 
-By default a few examples are drawn with a fixed seed. With KREISEL_CALLS=1000 in the environment,
-1000 random examples are tried per callable.
+By default a few examples are drawn with a fixed seed. If the environment variable KREISEL_CALLS is
+1000, 1000 random examples are tried per callable.
 """
 
 import contextlib
@@ -53,7 +53,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "igno
 
 
 class Endless(BaseException):
-    """A call that takes longer than `SECONDS`."""
+    """An exception for a call that takes longer than `SECONDS`."""
 
 
 @pytest.fixture(scope="module", autouse=True)

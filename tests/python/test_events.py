@@ -42,7 +42,7 @@ def of_every_kind(scene):
 
 
 def changes(values, times):
-    """Return where each interval with a sign change starts, and the sign after the change."""
+    """Return the index at which each interval with a sign change starts, and the sign after it."""
     at = np.flatnonzero(values[1:] * values[:-1] < 0)
     return times[at], np.sign(values[at + 1])
 
@@ -333,7 +333,7 @@ def test_threads_find_the_same():
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
 def test_events_are_found_whatever_is_wanted(want):
-    """Check that events that need the heading do not depend on the quantities in want=."""
+    """Check that events which depend on the heading are found whatever quantities want= names."""
     looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
     whole = kr.solve(GENERAL, times, events=looked_for)

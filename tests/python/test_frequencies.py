@@ -51,7 +51,7 @@ def test_frequencies_of_random_tops(gravity):
 
 
 def top_near_a_pole(rng, side):
-    """Return a random top. Its apex approaches a pole to within a distance of 1e-7 to 0.15 rad."""
+    """Return a random top whose apex passes a pole at a distance of 1e-7 to 0.15 rad."""
     i1 = rng.uniform(0.5, 2)
     height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
     body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, unphysical=True)
@@ -96,7 +96,7 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
 
 
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
-    """Check that mean rates are NaN if the errors of rk4 decide on which side a pole is passed."""
+    """Check that mean rates are NaN if errors determine on which side the apex passes a pole."""
     exact = kr.exact(kr.scenes.thesis)
     t = np.linspace(0, 60 * exact.period, 4001)
     through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
@@ -163,7 +163,7 @@ def test_a_chaotic_path_leaves_a_rest():
 
 
 def test_rates_that_cannot_be_told_are_none():
-    """Check a top without mean rates: its axis passes the pole irregularly on either side."""
+    """Check that a top whose axis passes the pole irregularly on either side has no mean rates."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3

@@ -54,7 +54,7 @@ soon = threading.Timer(0.5, send)
 
 @pytest.mark.parametrize("truth, when", [("exact", "progress=send"), ("rk4", "")])
 def test_ctrl_c_ends_a_comparison(truth, when):
-    """Interrupt either a very long run after a short run, or the reference solution."""
+    """Check that Ctrl-C ends a comparison during a long run and during the reference solution."""
     done = python(
         SEND
         + f"""

@@ -22,7 +22,7 @@ def random_axes_body(moments, com, random):
 
 @pytest.mark.parametrize("size", [0.4, 1e-2, 1e-4, 1e-7, 1e-11])
 def test_a_turned_lagrange_top_is_one(size):
-    """Check rotated bodies. The closer the moments are, the further rounding rotates the axis."""
+    """Check that Lagrange tops stay Lagrange tops if the axes of their description are rotated."""
     random = np.random.default_rng(3)
     for sign in (1, -1) * 100:
         body = random_axes_body((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)

@@ -20,13 +20,13 @@ VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LON
 
 
 class Quantity(np.ndarray):
-    """An array with a unit, as in astropy. The array may have dimension 0."""
+    """An array with a unit, like a Quantity of astropy; its dimension may be 0."""
 
     unit = "min"
 
 
 class QuantityWithUnit:
-    """A number whose unit is dropped by numpy, as in pint."""
+    """A number with a unit that NumPy drops, like a Quantity of pint."""
 
     units = "minute"
 

@@ -112,7 +112,7 @@ def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
 
 
 def test_a_picture_leaves_no_room_empty():
-    """Check that the globe and the two charts fill the picture. The charts share a time axis."""
+    """Check that the globe and the two charts, which share a time axis, fill the picture."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)
@@ -412,7 +412,7 @@ def corners_of_film(film):
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 3.0, -2.0])
 def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
-    """Check that a film shows the lever. The eye is beside the axis, which would hide the lever."""
+    """Check that a film shows the lever between the fixed point and the wheel."""
     scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]

@@ -231,7 +231,7 @@ def test_a_fresh_run_has_cost_nothing():
 
 
 def test_results_and_runs_say_how_they_are_changed(tmp_path):
-    """Check that assignments raise an error. If ignored, they would make later results wrong."""
+    """Check that assignments raise an error instead of being ignored."""
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
     swept = kr.sweep(source, 1.0, folder=tmp_path)

@@ -48,7 +48,7 @@ def test_a_changed_plan_is_refused(tmp_path):
 
 
 def test_a_plan_of_another_version_is_refused(tmp_path):
-    """Check a plan whose hash is correct, but which this version would write differently."""
+    """Check that a plan with an unknown entry is refused although its hash is correct."""
     run_sweep(tmp_path, parts=range(0))
     file = tmp_path / "plan.json"
     told = json.loads(file.read_text())
@@ -249,7 +249,7 @@ def test_an_invalid_scene_is_named_with_its_index(tmp_path):
 
 
 def test_a_top_that_the_method_does_not_suit_is_named_with_its_index(tmp_path):
-    """Check a top that is not among the tops on which the plan is validated."""
+    """Check the error for an unsuitable top that is not among the tops validated with the plan."""
     damping = np.zeros((4000, 3))
     damping[2501] = 1.0
     source = kr.Source.grid(TOP, damping=damping)

@@ -37,7 +37,7 @@ def test_the_attitude_is_that_of_scipy():
 @pytest.mark.parametrize("body", [CONE, CORNER, CORNER.turn(TILT), CONE.turn((0, 1, 0, 0))])
 @pytest.mark.parametrize("angles", [ANGLES, (-3, 0.01, 3), (2, 3.1, -2), (0.3, 1.5, 0)])
 def test_paths_begin_with_these_angles(body, angles):
-    """Check bodies whose apex is along the third axis, opposite to it, or in another direction."""
+    """Check the initial Euler angles of bodies with the apex along the third axis and elsewhere."""
     scene = kr.Scene.from_euler(body, angles, RATES)
     np.testing.assert_allclose(angles_of(scene), angles, atol=2e-13)
 

@@ -156,7 +156,7 @@ def test_bodies_passed_as_unphysical_do_not_warn():
 
 
 def test_the_flag_is_kept_by_physical_bodies():
-    """Check that physical bodies keep the flag, so that families of bodies cause no warning."""
+    """Check that physical bodies keep unphysical=True, and so cause no warnings."""
     one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), unphysical=True)
     assert one.unphysical and dataclasses.replace(one, com=(0, 0, 5)).unphysical
     assert pickle.loads(pickle.dumps(one)).unphysical

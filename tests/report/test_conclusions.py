@@ -63,7 +63,7 @@ def run(scene, method, seconds):
 
 
 def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
-    """Check a win, two ties, a loss, and a scene that no other integrator solves."""
+    """Check the conclusions for a win, two ties, a loss, and a scene that only kreisel solves."""
     rows = []
     for scene, own, peer in (
         ("won", 1.0, 1.34),

@@ -22,7 +22,7 @@ ROD_SIDES = 12  # number of sides of the cross section of a rod, which is a poly
 
 
 def wait_for(page, condition, arg=None):
-    """Wait until `condition` holds in the viewer. A function is called with the argument `arg`."""
+    """Wait until `condition` holds in the viewer; a function is called with the argument `arg`."""
     page.evaluate(
         f"""(arg) => new Promise((done, fail) => {{
             const end = performance.now() + 30000;
@@ -72,7 +72,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
 
 
 def load(page, preset=UPRIGHT, **changes):
-    """Load a preset, change some values, and stop at the start."""
+    """Load a preset, change some of its values, and stop at its start."""
     loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
@@ -116,7 +116,7 @@ def read_scene(page):
 
 
 def list_changes(before, after):
-    """Return the keys in which two scenes differ, except name and text."""
+    """Return the keys, except name and text, whose values differ between two scenes."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 

@@ -179,7 +179,7 @@ def test_presets_keep_their_integrals(page, preset):
 
 
 def heights_until(page, end):
-    """Return the heights of all tops at whole times, as cosines of the nutation."""
+    """Return the cosine of the nutation of all tops at each whole unit of time."""
     told = page.evaluate(
         """(end) => Array.from({length: end + 1}, (_, t) => {
             kreisel.advance(t);

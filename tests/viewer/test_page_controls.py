@@ -1,6 +1,6 @@
 """Tests of controls and keys, found by their accessible names.
 
-Each control must change only the value that it shows.
+A control must change only the value that it shows.
 """
 
 import kreisel as kr

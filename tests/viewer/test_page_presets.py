@@ -1,4 +1,4 @@
-"""Tests that the texts of presets tell the truth on tops without a closed form and on methods."""
+"""Tests that the texts of presets are true about tops without a closed form and about methods."""
 
 import kreisel as kr
 import numpy as np
