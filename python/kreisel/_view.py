@@ -67,7 +67,7 @@ class View:
 
     @property
     def html(self) -> str:
-        """The HTML text of the viewer. Raises FileNotFoundError if this installation has none."""
+        """The HTML text of the viewer. Raises FileNotFoundError if the viewer is not installed."""
         if not _PAGE.exists():
             raise FileNotFoundError(
                 f"this kreisel was installed without its viewer, {_PAGE}: run `make viewer` in the "
@@ -138,8 +138,7 @@ def view(
     In a notebook, the viewer is the result of a cell; otherwise it opens in a browser.
 
     methods  one to three methods that the viewer starts with; by default, bobenko_suris for
-    Lagrange
-             tops and strang for others
+             Lagrange tops and strang for others
     step     step of these methods, a multiple of 1e-6 [T]; by default, the path's step, or 0.01
     speed    units of time per second
     open     False: only build the viewer, for `.save("top.html")`

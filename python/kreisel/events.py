@@ -21,7 +21,8 @@ np.where(np.diff(np.sign(f(path)))). This search may miss events.
 In each step of method='taylor', the function is a polynomial of time. Events are the sign changes
 of this polynomial or, for an extremum, of its derivative. No event inside a step is missed, and the
 path does not change. The start is not an event. A function counts as zero if its absolute value is
-below 2^-50 times the sizes of its terms. If a function only touches zero, this is not an event.
+below 2^-50 times the sizes of its terms. A point at which a function touches zero without a change
+of sign is not an event.
 
 The times of events are as accurate as the path. They are doubles even if the path has more digits,
 but the states at these times have all digits of the path. Rising and falling refer to increasing
@@ -93,9 +94,9 @@ class Event:
 
     terms      terms (factor, index, index) of the function g, with the indices of components
     where      terms of a function that must be positive at the event; empty for no condition
-    extremum   False: g crosses zero; True: g has an extremum
-    direction  1: g rises, or has a minimum; -1: g falls, or has a maximum; 0: either
-    max_count  largest number of events to record; None for no limit
+    extremum   False: g crosses zero; True: g has an extremum direction  1: g rises, or has a
+    minimum; -1: g falls, or has a maximum; 0: either max_count  largest number of events to record;
+    None for no limit
     terminal   True: the path ends at the event, or at event number `max_count` if that is given
     """
 
@@ -172,8 +173,8 @@ def loop(**more: Unpack[_More]) -> Event:
     """Find where the apex reverses its precession about the vertical.
 
     A trace with loops has two such points in each loop, and a wavy trace has none. At a cusp the
-    rate of the precession touches zero. Because of the error of the path, a cusp may therefore be
-    recorded as a small loop or not at all. The arguments are as in crossing.
+    rate of the precession touches zero. A cusp may therefore be found as a small loop or not at
+    all, depending on the error of the path. The arguments are as in crossing.
     """
     return crossing(_PRECESSION, **more)
 

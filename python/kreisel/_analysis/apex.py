@@ -136,7 +136,7 @@ class Apex:
         return [_find_zero(*self._neighbours(i, rise)) for i in after.tolist()]
 
     def _neighbours(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return times and values at the four states nearest to the interval t[i - 1] .. t[i].
+        """Return the times and values of the four states nearest to the interval t[i - 1] .. t[i].
 
         If the path has fewer than four states, all of them are returned.
         """
@@ -144,10 +144,10 @@ class Apex:
         return self.t[first : first + 4], values[first : first + 4]
 
     def _nutation_at(self, t: float) -> float:
-        """Return the nutation at a time between states.
+        """Return the nutation at a time between states, by interpolation.
 
         The nutation is computed from the height and from the squared distance to the vertical. Both
-        are smooth functions of time, so the result is accurate near the vertical, too.
+        are smooth functions of time, so the result is also accurate near the vertical.
         """
         square = self._interpolate_at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(math.sqrt(max(square, 0.0)), self._interpolate_at(self.height, t))

@@ -113,7 +113,7 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 @dataclass
 class _Run:
-    """A method with one step or tolerance: its path, run times, and the reason for a failure."""
+    """A run of a method with one step or tolerance: its path, its times, and any failure."""
 
     scene: Scene
     t: Numbers
@@ -208,7 +208,7 @@ def compare(
 
 
 def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """Return the table of all runs that were made, or an empty table if `truth` is None."""
+    """Return the table of all completed runs, or an empty table if `truth` is None."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]
@@ -216,7 +216,7 @@ def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
 
 
 class CompareInterrupted(KeyboardInterrupt):
-    """Ctrl-C during kreisel.compare; `table` has a row for each run that was made at least once."""
+    """Exception for Ctrl-C during kreisel.compare; `table` has a row for each completed run."""
 
     __module__ = "kreisel"  # a traceback shows the public name
 

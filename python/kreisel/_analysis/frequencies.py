@@ -148,8 +148,8 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from `turned`, the angles between states.
 
     The strongest line of `signal` minus a multiple of `part` is more accurate than the mean of
-    `turned`. The line is returned if it is so near the mean that the multiple is certain. Otherwise
-    the mean is returned if the angle grows evenly, and NaN if it does not.
+    `turned`. The frequency of the line is returned if it is so near the mean that the multiple is
+    certain. Otherwise the mean is returned if the angle grows evenly, and NaN if not.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
     mean = float(_kaiser_window(len(turned)) @ turned) / step
@@ -164,7 +164,7 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 def _alias_bound(rate: Array) -> float:
     """Return a bound of the contribution of unresolved frequencies to the mean of `rate`.
 
-    The bound is the amplitude of the strongest line in the upper half of the resolved frequencies.
+    The bound is the largest amplitude in the upper half of the resolved frequencies.
     """
     strengths = np.abs(np.fft.rfft(_kaiser_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())
@@ -207,7 +207,7 @@ def _kaiser_window(n: int) -> Array:
 
 
 def _strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
-    """Return frequencies and amplitudes of the `n` strongest lines, and the relative remainder."""
+    """Return the frequencies and amplitudes of the `n` strongest lines, and the relative rest."""
     window, left = _kaiser_window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):

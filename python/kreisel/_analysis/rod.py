@@ -131,8 +131,8 @@ def rod(path: Path) -> Rod:
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
     is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
 
-    Raises ValueError for a damped top, and for a centre of mass that is on no principal axis. In
-    the latter case, the torque of the weight corresponds to no force at the ends of a rod.
+    Raises ValueError for a damped top, and for a centre of mass that is on no principal axis. The
+    torque of such a top's weight corresponds to no force at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))

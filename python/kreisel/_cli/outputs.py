@@ -129,7 +129,7 @@ def _join_paths(pieces: list[Path]) -> Path:
 
 @dataclass
 class EventCollector:
-    """An output that collects events, each under the text with which the user requested it."""
+    """An output that collects events, labelled by the texts with which the user requested them."""
 
     words: tuple[str, ...]
     degrees: bool

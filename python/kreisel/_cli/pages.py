@@ -54,9 +54,9 @@ def view(scene: Scene, file: str | None) -> None:
 def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     """Report the accuracy, speed and stability of all methods.
 
-    They are measured for the scenes of the report, or for SCENE.toml files. Run this command in the
-    top folder of the source tree, which contains the programs in validation/. It takes minutes.
-    There, --help describes these options in full:
+    The measurements use the scenes of the report, or the given SCENE.toml files. Run this command
+    in the top folder of the source tree, which contains the programs in validation/. The report
+    takes minutes. In the source tree, --help describes these options in full:
 
     \b
     --quick, --full     fewer runs, or more runs

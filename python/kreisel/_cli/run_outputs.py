@@ -117,7 +117,7 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def outputs(self) -> list[Output]:
-        """Return the outputs. The first ones are the outputs that cannot fail."""
+        """Return the outputs, beginning with those that cannot fail."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)

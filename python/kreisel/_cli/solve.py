@@ -115,8 +115,8 @@ _EVERY = click.option(
 def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) -> None:
     """Compute the motion of a scene.
 
-    If the run fails or is interrupted, the files contain all states up to the last good one. Only
-    --json and --npz need memory for all states.
+    If the run fails or is interrupted, the files contain all states up to the last valid one. Only
+    --json and --npz keep all states in memory.
     """
     top, stops = a_scene(scene), SignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])

@@ -130,7 +130,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _check_inertia(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Return an array that is True for each member with a physically possible inertia.
+        """Return an array of flags: True for each member whose inertia is physically possible.
 
         Stores the principal moments and axes if the inertia is given as matrices. Raises ValueError
         for the first member that is not a rigid body.
@@ -154,7 +154,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _member_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
-        """Return the error that the constructor `make` raises for the member at the index `at`."""
+        """Return the error that the constructor `make` raises for the member with index `at`."""
         own = {each.name: to_python(each.broadcast_to(self.shape)[at]) for each in given}
         try:
             make(**own)._block  # noqa: B018  raises the error of an invalid body

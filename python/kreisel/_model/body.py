@@ -60,7 +60,7 @@ class Body(BodyConstructors):
     The principal moments must be positive, and none may exceed the sum of the other two. This is
     checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the inertia is a
     matrix that is not diagonal, its least principal moment must exceed 2e-10 times the largest one.
-    Rounding would leave a smaller moment at most six correct digits.
+    A smaller moment would have at most six correct digits because of rounding.
 
     Raises TypeError for arguments that are not numbers, and ValueError if the values describe no
     rigid body. Warns (UserWarning) if no distribution of mass has this inertia about the fixed

@@ -273,9 +273,10 @@ def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
 
 
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
-    """Return the parameter that gives the attitudes, and the attitudes (..., 4) as (w, x, y, z).
+    """Return the parameter of the attitudes, and the attitudes (..., 4) as (w, x, y, z).
 
-    Raises ValueError if both attitudes are given, or if a quaternion is not of unit length.
+    Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
+    unit length.
     """
     if given is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")

@@ -31,12 +31,12 @@ def to_radians(name: str, value: object, degrees: bool) -> Vector:
 
 
 def cos(x: R) -> R:
-    """Return the cosine, which is the same to the last bit for a float and for an array."""
+    """Return the cosine; the results for a float and for an array are bitwise equal."""
     return math.cos(x) if isinstance(x, float) else np.asarray(cosine(x))
 
 
 def sin(x: R) -> R:
-    """Return the sine, which is the same to the last bit for a float and for an array."""
+    """Return the sine; the results for a float and for an array are bitwise equal."""
     return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
 
 
@@ -49,7 +49,7 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 
 
 def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
-    """Return the attitude at which a body has the Euler angles `angles`.
+    """Return the attitude of a body for the Euler angles `angles`.
 
     `unturned` is the core's scene of the unrotated body, and `start` is the state of this scene.
     Euler's angles describe a frame of the body whose third axis is the apex. The angles of the

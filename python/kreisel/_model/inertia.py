@@ -53,7 +53,7 @@ def principal_moments(tensor: Array) -> list[float]:
 
 
 def ill_conditioned_error(tensor: Array) -> ValueError | None:
-    """Return an error if rounding of the matrix hides its least principal moment, else None."""
+    """Return an error if rounding errors exceed the least principal moment, else None."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
@@ -66,7 +66,7 @@ def ill_conditioned_error(tensor: Array) -> ValueError | None:
 
 
 def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
-    """Describe the condition for a rigid body that the principal moments violate."""
+    """Return a text on the inequality of rigid bodies that the principal moments violate."""
     moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:

@@ -54,8 +54,8 @@ class Scene:
               torque about an axis is -damping times the angular velocity about it
 
     A scene always stores momentum and attitude, whichever parameters the constructor was given.
-    The momentum is rounded. If a needle is given by its velocity, the error of the velocity about
-    its axis is therefore about I1 / I3 times the rounding error of a double.
+    Since the momentum is rounded, the angular velocity of a needle about its axis has an error of
+    about I1 / I3 times the rounding error of a double.
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
     finite, of the wrong shape, or not a unit quaternion. The squared norm of a quaternion may
@@ -108,14 +108,14 @@ class Scene:
 
     @cached_property
     def _rate_bound(self) -> float:
-        """The estimated rate of rotation: the momentum's or, if larger, a pendulum's [T^-1]."""
+        """An estimate of the angular velocity, from the momentum or from a pendulum [T^-1]."""
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
         return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
 
     @cached_property
     def _safe_horizon(self) -> float:
-        """A time [T] below which `check_horizon` certainly accepts the angle of rotation."""
+        """A time [T] up to which `check_horizon` certainly raises no error."""
         return 0.5 * _COUNTABLE / self._rate_bound if self._rate_bound > 0.0 else math.inf
 
     @cached_property

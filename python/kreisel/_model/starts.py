@@ -99,8 +99,8 @@ class _EnergySurface(NamedTuple):
     def _newton_minimum(self, P: Array) -> float:
         """Return a local minimum of U near P by Newton's method on the sphere.
 
-        Each step uses the absolute values of the curvatures, so that its direction is downhill. The
-        step is halved repeatedly, and the length with the smallest U is chosen.
+        Each step uses the absolute values of the curvatures, so that it leads downhill. Of several
+        halved step lengths, the one with the smallest U is used.
         """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):
@@ -258,7 +258,7 @@ def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _SphereCells(NamedTuple):
-    """Cells on the sphere: the lower ends and the lengths of their ranges of height and angle."""
+    """Cells on the sphere, as ranges of height and angle: the lower ends and the lengths."""
 
     height: Array
     angle: Array
@@ -273,7 +273,7 @@ class _SphereCells(NamedTuple):
         return _verticals(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
     def middles(self) -> tuple[Array, Array]:
-        """Return the centre of each cell and a bound of the angle from it to any other point."""
+        """Return the centre of each cell, and a bound on the angular distance of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
@@ -295,7 +295,7 @@ class _SphereCells(NamedTuple):
 
 
 def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
-    """Return cells that cover all verticals P with U(P) <= energy, and few other points."""
+    """Return small cells that together contain all verticals P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
@@ -309,7 +309,7 @@ def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
 
 
 def _shortest_rotations(P: Array) -> Array:
-    """Return the shortest rotations (n, 4) after which the vertical is P in the body's frame."""
+    """Return the shortest rotations (n, 4) that make P the vertical in the frame of the body."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
         up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation

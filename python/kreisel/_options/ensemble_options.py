@@ -80,7 +80,7 @@ class EnsembleOptions:
 
     @cached_property
     def core_reductions(self) -> list[tuple[str, int, int]]:
-        """The reductions as an argument of a worker of the core."""
+        """The reductions in the form that a worker of the core accepts."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
@@ -101,7 +101,7 @@ class EnsembleOptions:
         )
 
     def limit_steps(self, max_steps: int) -> EnsembleOptions:
-        """Return these options with at most `max_steps` steps for each top."""
+        """Return a copy of these options with at most `max_steps` steps for each top."""
         steps = min(self.solve.max_steps or max_steps, max_steps)
         return replace(self, solve=replace(self.solve, max_steps=steps))
 
@@ -122,7 +122,7 @@ def member(tops: Ensemble, i: int) -> Scene:
 
 
 def method_for_all(name: object, tops: Ensemble) -> Method:
-    """Return the method called `name`.
+    """Return the method called `name`, for all members of an ensemble.
 
     Raises ValueError if the method does not suit a member; the message names the first such member.
     """

@@ -113,14 +113,14 @@ class Method:
     def applies_to(self, body: Body) -> bool:
         """Return True if the method applies to this body for any gravity.
 
-        `tops` describes the bodies for which this holds.
+        The attribute `tops` describes these bodies in words.
         """
         return method_applies(self.name, check_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to this scene.
 
-        Without gravity, more bodies have a closed form. Few methods apply to damped tops.
+        A scene without gravity has a closed form for any body. Few methods apply to damped tops.
         """
         damped = check_type("scene", scene, Scene)._is_damped
         any_body = not self.flags & _SOME and not damped

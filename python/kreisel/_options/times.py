@@ -93,9 +93,9 @@ def time_chunks(
 
 
 def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return a flag, which is True if `t` leads back in time, and `t` itself.
+    """Return a flag that is True if `t` leads back in time, and `t` itself.
 
-    An iterator is read up to its first time other than 0. The iterator that is returned still
+    If `t` is an iterator, it is read up to its first time other than 0. The returned iterator still
     yields all times.
     """
     if isinstance(t, Iterator):
@@ -181,7 +181,8 @@ def too_many_steps_message(end: float, step: float) -> str:
 def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     """Raise ValueError if a double cannot resolve the state at `end`.
 
-    There must be fewer than 2**53 steps up to `end`, and the top must turn by less than 2**53 rad.
+    The run up to `end` must have fewer than 2**53 steps, and the top must turn by less than 2**53
+    rad.
     """
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps_message(end, abs(step)))

@@ -156,7 +156,7 @@ def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
 
 
 def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return times and values with NaN inserted into these intervals, to interrupt the line."""
+    """Return the times and values with NaN inserted at `jumps`, where the line is interrupted."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
@@ -184,9 +184,9 @@ def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
 
 
 def _widen_narrow_range(chart: Axes, unit: float) -> None:
-    """Widen the vertical range if the nutation is constant up to rounding.
+    """Widen the vertical range if the nutation is constant up to rounding errors.
 
-    The curve then looks level.
+    The curve is then drawn as a horizontal line.
     """
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:

@@ -69,7 +69,7 @@ class Film:
     _size: int
 
     def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
-        """Store the data of a film; `apex` has BETWEEN points for each frame after the first."""
+        """Store the data of a film; `apex` has BETWEEN points per frame after the first frame."""
         self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
 
     def __len__(self) -> int:
@@ -95,7 +95,7 @@ class Film:
         return _encode_html(self).decode()
 
     def _draw_frames(self) -> Iterator[Figure]:
-        """Yield one figure, redrawn for each frame."""
+        """Yield the same figure once per frame, redrawn each time."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         draw_sphere(axes)
@@ -165,7 +165,7 @@ def make_film(
 
 
 def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Rotate states about the vertical so that the body is seen leaning to the side.
+    """Rotate the states about the vertical so that the body leans to the side of the picture.
 
     At the first state with a clear lean, the axis leans to the right and a little towards the eye.
     """

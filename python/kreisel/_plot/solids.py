@@ -136,13 +136,13 @@ def _thickness(centre: Array, thickness: float | None) -> float:
 
 
 def _sides(rims: Array) -> Array:
-    """Return the faces (m, 4, 3) between each rim and the next, for rims (n, k, 3)."""
+    """Return the faces (m, 4, 3) that join each rim to the next, for rims (n, k, 3)."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
 def _parallel_frames(tangent: Array) -> Array:
-    """Return two unit normals (n, 2, 3) at each point; they do not turn about the curve."""
+    """Return two unit normals (n, 2, 3) at each point, which do not rotate about the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
     for k, along in enumerate(tangent):

@@ -121,7 +121,7 @@ class EnsembleBuffers:
         return part
 
     def _events_at(self, which: Which) -> list[RawEvents]:
-        """Return the events of the rows that `which` selects. These rows are renumbered from 0."""
+        """Return the events of the rows that `which` selects, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -143,7 +143,7 @@ class EnsembleBuffers:
         self.merge(begin, part)
 
     def merge(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures, choices and events of `part`, whose first row is row `begin` here."""
+        """Add the failures, choices and events of `part`, whose first row has the index `begin`."""
         if part is self:
             return
         if part.last:

@@ -180,7 +180,7 @@ class EnsembleResult(ReadOnlyArrays):
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
     def _stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` unfinished tops, of which `i` is the first."""
+        """Return the exception for `count` unfinished tops; `i` is the index of the first one."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
         text = (
@@ -193,7 +193,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _member_options(self, i: int) -> SolveOptions:
-        """Return options that solve the i-th top alone, and record all its states."""
+        """Return options for solving the i-th top alone and recording all its states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))

@@ -68,7 +68,7 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
 
 
 def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
-    """Yield the name, values and unit of a column for each component of the reductions."""
+    """Yield (name, values, unit) of a column for each component of the reductions."""
     n = len(reduced._buffers.status)
     for name, quantity, values in _reductions(kept):
         kind = name.removeprefix(quantity.name)
@@ -79,7 +79,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
 
 
 def _reductions(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Yield for each reduction its name, a Quantity with its unit and its text, and its values."""
+    """Yield each reduction as (name, Quantity with unit and text, values)."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components

@@ -1,10 +1,10 @@
 """Error estimates of paths, from a more precise reference run and the growth of rounding errors.
 
 The Taylor series with 20 digits is far more accurate than any run in doubles, even if the motion
-magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. But the
-results of a closed form are doubles, and a body that is integrable up to rounding is treated as
-exactly integrable. A closed form is therefore used only if the body is exactly integrable, and if
-the error found is far above the rounding errors of the closed form.
+magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. However, a
+closed form returns doubles, and treats a body that is integrable up to rounding errors as exactly
+integrable. It is therefore used only for an exactly integrable body, and only if the estimated
+error is far above the rounding errors of the closed form.
 
 """
 
@@ -49,7 +49,7 @@ def has_cheap_exact_form(scene: Scene) -> bool:
 
     A closed form is not exact if it treats almost equal moments as equal, or a centre of mass
     almost on a principal axis as on the axis. Closed forms of Kowalewski and Goryachev-Chaplygin
-    tops are not counted, because it takes long to set them up.
+    tops are not counted, because their set-up takes long.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False
@@ -90,7 +90,7 @@ def estimate_error(
 
 
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
-    """Return the changes of attitude and momentum that rounding the state causes, as columns.
+    """Return, as columns, the changes of attitude and momentum caused by rounding the state.
 
     The changes are divided by the relative rounding error. With at most 16 digits, the unit of the
     momentum's rounding error is the largest moment times a bound on the angular velocity. With more
@@ -109,7 +109,7 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
 
 def _rounding_turns(scene: Scene) -> Array:
-    """Return the rotation vectors, seen from the body, caused by rounding the attitude, as columns.
+    """Return, as columns, the rotation vectors in the body frame due to rounding the attitude.
 
     The core stores the attitude of the principal axes. Each component of this quaternion is a sum
     of products, and each product is rounded in proportion to its own size.

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Path(ReadOnlyArrays, Tables):
-    """n states of a scene in motion.
+    """The motion of a scene at n times.
 
     Arrays are read-only, but their copies are writeable. t, q and m are views of `states`; other
     quantities are computed on first access. Vectors have their components in space unless stated
@@ -260,7 +260,8 @@ class Path(ReadOnlyArrays, Tables):
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
         """The events in the form that path.save writes.
 
-        The form is a path of the states at the events, the events' indices and their directions.
+        It consists of a path of the states at the events, the indices of the events and their
+        directions.
         """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
@@ -373,10 +374,10 @@ class Interrupted(RunStop, KeyboardInterrupt):
 
 
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
-    """Return the exception for the status of a run.
+    """Return the exception that corresponds to the status of a run.
 
     The exception is a RunStop with the path if the run failed or was interrupted, otherwise an
-    exception for invalid input. `where` is text that says how far the run got.
+    exception for invalid input. `where` is a text about the time that the run reached.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]

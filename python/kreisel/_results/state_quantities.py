@@ -96,7 +96,7 @@ class States(QuantityAttributes):
         return len(self.t)
 
     def __dir__(self) -> list[str]:
-        """Return the names of the attributes, without those that `want` leaves out."""
+        """Return the names of the attributes, except quantities that are not in `want`."""
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
@@ -112,7 +112,10 @@ class States(QuantityAttributes):
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a hint. Quantities are added by add_quantities."""
+            """Raise AttributeError with a hint.
+
+            Quantities are class attributes, which add_quantities adds.
+            """
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
@@ -182,7 +185,7 @@ class States(QuantityAttributes):
         With "start" the first six columns are the derivatives with respect to the initial state; at
         t = 0 they form the identity matrix. The next columns are the requested derivatives with
         respect to the moments (3), the centre of mass (3) along the principal axes, gravity and
-        mass. Each is a change per unit of its parameter, at constant initial momentum.
+        mass. Each column is the change per unit of its parameter, at constant initial momentum.
         """
         return self._tangents().high
 

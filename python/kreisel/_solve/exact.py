@@ -81,7 +81,7 @@ class Exact(_ClosedForm):
     If the axis passes exactly through the vertical, the precession angle jumps by half a turn.
     `precession` does not include these jumps.
 
-    States at t = 1e6 are as exact and as cheap as states at t = 1. Times may be in any order and
+    States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be in any order and
     of either sign. Ctrl-C raises a plain KeyboardInterrupt, without partial results.
 
         >>> import kreisel as kr
@@ -175,7 +175,7 @@ class Exact(_ClosedForm):
     def _states(self, t: object, most: float) -> Array | None:
         """Return the states at `t` as rows, or None if `t` needs validation in Python.
 
-        This is the case if |t| is not below `most`, or if the core does not accept the type of `t`.
+        Times need validation if |t| is not below `most`, or if the core does not accept their type.
         """
         return exact_states(self._plan, t, most)
 
@@ -220,8 +220,8 @@ class ExactTorus(Exact):
 class ExactKowalewski(ExactTorus):
     """The motion of a Kowalewski top in closed form, by theta functions of two variables.
 
-    Calling it with a time or an array of times returns a kreisel.Path. The attributes are those of
-    kreisel.ExactTorus.
+    Calling the object with a time or an array of times returns a kreisel.Path. The attributes are
+    those of kreisel.ExactTorus.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
@@ -253,7 +253,8 @@ class ExactGoryachevChaplygin(ExactTorus):
 class ExactMap(_ClosedForm):
     """The states that the method bobenko_suris computes with the step `step`, in closed form.
 
-    Calling it with a number of steps, or an array of numbers of steps, returns a kreisel.Path.
+    Calling the object with a number of steps, or an array of numbers of steps, returns a
+    kreisel.Path.
 
     The attributes period, precession and spin are defined as in kreisel.Exact, but for the states
     of the method. Their differences from the values of kreisel.Exact are errors of the method.

@@ -103,9 +103,9 @@ class ExactEnsemble:
     def _states(self, t: Array) -> Array:
         """Return states (n, k, 8) at times (k,) or (n, k).
 
-        Runs of the ensemble compute the same states faster, but need times that lead away from 0.
-        For t = 0, a run returns the initial state without evaluating the closed form. Runs are
-        therefore not used if a time is 0.
+        A run of the ensemble computes the same states faster, but its times must lead away from 0.
+        A run is not used if a time is 0, because it would return the initial state itself instead
+        of the state of the closed form.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():

@@ -225,7 +225,7 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Return a call of resume with the checkpoint: a copy has its own state."""
+        """Return a call of resume with the checkpoint, so that a copy has its own state."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:

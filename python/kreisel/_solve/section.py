@@ -69,8 +69,8 @@ def section(
     Failures of individual tops are recorded in section.status, and section.check() raises an
     exception for the first of them.
 
-    Sources: Poincare 1892. Sections that every motion intersects are described by H. R. Dullin, A.
-    Wittek, Complete Poincare sections and tangent sets, J. Phys. A 28 (1995).
+    Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) describe sections
+    that every motion intersects.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
     waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)

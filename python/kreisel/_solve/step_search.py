@@ -2,9 +2,9 @@
 
 The error of a method of order p with step h is about g w t (c h r)^p at time t. The rate r and the
 weight w are computed from the integrals of motion, and the constants c were measured. The factor g
-is the growth of small changes, relative to their growth in a regular motion. Near an unstable
-equilibrium, for example, g is large. This estimate gives a first guess of the cheapest method and
-its step. The step is then reduced until the difference from a reference is small enough.
+is the growth of small changes, relative to their growth in a regular motion. For example, g is
+large near an unstable equilibrium. The cheapest method and its step are first guessed from this
+estimate. The step is then reduced until the difference from a reference is small enough.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ class StepSearch:
     def guess_method(self, grown: float) -> tuple[MethodName, float]:
         """Return the cheapest method and the number of steps that it needs.
 
-        `grown` is the factor g of the error estimate.
+        `grown` is the factor g in the error estimate of this module.
         """
         prices, t = {}, abs(self.end)
         for name, (c, price) in _constants(self.scene).items():
@@ -121,8 +121,8 @@ class StepSearch:
     def check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run with `steps` steps is computed.
 
-        The times are requested times, and ends of steps, which need no extra computation. If there
-        are few steps, times inside the steps are added.
+        These are requested times and ends of steps, which need no extra computation. If there are
+        few steps, times inside the steps are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -262,8 +262,7 @@ def search_path(
 ) -> Path:
     """Return the path at `times`, with an attitude error below `target` up to the last time.
 
-    `progress` is called during every run of the search. Raises ValueError if the error cannot be
-    met.
+    `progress` is called during every trial run. Raises ValueError if the error cannot be met.
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:

@@ -1,7 +1,7 @@
-"""Parquet files of parts, with one row per top.
+"""Parts of a sweep as Parquet files with one row per top.
 
 If a top has several values in a column, or several events, they are stored as a list. The eight
-bytes of a double are stored in eight separate streams, because these can be compressed better.
+bytes of a double are stored in separate streams, which compress better.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
 
 def list_leaves(table: Table) -> list[tuple[str, Any]]:
-    """Return the Parquet path and the type of the values of each column in `table`."""
+    """Return (Parquet path, type of the values) for each column of `table`."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)

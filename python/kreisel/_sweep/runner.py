@@ -51,7 +51,10 @@ class PartRunner:
         self._stopped = threading.Event()
 
     def run_local(self, threads: int) -> None:
-        """Compute the parts in this process. The next part is computed while a part is written."""
+        """Compute the parts in this process.
+
+        Each part is written while the next one is computed.
+        """
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
             for i in tuple(self.left):
@@ -117,12 +120,12 @@ class PartRunner:
         self._report(self.done)
 
     def _check_stopped(self, _: float) -> None:
-        """Raise KeyboardInterrupt in a thread that computes a part if the run was stopped."""
+        """Raise KeyboardInterrupt if the run was stopped; called by the threads of a part."""
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
     def _count_finished(self, i: int, future: Future[int]) -> None:
-        """Remove part i from `left`, and count its tops as done, if its file exists."""
+        """If the file of part i exists, remove i from `left` and count its tops as done."""
         if future.cancelled():
             return
         tops = len(self.store.plan.tops_of(i))

@@ -334,7 +334,7 @@ def _is_row(lead: Shape) -> bool:
 
 
 def _check_range(name: str, one: Parameter) -> None:
-    """Raise ValueError unless a parameter has two values that bound a range of finite width."""
+    """Raise ValueError unless the two values of a parameter are the ends of a finite range."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
@@ -351,9 +351,9 @@ def _check_range(name: str, one: Parameter) -> None:
 
 
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
-    """Reshape the values of a parameter to extend only along the axis with its name.
+    """Reshape the values of a parameter so that they vary only along the axis with its name.
 
-    A parameter without an axis of its own has a single value, and length 1 along all axes.
+    A parameter that names no axis has a single value, and length 1 along all axes.
     """
     lead = [1] * len(axes)
     if one.name in axes:

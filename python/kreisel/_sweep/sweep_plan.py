@@ -109,7 +109,10 @@ class SweepPlan:
         return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
-        """Return the tops with the indices `tops`; the sample is reused if it has the same tops."""
+        """Return the tops with the indices `tops` as an ensemble.
+
+        If these are the indices of the sample, the sample is returned.
+        """
         if self.sample is not None:
             at, ensemble = self.sample
             if len(at) == len(tops) and (at[0], at[-1]) == (tops[0], tops[-1]):
@@ -140,7 +143,7 @@ def dump_canonical(plan: Mapping[str, Any]) -> str:
 
 
 def content_name(values: Array) -> str:
-    """Return the file name of an array, which contains a hash of its shape and values."""
+    """Return the file name of an array, from a hash of its shape and values."""
     digest = hashlib.sha256(str(values.shape).encode())
     digest.update(np.ascontiguousarray(values, dtype="<f8").data)
     return f"starts-{digest.hexdigest()}.npy"
@@ -164,8 +167,8 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 def _list_varied(source: Source) -> list[str | list[Any]]:
     """Return the JSON of the parameters that vary.
 
-    A parameter from which tops are built appears by its name, because the plan already contains its
-    values. Other parameters appear with their values.
+    A parameter of the source is listed by its name, because the plan already contains its values.
+    Other parameters are listed with their values.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters([one])[0]

@@ -47,7 +47,7 @@ class SweepResult:
     Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
     raises ValueError if parts are missing. If the sweep was opened with partial=True, the column
     instead has a row for each top in the existing parts; `result["top"]` has the indices of these
-    tops. All bits of the parts are then verified once, and damaged parts count as missing.
+    tops. The checksums of all parts are then verified once, and damaged parts count as missing.
     """
 
     _store: SweepStore
@@ -169,7 +169,7 @@ class SweepResult:
         return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
-        """Verify all bits of all existing parts, and return this result.
+        """Verify the checksums of all existing parts, and return this result.
 
         Raises ValueError for the first damaged part. Raises FileExistsError if a folder, or a part
         of another plan, has the name of a part.
@@ -183,7 +183,7 @@ class SweepResult:
         return self
 
     def verify(self) -> dict[str, list[int]]:
-        """Verify all bits of all parts, and return the numbers of the parts with each status.
+        """Verify the checksums of all parts, and return the numbers of the parts with each status.
 
         A status is "done", "missing", "damaged", "of another version" or "foreign". A part is
         foreign if a folder, or a complete part of another plan, has its name. Calling kreisel.sweep
@@ -298,7 +298,7 @@ class SweepResult:
 
 
 def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of integers from 0 to `end` - 1 that the ascending `numbers` leave out."""
+    """Yield the ranges of integers below `end` that are missing from the ascending `numbers`."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)

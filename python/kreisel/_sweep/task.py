@@ -251,7 +251,7 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
 
 
 def _materialize(names: Any) -> Any:
-    """Return `names`, converted to a list if it is an iterator, which can be read only once."""
+    """Return `names` as a list if it is an iterator, because an iterator can be read only once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
