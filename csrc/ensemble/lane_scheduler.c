@@ -67,9 +67,9 @@ static void park_lane(kr_lanes *l, int lane)
     l->noise[lane] = -1.0; /* no event */
     if (l->tangents) park_tangent(l->tangents, lane);
 }
-/* Chooses the fastest order for the requested tolerance. Lowers the tolerance of the lanes so that
- * the error of this order meets the requested tolerance. Order and tolerance were measured by
- * validation/studies/lane_orders.py. */
+/* Chooses the fastest order of the series for the requested tolerance. Lowers the tolerance of the
+ * lanes so that the error of this order meets the requested tolerance. Order and tolerance were
+ * measured by validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -307,7 +307,7 @@ static int has_growth(const kr_lanes *l, int lane)
     return isfinite(sum);
 }
 /* Stores the sampled state of a lane and sets the next goal. Returns 1 if the next goal lies in the
- * same step. */
+ * same step, so that it can be sampled at once. */
 static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;

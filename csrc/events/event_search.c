@@ -1,7 +1,7 @@
-/* Advances a top from event to event. Each step is first made as if there were no events, and then
- * searched. Events therefore never change the path. Each event stores its next sign change in the
- * last step. When the top has passed this sign change, the search continues after the sign
- * change. */
+/* Advances a top from event to event. Each step is first computed as if there were no events, and
+ * then searched for them. Events therefore never change the path. Each event stores its next sign
+ * change in the last step. When the top has passed this sign change, the search continues after the
+ * sign change. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"

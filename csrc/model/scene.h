@@ -48,6 +48,6 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
 /* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if they exceed the range of
  * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns the same as kr_scene_horizon, from units and working axes that are already known. */
+/* Returns the horizon like kr_scene_horizon, from units and working axes that are already known. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

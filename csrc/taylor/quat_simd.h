@@ -103,7 +103,7 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* `quad` is a quaternion. quad_i, quad_j and quad_k permute the lanes like a multiplication by the
+/* `quad` is a quaternion. quad_i, quad_j and quad_k permute its lanes as in a multiplication by the
  * unit i, j or k. The caller applies the signs. quad_next and quad_prev permute the vector part
  * cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
 #if defined __AVX2__ && !defined KR_PLAIN

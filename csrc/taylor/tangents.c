@@ -111,7 +111,7 @@ static dd get_number(const kr_motion *motion, const double *high)
                   motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
     return a;
 }
-/* Writes a vector into the last three of four lanes. */
+/* Writes a vector into the last three of the four lanes at `high`. */
 static void put_four(const kr_motion *motion, double *high, vec_dd v)
 {
     put_number(motion, high + 1, v.x);
