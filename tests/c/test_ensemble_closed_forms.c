@@ -54,7 +54,8 @@ static void test_units(void)
     }
     kr_top_free(alone);
 }
-/* A limit of steps has the same meaning for a top of an ensemble as for that top alone. */
+/* A limit on the number of steps has the same meaning for a top of an ensemble as for a single
+ * top. */
 static void test_limits_of_steps(void)
 {
     const double t[4] = {1.0, 2.0, 2.0, 5.0};

@@ -286,7 +286,7 @@ static void test_damped_tops(const kr_exact_batch_isa *width)
     NEAR(axis.y, sin(turn) * start.x + cos(turn) * start.y, 1e-14);
     NEAR(axis.z, 0.0, 1e-14);
 }
-/* The scenes include all kinds; otherwise the other tests would prove little. */
+/* The random scenes include all kinds of tops, so that the other tests cover them. */
 static void test_presence_of_all_kinds(void)
 {
     int count[KR_STATUS_COUNT] = {0}, curves[4] = {0}, frames[2] = {0};

@@ -177,7 +177,7 @@ static void test_units(void)
     const kr_state end = kr_exact_state(&exact, 3.0);
     NEAR(kr_attitude_error(end.q, q_mul(q_exp(v_scale(3.0, s.start.m)), s.start.q)), 0.0, 1e-14);
 }
-/* Values that equal a tolerance or a limit exactly are accepted. */
+/* Values that are exactly equal to a tolerance or a limit are accepted. */
 static void test_boundary_values(void)
 {
     const double x = 0x1.1c37937e08p+0, y = x - 36.0 * DBL_EPSILON;

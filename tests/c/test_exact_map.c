@@ -139,7 +139,7 @@ static void test_far_away(kr_scene s, double step, double within)
     }
 }
 /* A million steps of the Bobenko-Suris map lead to the state of the closed form, up to their
- * accumulated rounding errors. This needs phases in double-double. */
+ * accumulated rounding errors. This requires phases in double-double. */
 static void test_million_steps(void)
 {
     enum { STEPS = 1000000 };

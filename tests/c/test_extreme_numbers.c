@@ -96,8 +96,8 @@ static int is_none(kr_state s)
     const double sum = fabs(s.q.w) + fabs(s.q.x) + fabs(s.q.y) + fabs(s.q.z);
     return isnan(sum) && isnan(s.m.x) && isnan(s.m.y) && isnan(s.m.z);
 }
-/* Checks that there is a state at every finite time, the same alone as in a batch, and none at a
- * time that is not finite. */
+/* Checks that a top has a state at every finite time, bitwise equal alone and in a batch, and no
+ * state at other times. */
 static void late(const kr_scene *s)
 {
     const kr_exact exact = closed(s);

@@ -113,8 +113,8 @@ static void test_refusals(void)
     kr_top_free(top);
 }
 
-/* P and W agree with those of the kernels with heading up to rounding. All kernels with fma have
- * the same bits. */
+/* P and W agree with those of the kernels with heading up to rounding. All kernels with fma give
+ * bitwise equal results. */
 static void test_kernels(void)
 {
     const kr_series start = {.fall = INFINITY,

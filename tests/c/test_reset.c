@@ -24,8 +24,8 @@ static void times_after(const kr_state *start, double sign, double t[TIMES])
     const double after[TIMES] = {0.01, 0.0625, 0.7, 1.51};
     for (int i = 0; i < TIMES; i++) t[i] = start->t + sign * after[i];
 }
-/* Compares the states and counts of a top after a reset with those of a new top. Both may refuse
- * the start. */
+/* Compares the states and counts of a top after a reset with those of a new top. Both calls may
+ * refuse the start. */
 static void as_created(kr_top *top, kr_scene s, const kr_method *method, kr_config config,
                        const kr_state *start)
 {

@@ -112,7 +112,7 @@ static void test_times_between(const kr_scene *s, int digits)
     kr_top_free(one);
     kr_top_free(other);
 }
-/* If the series of the path has hardly any terms, its steps are far too long for the tangents. */
+/* If the series of the path has few nonzero terms, the steps are far too long for the tangents. */
 static void test_long_steps(void)
 {
     const kr_scene s = upright(9.0);

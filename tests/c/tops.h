@@ -6,8 +6,8 @@
 #include "check.h"
 #include "math/su2.h"
 
-/* Returns the top of the thesis, tilted: at an upright start there is no torque, which would hide
- * errors. */
+/* Returns the top of the thesis with a tilted start. At an upright start no torque acts, which
+ * would hide errors. */
 static inline kr_scene tilted(void)
 {
     kr_scene s = kr_scene_default();
