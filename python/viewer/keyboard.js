@@ -18,7 +18,7 @@ const CAMERA_KEYS = {
 };
 const OTHER_KEYS = [
   ["← → ↑ ↓", "Turn the view about the top"],
-  ["W S + -", "Move the view nearer, farther"],
+  ["W S + -", "Zoom in, out"],
   ["A D", "Move the view left, right"],
   ["Escape", "Stop; cancel a drag or a jump"],
   ["Shift + drag", "Green tip: change its length only"],

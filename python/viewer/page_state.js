@@ -43,7 +43,7 @@ export class PageState {
       if (!before) throw error;
       Object.assign(this, { scene: before, previousMotion: null });
       this.buildTops(false);
-      this.showMessage(`This cannot be: ${error.message}`);
+      this.showMessage(`This is not possible: ${error.message}`);
     }
     this.onChange();
     return this.scene !== before;
@@ -189,7 +189,7 @@ export class PageState {
     if (changed.length) this.markChanged(scene);
     const isLoaded = this.load(scene, false);
     if (isLoaded && isLost)
-      this.showMessage("The path belonged to another motion and is removed. Undo brings it back");
+      this.showMessage("The path belongs to another motion and was removed. Undo restores it");
     return isLoaded;
   }
   // Make the current state the start.

@@ -80,7 +80,7 @@ def load(page, preset=UPRIGHT, **changes):
     }""",
         [preset, changes],
     )
-    assert loaded, f"the page has no preset {preset}, or refuses {changes}"
+    assert loaded, f"the viewer has no preset {preset}, or refuses {changes}"
 
 
 def advance(page, t):

@@ -269,7 +269,7 @@ def test_a_bad_link_says_so(page, link):
 
 
 def test_python_snippet_runs(page):
-    program, names = page.get_by_label("The same in Python").input_value(), {}
+    program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program, names)
     assert names["scene"] == scene_in_python(read_scene(page))
     advance(page, 100)

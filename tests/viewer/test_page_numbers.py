@@ -108,7 +108,7 @@ def test_a_start_that_cannot_be_is_refused_in_words(page, start):
 def test_too_little_spin_for_steady_precession_is_told(page):
     before, start = read_scene(page), {"tilt": 30, "spin": 1, "precession": "slow"}
     page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
-    assert "no precession is steady" in page.locator("#words").inner_text()
+    assert "no steady precession" in page.locator("#words").inner_text()
     assert read_scene(page) == before
 
 

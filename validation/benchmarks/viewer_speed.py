@@ -159,7 +159,7 @@ def main(argv=None):
         browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
         took, worked = zip(*(time_first_picture(browser) for _ in range(7)), strict=True)
         print_row("ready", took, "ms", 0)
-        print_row("ready, work of the page's thread", worked, "ms", 0)
+        print_row("ready, work of the viewer's thread", worked, "ms", 0)
         page = open_page(browser)
         page.evaluate(READY)
         for pair in PAIRS:
