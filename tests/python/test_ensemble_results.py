@@ -219,7 +219,7 @@ def test_plans_count_the_ways_and_the_bytes():
 
 
 def test_the_time_of_a_plan_goes_with_the_way_and_with_the_states(monkeypatch):
-    """Check the estimated time of a plan, with a timer that always measures one second."""
+    """Check how the time estimate of a plan scales, with a timer that always returns one second."""
     monkeypatch.setattr(time, "perf_counter", itertools.count().__next__)
     words = {"method": "strang", "step": 0.001, "threads": 1}
     ends = {end: kr.plan(UNDAMPED, [end], **words).seconds for end in (0.0, 1.0, 5.0, 1e3)}

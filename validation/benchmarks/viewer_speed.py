@@ -2,10 +2,10 @@
 
     python -m validation.benchmarks.viewer_speed
 
-Each frame advances the motion by 1/60 of a unit of time. Each time is the median of its
-repetitions, followed by the largest. For drags, the program also prints the 99th percentile, and
-the longest time that the viewer's own thread works for one event. Durations also contain waiting
-for the processor on a busy machine.
+Each frame advances the motion by 1/60 of a unit of time. For each time, the median and the largest
+of several repetitions are printed. For drags, the program also prints the 99th percentile, and the
+longest time that the viewer's own thread works for one event. Durations also contain waiting for
+the processor on a busy machine.
 """
 
 import argparse

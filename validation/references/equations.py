@@ -64,7 +64,7 @@ def compute_coefficients(problem, form="velocity", digits=40):
 
 
 def coefficients_from(J, lever, form="velocity"):
-    """Return the coefficients for moments and a lever. These may be numbers of any type."""
+    """Return the coefficients for moments and a lever, which may be numbers of any type."""
     one = J[0] / J[0]
     velocity = form == "velocity"
     to_velocity = [one if velocity else one / x for x in J]

@@ -32,8 +32,8 @@ def time_grid(step, end):
 class FourTops:
     """The motions of the four tops (6.1.1) and the reference motion, at multiples of eps2.
 
-    Bobenko-Suris is red with eps1 and blue with eps2. Extrap is yellow with eps1 and green with
-    eps2.
+    Bobenko-Suris is drawn in red with the step eps1 and in blue with eps2. Extrap is drawn in
+    yellow with eps1 and in green with eps2.
     """
 
     scene: kr.Scene

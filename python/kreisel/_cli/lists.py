@@ -39,7 +39,7 @@ def methods(name: str | None, markdown: bool) -> None:
     if markdown:
         click.echo(format_methods_page(known), nl=False)
     elif name is None:
-        rows = [(m.name, _order(m), _kind(m), m.text) for m in known.values()]
+        rows = [(m.name, _format_order(m), _list_properties(m), m.text) for m in known.values()]
         _print_table(("method", "order", "kind", "what it is"), rows)
     elif name not in known:
         raise UsageError(unknown_method_message(name))
@@ -52,8 +52,8 @@ def _describe(method: Method) -> None:
     for word, value in {
         "name": method.name,
         "text": method.text,
-        "order": _order(method),
-        "kind": _kind(method),
+        "order": _format_order(method),
+        "kind": _list_properties(method),
         "conserves": method.conserves,
         "for": method.tops,
         "reference": method.reference,
@@ -61,11 +61,11 @@ def _describe(method: Method) -> None:
         console.print(f"{word:<10} {value}")
 
 
-def _order(method: Method) -> str:
+def _format_order(method: Method) -> str:
     return str(method.order) if method.order else "varies"
 
 
-def _kind(method: Method) -> str:
+def _list_properties(method: Method) -> str:
     kinds = ("adaptive", "symplectic", "reversible", "implicit", "algebraic")
     return ", ".join(kind for kind in kinds if getattr(method, kind))
 

@@ -60,7 +60,8 @@ class EnsembleConstructors(EnsembleData[S]):
         """Build tops from Euler's angles z-x-z and their rates, as Scene.from_euler does.
 
         `angles` [rad] and `rates` [T^-1] have the shape (..., 3): precession, nutation and spin.
-        With degrees=True they are in degrees. `gravity` and `damping` are as in Ensemble.
+        With degrees=True, angles and rates are in degrees. `gravity` and `damping` are as in
+        Ensemble.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)

@@ -218,8 +218,8 @@ class Scene:
 
             Rz(precession) Rx(nutation) Rz(spin).
 
-        Otherwise the frame is first rotated so that its third axis becomes the apex. The same
-        rotation is part of the angles of a path.
+        For any other apex, the frame is first rotated so that its third axis becomes the apex. The
+        same rotation is part of the angles of a path.
 
         degrees  True: angles and rates are in degrees; gravity and damping are as in Scene
 

@@ -31,11 +31,15 @@ def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     for quantity, values in rows:
         inner = _dimensions(quantity)
         coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
-        variables[quantity.name] = ((*along, "time", *inner), np.array(values), _about(quantity))
+        variables[quantity.name] = (
+            (*along, "time", *inner),
+            np.array(values),
+            _unit_attributes(quantity),
+        )
     time = "t" if own else "time"
     where = (*along, "time") if own else ("time",)
-    coordinates[time] = (where, np.array(paths.t), _about(TIME))
-    return xr.Dataset(variables, coordinates, _attributes(paths))
+    coordinates[time] = (where, np.array(paths.t), _unit_attributes(TIME))
+    return xr.Dataset(variables, coordinates, _run_attributes(paths))
 
 
 def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
@@ -47,8 +51,8 @@ def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
     for name, quantity, values in _reductions(kept):
         inner = _dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
-        variables[name] = ((*along, *inner), np.array(values), _about(quantity))
-    return xr.Dataset(variables, coordinates, _attributes(reduced))
+        variables[name] = ((*along, *inner), np.array(values), _unit_attributes(quantity))
+    return xr.Dataset(variables, coordinates, _run_attributes(reduced))
 
 
 def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
@@ -63,7 +67,7 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
     for column, values, unit in reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
     frame = pd.DataFrame(columns)
-    frame.attrs = _attributes(reduced) | {"units": units}
+    frame.attrs = _run_attributes(reduced) | {"units": units}
     return frame
 
 
@@ -100,11 +104,11 @@ def _dimensions(quantity: Quantity) -> dict[str, list[str]]:
     return DIMENSIONS.get(quantity.shape, own)
 
 
-def _about(quantity: Quantity) -> dict[str, object]:
+def _unit_attributes(quantity: Quantity) -> dict[str, object]:
     return {"units": quantity.dimension, "long_name": quantity.text}
 
 
-def _attributes(of: EnsembleResult) -> dict[str, object]:
+def _run_attributes(of: EnsembleResult) -> dict[str, object]:
     values = {"method": of.method, "step": of.step, "tol": of.tol, "digits": of.digits}
     return {name: value for name, value in values.items() if value is not None}
 

@@ -39,7 +39,7 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
 
 
 def check_path_times(reached: Array, t: Numbers) -> Array:
-    """Return `t` as an array (k,), in any order. Raises ValueError for times outside the path.
+    """Return the times `t` as an array (k,). Raises ValueError for times outside the path.
 
     `reached` contains the times of the path.
     """

@@ -399,7 +399,7 @@ def make_path(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
 def path_or_raise(scene: Scene, options: SolveOptions, result: CoreResult) -> Path:
     """Return a path from a result of the core, with only the quantities in `options.want`.
 
-    Raises the exception of stop_exception if the status of the result is not 'OK'.
+    If the status of the result is not 'OK', raises the exception that stop_exception returns.
     """
     path = drop_unwanted(make_path(scene, options, result), options.want, result[-1])
     if result[0] != "OK":

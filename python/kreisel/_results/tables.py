@@ -161,7 +161,7 @@ class Tables(States):
             import pandas as pd
         rows = quantity_rows(self, names, degrees, unwrap)
         frame = pd.DataFrame(_components(self, rows)).set_index("t")
-        frame.attrs = self._about() | {"units": _units(rows)}
+        frame.attrs = self._run_attributes() | {"units": _units(rows)}
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
@@ -190,7 +190,7 @@ class Tables(States):
             coordinates |= along
             variables[quantity.name] = (("time", *along), np.array(values), about)
         time = {"time": variables.pop("t")}
-        return xr.Dataset(variables, {**time, **coordinates}, self._about())
+        return xr.Dataset(variables, {**time, **coordinates}, self._run_attributes())
 
     def to_csv(
         self,
@@ -228,7 +228,7 @@ class Tables(States):
             heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]
         atomic_write(file, as_csv(_components(self, rows), heads).encode())
 
-    def _about(self) -> dict[str, object]:
+    def _run_attributes(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}
         about: dict[str, object] = {
             word: value for word, value in words.items() if value is not None

@@ -1,7 +1,7 @@
 """The plan of a sweep: everything that determines the contents of its parts.
 
-The plan is stored as canonical JSON with a hash. It does not include the machine, the number of
-threads or the executor, because they do not affect the results.
+The plan is stored as canonical JSON with a hash. The JSON does not include the machine, the number
+of threads or the executor, which do not affect the results.
 """
 
 from __future__ import annotations
