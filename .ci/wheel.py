@@ -41,12 +41,12 @@ def main():
     assert not [name for name in kr.methods if name.startswith("gsl")], "with GSL it would be GPL"
     path = kr.solve(kr.scenes.thesis, t=1, method="bobenko_suris", step=0.01)
     assert path.t[-1] == 1 and abs((path.q[-1] ** 2).sum() - 1) < 1e-14
-    assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the page is not in the wheel"
+    assert len(kr.view(kr.scenes.thesis, open=False).html) > 500_000, "the wheel lacks the viewer"
     see_licences()
     alone = [solve_top(i) for i in range(16)]
     with ThreadPoolExecutor(8) as threads:
         together = list(threads.map(solve_top, list(range(16)) * 4))
-    assert np.array_equal(together, alone * 4), "threads have other bits"
+    assert np.array_equal(together, alone * 4), "threads give different results"
     kernel = kr.plan(kr.scenes.asymmetric, method="taylor").kernel
     has_vectors = "avx2" in processor_flags()
     assert kernel != "base" or not has_vectors, "the processor's vectors are not used"

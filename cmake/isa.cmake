@@ -1,6 +1,6 @@
-# The instruction sets, from KREISEL_ISA. All of the library is compiled for the base (`base_options`,
+# The instruction sets in KREISEL_ISA. The whole library is compiled for the base (`base_options`,
 # `base_definitions`). The kernels are compiled once more for each of `further_isas` (`avx2_options`, `avx512_options`).
-# For a Mac a library may have a slice for each processor: then these options are for one of them.
+# A universal library for macOS has a slice for each processor; these options then apply to one of them.
 set(processors ${CMAKE_OSX_ARCHITECTURES})
 if(NOT processors)
   set(processors ${CMAKE_SYSTEM_PROCESSOR})
@@ -14,8 +14,7 @@ set(base_options "")
 set(base_definitions "")
 set(further_isas "")
 if(is_x86)
-  # A kernel begins on a line of the cache: the largest all but fill it, and from the middle of a line they can take a third
-  # more time.
+  # Kernels are aligned to cache lines: the largest ones almost fill the cache, and take up to a third more time otherwise.
   set(avx2_options -mavx2 -mfma -falign-functions=64)
   set(avx512_options ${avx2_options} -mavx512f -mavx512vl -mavx512dq)
   set(known_isas plain sse2 avx2 avx512)
@@ -45,7 +44,7 @@ foreach(isa avx2 avx512)
     list(APPEND further_isas ${isa})
   endif()
 endforeach()
-if(further_isas AND NOT plain IN_LIST isas AND NOT sse2 IN_LIST isas)     # the lowest is the base
+if(further_isas AND NOT plain IN_LIST isas AND NOT sse2 IN_LIST isas)     # the lowest set is the base
   list(POP_FRONT further_isas base)
   set(base_options ${${base}_options})
   set(base_definitions KR_BASE_NAME=\"${base}\")

@@ -1,5 +1,5 @@
-# The parts of the library: filters `sources` by KREISEL_METHODS, KREISEL_DIGITS and KREISEL_TANGENTS. `is_complete` is ON if
-# nothing is left out; the tests and the Python extension need that.
+# Remove the sources of parts that KREISEL_METHODS, KREISEL_DIGITS and KREISEL_TANGENTS leave out. `is_complete` is ON if
+# nothing is left out, which the tests and the Python extension require.
 set(is_complete ON)
 if(KREISEL_METHODS)
   file(STRINGS csrc/methods.def lines REGEX "^X")
@@ -13,7 +13,7 @@ if(KREISEL_METHODS)
       message(FATAL_ERROR "KREISEL_METHODS: no method is called ${method}; there are ${names}")
     endif()
   endforeach()
-  # The table of the methods that are built. Others are known by name, so that kr_top_create can say that they are left out.
+  # The table of the methods that are built. The other names are kept, so that kr_top_create can report them as left out.
   set(table "")
   foreach(method ${known})
     if(method IN_LIST KREISEL_METHODS)
@@ -21,14 +21,14 @@ if(KREISEL_METHODS)
     else()
       set(is_complete OFF)
       string(APPEND table "OMITTED(${method})\n")
-      if(NOT method STREQUAL bobenko_suris OR NOT exact IN_LIST KREISEL_METHODS)     # the closed form has its map, too
+      if(NOT method STREQUAL bobenko_suris OR NOT exact IN_LIST KREISEL_METHODS)     # method exact includes the closed form of the map
         list(FILTER sources EXCLUDE REGEX "/methods/${method}\\.c$")
       endif()
     endif()
   endforeach()
   file(CONFIGURE OUTPUT methods.def CONTENT "${table}" @ONLY)
   list(APPEND table_definitions "KR_METHODS_FILE=\"${PROJECT_BINARY_DIR}/methods.def\"")
-  foreach(method exact taylor)      # the folders of the same names; ensembles need both methods
+  foreach(method exact taylor)      # folders of the same names; ensembles need both methods
     if(NOT method IN_LIST KREISEL_METHODS)
       list(FILTER sources EXCLUDE REGEX "/csrc/(${method}|ensemble|viewer)/")
     endif()

@@ -23,7 +23,7 @@ struct origin {
     const py::object &low;
 };
 // Returns the first `rows` rows of an array, without a copy: the states that were written, and the
-// last good state if it is later.
+// last valid state if it is later.
 static doubles reached(const doubles &out, size_t rows)
 {
     return py::object(out[py::slice(0, py::ssize_t(rows), 1)]);

@@ -160,7 +160,7 @@ class worker
         return py::make_tuple(name, order);
     }
 
-    // Runs a task. Returns the failed rows and their last good states.
+    // Runs a task. Returns the failed rows and their last valid states.
     py::tuple run(const task &asked)
     {
         patience &waiting = movers[0]->waiting;
@@ -265,7 +265,7 @@ static void growth(const tops &all, size_t begin, size_t end, const doubles &t, 
 }
 
 // Writes a quantity at the states of all tops, an array (tops, times, 8) in C order, given the
-// number of good states of each top.
+// number of valid states of each top.
 static void values_of_tops(const std::string &name, const tops &all, const doubles &states,
                            const py::array_t<int64_t, py::array::c_style> &done,
                            const py::object &out)

@@ -14,7 +14,7 @@ INLINE lane_point end_lane_steps(kr_lanes *l, wide end, int headless)
     if (!headless) lane_quat_store(l->end_q, lane_attitude(l, &r, headless));
     return r;
 }
-/* Makes the next step of every lane. Returns the set of the lanes that the scheduler must process
+/* Advances every lane by one step. Returns the set of the lanes that the scheduler must process
  * (see kr_lanes_isa.advance). */
 INLINE unsigned step_lanes(kr_lanes *l, int headless)
 {

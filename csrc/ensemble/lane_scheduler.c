@@ -67,9 +67,9 @@ static void park_lane(kr_lanes *l, int lane)
     l->noise[lane] = -1.0; /* no event */
     if (l->tangents) park_tangent(l->tangents, lane);
 }
-/* Chooses the fastest order for the requested tolerance. Lowers the tolerance of the lanes so that
- * the error of this order meets the requested tolerance. Order and tolerance were measured by
- * validation/studies/lane_orders.py. */
+/* Chooses the fastest order of the series for the requested tolerance. Lowers the tolerance of the
+ * lanes so that the error of this order meets the requested tolerance. Order and tolerance were
+ * measured by validation/studies/lane_orders.py. */
 static void choose_order(kr_lanes *l, double tol)
 {
     static const struct {
@@ -144,8 +144,9 @@ static kr_vec3 v_times_power_of_2(kr_vec3 a, int power)
     return v3(times_power_of_2(a.x, power), times_power_of_2(a.y, power),
               times_power_of_2(a.z, power));
 }
-/* Writes the initial tangent in working axes and own units. The user's tangent is scaled by a power
- * of two, because its square may overflow. The default tangent is not along any special axis. */
+/* Writes the initial tangent in working axes and internal units. The user's tangent is scaled by a
+ * power of two, because its square may overflow. The default tangent is not along any special
+ * axis. */
 static void initial_direction(const kr_worker *worker, const kr_top *top, double rate,
                               kr_vec3 *turn, kr_vec3 *push)
 {
@@ -306,7 +307,7 @@ static int has_growth(const kr_lanes *l, int lane)
     return isfinite(sum);
 }
 /* Stores the sampled state of a lane and sets the next goal. Returns 1 if the next goal lies in the
- * same step. */
+ * same step, so that it can be sampled at once. */
 static int store_sample(kr_worker *worker, int lane)
 {
     const kr_lanes *l = worker->lanes;

@@ -1,7 +1,7 @@
 /* The recurrence of lane_state.h: the coefficients of the series, the step size, and the sums of
  * the series. This source is compiled once for each instruction set. Each sum of products starts
- * with the middle indices. The newest coefficients are available last and are therefore used last.
- * The bits of a lane are the same for every vector width with fused multiply-add. */
+ * with the middle indices. The newest coefficients are computed last, and are therefore used last.
+ * A lane gives bitwise equal results for every vector width with fused multiply-add. */
 #ifndef KR_LANE_SERIES_H
 #define KR_LANE_SERIES_H
 #include "lane_state.h"
@@ -83,7 +83,7 @@ INLINE void add_cross(lane_sums *a, lane_vec wj, lane_vec wm, lane_vec pj)
     a->ww.y = wide_fma(wj.z, wm.x, a->ww.y);
     a->ww.z = wide_fma(wj.x, wm.y, a->ww.z);
 }
-/* Adds the products for the heading: of coefficient j of P and coefficient m of W. */
+/* Adds the products of coefficient j of P and coefficient m of W that the heading needs. */
 INLINE void add_heading(lane_sums *a, lane_vec wm, lane_vec pj)
 {
     a->wp_x = wide_fma(pj.x, wm.x, a->wp_x);

@@ -167,8 +167,8 @@ INLINE known_solutions known_solutions_at(kr_lane_tangents *g, const lane_point 
                                {at->p, lane_vec_cross(at->p, momentum)}};
     return r;
 }
-/* Returns the part of `d` orthogonal to both known solutions. If they are parallel up to rounding,
- * only the component along the flow is removed. */
+/* Returns the part of `d` orthogonal to both known solutions. If the known solutions are parallel
+ * up to rounding, only the component along the flow is removed. */
 INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const known_solutions known = known_solutions_at(g, at);
@@ -180,7 +180,7 @@ INLINE lane_deviation remove_known(kr_lane_tangents *g, const lane_point *at, la
     return remove_component(remove_component(d, known.flow), deviation_axpy(keep, own, nothing));
 }
 /* Returns the squared length of remove_known(d). The error is about one rounding error of the
- * squared length of `d`. It is small enough for the terms of a mean. */
+ * squared length of `d`. This accuracy suffices for the terms of a mean. */
 INLINE wide square_without_known(kr_lane_tangents *g, const lane_point *at, lane_deviation d)
 {
     const wide zero = wide_splat(0.0), one = wide_splat(1.0);
@@ -284,7 +284,7 @@ INLINE wide last_square(kr_lane_tangents *g, int order, wide h)
     return power * power * deviation_dot(last, last);
 }
 /* Returns the fraction of h up to which the last term is small enough: 1, or an estimate below 1.
- * `all` is the deviation at the time h. */
+ * `all` is the deviation at the end of the part. */
 INLINE wide share_allowed(kr_lane_tangents *g, int order, wide h, lane_deviation all)
 {
     const wide one = wide_splat(1.0), zero = wide_splat(0.0), least = wide_splat(0.01);
@@ -344,9 +344,9 @@ INLINE lane_point choose_point(mask m, const lane_point *yes, const lane_point *
                           wide_splat(0.0)};
     return r;
 }
-/* Propagates the deviation from the start of the step to the time `to`, in at most `most` parts. At
- * this time the path has the point `at`. Writes the time that each lane has reached. Further parts
- * do not change the bits of lanes that have reached `to`. Returns the deviation without the known
+/* Propagates the deviation from the start of the step to the time `to`, in at most `most` parts.
+ * `at` is the point of the path at the time `to`. Writes the time that each lane has reached.
+ * Further parts do not change lanes that have reached `to`. Returns the deviation without the known
  * solutions. */
 INLINE lane_deviation propagate_deviation(kr_lanes *l, kr_lane_tangents *g, wide to,
                                           const lane_point *at, int most, growth_areas *areas,

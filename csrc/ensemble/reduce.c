@@ -1,6 +1,6 @@
-/* Reductions over the times of one top. The states are added in the order of the times, so that the
- * bits do not depend on other tops. Mean and variance are updated as in Welford (Technometrics 4,
- * 1962), which avoids cancellation. */
+/* Reductions over the times of one top. The states are added in the order of the times, so that no
+ * bit of a result depends on other tops. Mean and variance are updated as in Welford (Technometrics
+ * 4, 1962), which avoids cancellation. */
 #include "reduce.h"
 #include <math.h>
 

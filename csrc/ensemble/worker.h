@@ -12,7 +12,7 @@ enum { KR_BATCH = 64 /* number of tops that are dispatched together */ };
 
 /* A top in a lane or in a scalar run. */
 typedef struct kr_slot {
-    size_t top, states; /* index of the top; number of its good states */
+    size_t top, states; /* index of the top; number of its valid states */
     int64_t steps;      /* steps of a closed form; lanes count their own steps */
     double start, time_unit, rate, horizon, forward, requested;
     double start_noise; /* sections: until a first sign is known, smaller values count as zero */
@@ -47,7 +47,7 @@ int kr_worker_has_tangents(const kr_worker *worker);
 /* Writes the growth of the tangent of a lane at the next requested time, or zeros if `row` is
  * NULL. */
 void kr_worker_store_growth(kr_worker *worker, const kr_slot *slot, kr_lane_number *row, int lane);
-/* Writes the outcome and the reductions of a top, and NaN after the last good state. */
+/* Writes the outcome and the reductions of a top, and NaN after the last valid state. */
 void kr_worker_finish_top(kr_worker *worker, const kr_slot *slot,
                           const kr_accumulator *accumulators, kr_status status, kr_stats stats);
 /* Returns the accumulators of scalar runs. */

@@ -8,13 +8,13 @@
 #include "model/quantities.h"
 #include "event_polynomial.h"
 
-/* Number of zeros before the coefficients of a factor, and room for the coefficients and the zeros
- * after them. */
+/* Number of zeros before the coefficients of a factor, and number of elements for the coefficients
+ * and the zeros after them. */
 enum { PAD = 8, ROOM = KR_TERMS_ROOM };
 typedef double padded_series[PAD + ROOM];
 
-/* A step, truncated to some order, with the member names of kr_step_polynomial. Each function below
- * named add_... adds its result to the coefficients c. */
+/* A step, truncated to some order, with the member names of kr_step_polynomial. Each function named
+ * add_... adds its result to the coefficients c. */
 typedef struct step_view {
     const kr_top *top;
     double rate;

@@ -1,18 +1,18 @@
-/* Advances a top from event to event. Each step is first made as if there were no events, and then
- * searched. Events therefore never change the path. Each event stores its next sign change in the
- * last step. When the top has passed this sign change, the search continues after the sign
- * change. */
+/* Advances a top from event to event. Each step is first computed as if there were no events, and
+ * then searched for them. Events therefore never change the path. Each event stores its next sign
+ * change in the last step. When the top has passed this sign change, the search continues after the
+ * sign change. */
 #include "model/quantities.h"
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
-/* Returns the time from the start to the user's time t, in own units. */
+/* Returns the time from the start to the user's time t, in internal units. */
 static double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
 }
-/* Converts `clock`, a time inside the last step in own units, to the user's time. If rounding has
- * moved the result out of the step, moves it back by one double. */
+/* Converts `clock`, a time inside the last step in internal units, to the user's time. If rounding
+ * has moved the result out of the step, moves it back by one double. */
 static double user_time_in_step(const kr_top *top, double clock)
 {
     const double t = top->scene.start.t + clock * top->time_unit,

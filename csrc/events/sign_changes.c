@@ -63,8 +63,8 @@ static int note_sign(kr_sign_search *r, double p, double s)
     r->mark = s;
     return changed;
 }
-/* Returns 1 if the value at the end of the interval shows whether the sign changes in it. It does
- * if the polynomial has one sign, is monotonic, or is zero up to noise. */
+/* Returns 1 if the value at the end of the interval shows whether the sign changes in it. This
+ * holds if the polynomial has one sign, is monotonic, or is zero up to noise. */
 static int is_decided(const kr_sign_search *r, const double *b, double width)
 {
     const double slack = r->used > 0 ? r->tail_slope * width / r->used : 0.0;

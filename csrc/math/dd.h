@@ -3,7 +3,7 @@
  * Trans. Math. Softw. 44, 2017). The operations need strict evaluation: -ffp-contract=off, and
  * never -ffast-math. Functions whose name begins with dd_ round to a double-double; two_sum and
  * two_product are exact. If KR_DD_LANES is defined, hi and lo are vectors of doubles (simd.h), and
- * each lane has the same bits as a scalar computation. */
+ * the result in each lane is bitwise equal to that of a scalar computation. */
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
@@ -69,8 +69,8 @@ static inline dd two_sum(dd_part a, dd_part b)
     const dd_part sum = a + b, v = sum - a;
     return dd_make(sum, (a - (sum - v)) + (b - v));
 }
-/* Returns a * b exactly. Processors with and without fused multiply-add give the same bits, because
- * the rounding error of a product is itself a double. */
+/* Returns a * b exactly. Processors with and without fused multiply-add give bitwise equal results,
+ * because the rounding error of a product is itself a double. */
 static inline dd two_product(dd_part a, dd_part b)
 {
     const dd_part product = a * b;

@@ -1,5 +1,5 @@
-/* Fraction and exponent of a double, taken from its bits. The results are the same as those of
- * frexp and ldexp in libm, in a fifth of the time. Zero, subnormal, infinite and NaN arguments are
+/* Fraction and exponent of a double, taken from its bits. The results equal those of frexp and
+ * ldexp in libm, and take a fifth of the time. Zero, subnormal, infinite and NaN arguments are
  * passed to libm. */
 #ifndef KR_EXPONENT_H
 #define KR_EXPONENT_H

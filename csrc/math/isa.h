@@ -37,8 +37,8 @@
 #elif !defined KR_BASE_NAME
 #  define KR_BASE_NAME "base"
 #endif
-/* KR_FUSED: the hardware has fused multiply-add. The bits of the results depend only on KR_FUSED,
- * not on the instruction set. */
+/* KR_FUSED: the hardware has fused multiply-add. The results depend on KR_FUSED, but not otherwise
+ * on the instruction set. */
 #if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
 #  define KR_FUSED
 #endif

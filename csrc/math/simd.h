@@ -1,6 +1,6 @@
-/* Vectors of doubles with independent lanes. Each lane belongs to one top. The bits of a lane are
- * the same for every width of the vectors. A `wide` has as many lanes as the vectors of the
- * instruction set (x86-64-v4: 8, v3: 4, SSE2 and NEON: 2, plain C99: 1), or one lane with
+/* Vectors of doubles with independent lanes. Each lane belongs to one top. The results in a lane
+ * are bitwise equal for every width of the vectors. A `wide` has as many lanes as the vectors of
+ * the instruction set (x86-64-v4: 8, v3: 4, SSE2 and NEON: 2, plain C99: 1), or one lane with
  * KR_ONE_LANE. The operators + - * / and unary - work on wides, also between a wide and a double. A
  * `mask` holds one truth value for each lane. Only wide_fma fuses a product and a sum, if the
  * hardware has fused multiply-add. This header is compiled once for each instruction set. */

@@ -1,8 +1,8 @@
 /* Sine, cosine and arc tangent from + - * / sqrt and the exact fmod alone, within 2 ulp. The
  * functions of different versions of libm differ in their last bits. All states computed with them
- * would therefore differ, too. With the functions below, a scene gives the same bits with every
- * compiler and libm, and in WebAssembly. The functions sum power series, without tables or fused
- * multiply-add. */
+ * would therefore differ, too. With the functions below, the states of a scene are bitwise equal
+ * for every compiler and libm, and in WebAssembly. The functions sum power series, without tables
+ * or fused multiply-add. */
 #ifndef KR_TRIG_H
 #define KR_TRIG_H
 #include <math.h>

@@ -5,7 +5,7 @@
  * such as Strang's, by b_i = (a_i + a_(i+1)) / 2. These rows of orders 6 and 8 cost less than a
  * repeated composition with Suzuki's row. A row with kicks begins and ends with a drift (b_0 = 0).
  * If the drift is exact and the kick does not change q, only the order conditions of Nystrom's case
- * must hold. There are fewer of them. */
+ * must hold. Nystrom's case has fewer order conditions. */
 #ifndef KR_COMPOSE_H
 #define KR_COMPOSE_H
 

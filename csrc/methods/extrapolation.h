@@ -35,7 +35,8 @@ typedef struct {
     gbs_control next;
 } gbs_path;
 enum { GBS_WORK = sizeof(gbs_path) / sizeof(double) };
-/* An attempted step of length h from y. Rows count from 1, as in Hairer, Norsett, Wanner. */
+/* An attempted step of length h that starts at y. Rows count from 1, as in Hairer, Norsett,
+ * Wanner. */
 typedef struct {
     kr_motion *motion;
     const gbs_form *form;
@@ -190,8 +191,8 @@ static inline kr_status gbs_reset(kr_motion *motion, const kr_state *start, cons
     return KR_OK;
 }
 /* Accepts an attempted step that ends at the internal time `end`. Of q and -q, chooses the
- * quaternion nearer to a rotation with the mean velocity. The previous q would be no guide, because
- * the top may turn by more than half a turn in a step. */
+ * quaternion nearer to a rotation with the mean velocity. The previous q cannot decide, because the
+ * top may turn by more than half a turn in a step. */
 static inline void gbs_accept_step(kr_motion *motion, const gbs_attempt *a, double end)
 {
     gbs_path *p = (gbs_path *)motion->work;

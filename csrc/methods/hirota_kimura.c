@@ -4,8 +4,8 @@
  *     M' - M = (h/2) (M x W' + M' x W),    q' = q Cay(h (W + W') / 2)
  * (Hirota and Kimura, J. Phys. Soc. Japan 69, 2000; Kahan 1993). The map conserves two rational
  * integrals, which differ by O(h^2) from functions of the energy and |m|, but not m itself. The map
- * applies to free tops only. For the Lagrange top, the map would also step the vertical P seen from
- * the body. |P| = 1 would then not be conserved, and P would not determine the attitude. */
+ * applies to free tops only. For the Lagrange top, this map would also step the vertical P seen
+ * from the body. |P| = 1 would then not be conserved, and P would not determine the attitude. */
 #include "method.h"
 
 typedef struct {

@@ -12,8 +12,8 @@ typedef struct kr_working {
     int tilted; /* nonzero: T of a spherical body was rotated to pass through com */
 } kr_working;
 /* Returns the working axes, and the moments, com and damping of `body` along these axes. A
- * spherical body with unequal `damping` keeps its principal axes, because only along these is the
- * damping diagonal. */
+ * spherical body with unequal `damping` keeps its principal axes, because the damping is diagonal
+ * only along these axes. */
 kr_working kr_body_working_damped(const kr_body *body, kr_vec3 damping);
 /* Returns the working axes of a body without damping. */
 kr_working kr_body_working(const kr_body *body);

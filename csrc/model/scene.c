@@ -1,4 +1,4 @@
-/* Scenes: the default scene, validation, and own units. */
+/* Scenes: the default scene, validation, and internal units. */
 #include "scene.h"
 
 kr_scene kr_scene_default(void)
@@ -62,7 +62,7 @@ kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_un
 }
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working)
 {
-    /* The squares are computed in own units, in which they cannot overflow. */
+    /* The squares are computed in internal units, in which they cannot overflow. */
     const double moment = v_largest(working->inertia) / units->moment;
     const kr_vec3 m = v_scale(units->time, v_scale(1.0 / units->moment, scene->start.m)),
                   lever = units->lever;

@@ -1,12 +1,12 @@
-/* Own units of a top. Each own unit is a power of two times the user's unit. If the user changes
- * the units of mass, length and time by powers of two, all results therefore change by exact powers
- * of two. */
+/* Internal units of a top. Each internal unit is a power of two times the user's unit. If the user
+ * changes the units of mass, length and time by powers of two, all results therefore change by
+ * exact powers of two. */
 #ifndef KR_SCENE_H
 #define KR_SCENE_H
 #include "body.h"
 #include "math/exponent.h"
 
-/* Own units, in which the largest moment and the top's rate are about one. */
+/* Internal units, in which the largest moment and the top's rate are about one. */
 typedef struct kr_units {
     double moment, time; /* [M L^2], [T] */
     kr_vec3 lever;       /* mass * gravity * com in these units, along working axes */
@@ -45,8 +45,9 @@ static inline int kr_swing_time(const kr_swing *swing, double momentum, int *pow
     const double unit = times_power_of_2(swing->moment, -*power);
     return unit < INFINITY && unit >= kr_min_unit;
 }
-/* Writes the own units of a scene. Returns KR_ERR_ARGUMENT if they exceed the range of doubles. */
+/* Writes the internal units of a scene. Returns KR_ERR_ARGUMENT if they exceed the range of
+ * doubles. */
 kr_status kr_scene_units(const kr_scene *scene, const kr_working *working, kr_units *units);
-/* Returns the same as kr_scene_horizon, from units and working axes that are already known. */
+/* Returns the horizon like kr_scene_horizon, from units and working axes that are already known. */
 double kr_units_horizon(const kr_units *units, const kr_scene *scene, const kr_working *working);
 #endif

@@ -8,9 +8,10 @@
  * it is known. */
 #include "tangents.h"
 
-/* Coefficients in the form in which they are multiplied. Those of the path are in the order (prev |
- * next) and follow BEFORE zeros: `w` belongs to W and `p` to P. Those of a deviation are in the
- * order (next | prev): `turn` belongs to theta, `push` to N, and `cross` to c x theta. */
+/* Coefficients, stored in the permuted form that the products need. Those of the path are in the
+ * order (prev | next) and follow BEFORE zeros: `w` belongs to W and `p` to P. Those of a deviation
+ * are in the order (next | prev): `turn` belongs to theta, `push` to N, and `cross` to c x
+ * theta. */
 typedef struct {
     path_term w[KR_TAYLOR_MAX + BEFORE], p[KR_TAYLOR_MAX + BEFORE];
 } turned_path;
@@ -42,7 +43,7 @@ INLINE triple lever_torque(const kr_series *s, const kr_tangent *g, int n)
     return triple_sub(triple_mul(triple_next(p), triple_prev(b)),
                       triple_mul(triple_prev(p), triple_next(b)));
 }
-/* Returns the damping terms, which the caller subtracts from N'. `rate` is theta', and `plus` -
+/* Returns the damping terms of N', which the caller subtracts. `rate` is theta', and `plus` -
  * `minus` is theta x W. */
 INLINE triple damping(const kr_tangent *g, triple rate, triple plus, triple minus)
 {

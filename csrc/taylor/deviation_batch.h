@@ -90,8 +90,8 @@ INLINE triple load_lever(const kr_tangent *g)
 {
     return triple_all(duo_load(g->lever), duo_load(g[WORDS].lever), duo_load(g[2 * WORDS].lever));
 }
-/* Returns a row of the derivatives B of the moments. Row 0 has xx, yy, zz. Row 1 has xy, yz, zx.
- * Row 2 has xz, yx, zy. */
+/* Returns a row of the derivatives B of the moments. Row 0 has the elements xx, yy, zz of B. Row 1
+ * has xy, yz, zx. Row 2 has xz, yx, zy. */
 INLINE triple load_moments(const kr_tangent *g, int row)
 {
     static const int places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};

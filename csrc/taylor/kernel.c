@@ -1,7 +1,7 @@
 /* The Taylor series in doubles. This file is compiled once for each instruction set, with options
  * such as -DKR_ISA=avx2 -mavx2 -mfma (CMakeLists.txt), and without such options for the base
- * instruction set. gcc and clang give the same bits. All instruction sets with fused multiply-add
- * also give the same bits. */
+ * instruction set. gcc and clang give bitwise equal results, and so do all instruction sets with
+ * fused multiply-add. */
 #include "quat_simd.h"
 #include "series.h"
 

@@ -1,9 +1,9 @@
 /* Vectors of doubles: `quad` holds one quaternion (w,x,y,z), `duo` holds two. Each is a hardware
  * vector if the instruction set has one of this width (x86-64-v4: 8 lanes, v3: 4, baseline and
  * arm64: 2). Otherwise it is a pair of the next narrower width, down to plain C99 doubles. fma is a
- * fused multiply-add if the hardware has one, otherwise a product and a sum. The bits of the
- * results therefore depend only on whether the hardware has a fused multiply-add. This header is
- * compiled once for each instruction set. */
+ * fused multiply-add if the hardware has one, otherwise a product and a sum. The results therefore
+ * depend only on whether the hardware has a fused multiply-add. This header is compiled once for
+ * each instruction set. */
 #ifndef KR_QUAT_SIMD_H
 #define KR_QUAT_SIMD_H
 #include "math/isa.h"
@@ -103,7 +103,7 @@ NATIVE(two, 2, a *b + c)
 #  define two_mix(a, i, b, j) __builtin_shufflevector(a, b, i, 2 + j)
 #endif
 
-/* `quad` is a quaternion. quad_i, quad_j and quad_k permute the lanes like a multiplication by the
+/* `quad` is a quaternion. quad_i, quad_j and quad_k permute its lanes as in a multiplication by the
  * unit i, j or k. The caller applies the signs. quad_next and quad_prev permute the vector part
  * cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
 #if defined __AVX2__ && !defined KR_PLAIN

@@ -71,8 +71,8 @@ INLINE void add_chains(series_sums *a, const series_sums *b, form what)
     }
 }
 
-/* Returns the sums over j + m = n. They run from their middle terms outwards; the newest pair is
- * added separately. */
+/* Returns the sums of the products of coefficients j and m over j + m = n. The sums run from their
+ * middle terms outwards, and the newest pair is added separately. */
 INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, int n, form what)
 {
     const duo zero = duo_splat(0.0);
@@ -90,8 +90,8 @@ INLINE series_sums cauchy_products(const kr_series *s, const turned_pair *of, in
 }
 
 /* Returns the next coefficient of (q | P): the coefficient of the right side of the equation of
- * motion, times `share` = 1 / (n + 1). The next two functions return that of P alone, and that of
- * W. */
+ * motion, times `share` = 1 / (n + 1). The next two functions return the next coefficient of P
+ * alone, and of W. */
 INLINE duo attitude_rates(const series_sums *a, duo share)
 {
     const duo i = duo_mul(duo_scale(sign_i, share), duo_i(a->i));
@@ -116,7 +116,7 @@ INLINE quad velocity_rates(const series_sums *a, const kr_series *s, quad p, qua
 INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form what, int damped)
 {
     const series_sums a = cauchy_products(s, of, n, what);
-    /* Each form has stored P_n in a different place. */
+    /* The place in which P_n is stored depends on the form. */
     const quad p = what == HEADLESS ? quad_load(s->x[n] + 4) : duo_hi(duo_load(s->x[n]));
     if (what == HEADLESS)
         set_turned(s->x[n + 1] + 4, &of[n + 1].p, vertical_rates(&a, n + 1));
@@ -128,9 +128,9 @@ INLINE void next_series_coefficient(kr_series *s, turned_pair *of, int n, form w
     set_turned(s->w[n + 1], &of[n + 1].w, w);
 }
 
-/* approx_log2 and approx_exp2 work on the bits of a double. They are accurate to two digits, which
- * suffices for a step size, and much faster than libm. The logarithm is later divided by the order,
- * so the mantissa itself can be used in place of its logarithm. */
+/* approx_log2 and approx_exp2 work on the bits of a double. Their results have two correct digits,
+ * which suffice for a step size. The functions are much faster than libm. The logarithm is later
+ * divided by the order, so the mantissa itself can be used in place of its logarithm. */
 INLINE double approx_log2(double x)
 {
     int64_t bits;

@@ -6,7 +6,7 @@
  * other coefficients follow from the recurrence of taylor.h. The radius of convergence is that of
  * the slow motion and allows long steps, whereas the recurrence alone would need steps as short as
  * A / D. The neglected part is of the order exp(-D t / A), where t is a typical time of the slow
- * motion. This is below any rounding error (Fenichel 1979). Until the motion reaches the manifold,
+ * motion. This is below the rounding errors (Fenichel 1979). Until the motion reaches the manifold,
  * it is integrated by the recurrence, with a tolerance relative to the small W to which it
  * decays. */
 #include <string.h>
@@ -33,8 +33,9 @@ typedef struct slow_axes {
     double rate, fall;
 } slow_axes;
 
-/* Returns the size of the angular velocity about a slow axis that its torque determines. The
- * product of the velocities about two slow axes is left out, because it is smaller than both. */
+/* Returns the size of the angular velocity about a slow axis, as determined by the torque about
+ * this axis. The product of the velocities about two slow axes is left out, because it is smaller
+ * than both. */
 static double slow_size(const kr_series *s, const slow_axes *slow, int axis)
 {
     const int i = axis + 1, j = (axis + 1) % 3, k = (axis + 2) % 3;

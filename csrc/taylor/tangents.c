@@ -30,7 +30,7 @@ static kr_tangent *tangent(const kr_motion *motion, double *memory, size_t i)
     return (kr_tangent *)(tangent_work_of(memory) + 1) + i * words_of(motion->digits);
 }
 /* Returns the number of batches, which precede the single deviations in memory. A deviation has
- * the same bits in a batch and by itself, so a small build has no batches. */
+ * bitwise equal results in a batch and by itself, so a small build has no batches. */
 static size_t count_batches(size_t n)
 {
 #ifdef KR_NO_BATCHES
@@ -111,7 +111,7 @@ static dd get_number(const kr_motion *motion, const double *high)
                   motion->digits > 16 ? high[sizeof(kr_tangent) / sizeof(double)] + 0.0 : 0.0};
     return a;
 }
-/* Writes a vector into the last three of four lanes. */
+/* Writes a vector into the last three of the four lanes at `high`. */
 static void put_four(const kr_motion *motion, double *high, vec_dd v)
 {
     put_number(motion, high + 1, v.x);

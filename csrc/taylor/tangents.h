@@ -14,9 +14,9 @@
 /* Series of eight numbers about the time t. They are valid on a step of the path, or on the last
  * part of the step if the tangents need shorter parts. The eight numbers of a single deviation are
  * (0, theta | 0, N). Many deviations form batches instead, in which six structs hold eight
- * deviations: struct k holds component k of (theta, N) of each. Both layouts give the same bits.
- * For 20 and 30 digits each struct is an array of two, high words and low words, sizeof(kr_series)
- * bytes apart. */
+ * deviations: struct k holds component k of (theta, N) of each. Both layouts give bitwise equal
+ * results. For 20 and 30 digits each struct is an array of two, high words and low words,
+ * sizeof(kr_series) bytes apart. */
 typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */

@@ -19,9 +19,9 @@
 /* Numbers of terms for 20 and for 30 digits. HEAD is the last term in double-double. Doubles
  * suffice for the later terms, which are smaller. LAST is the last term of all. Products whose sums
  * are in doubles may exceed the tolerance of a step by a factor of at most 2^LESS. This is the
- * resolution of doubles, or a little more if the tolerance is lower than the digits need. All
- * values were found by measurements with validation/studies/taylor_kernel_study.py depth, which
- * also compiles other numbers of terms. */
+ * resolution of doubles, or a little more if the tolerance is lower than the digits need. These
+ * values were measured by `taylor_kernel_study.py depth` in validation/studies, which also compiles
+ * other numbers of terms. */
 #ifndef KR_HEAD_20
 #  define KR_HEAD_20 8
 #  define KR_LAST_20 28
@@ -34,9 +34,9 @@ enum { KR_TAYLOR_MAX = KR_LAST_30 };
 
 /* One step of the path, from the time t to `end`. Access is fastest if the address is a multiple of
  * 64 bytes. In double-double a step is an array of two structs, high words and low words. A vector
- * of eight lanes holds (q | P). P costs no time, because its lanes would otherwise be idle. Right
- * multiplication by i, j or k permutes the lanes of q and of the pure quaternion P in the same way,
- * up to signs. Without the heading the lanes of q are zero. */
+ * of eight lanes holds (q | P). Computing P costs no time, because its lanes would otherwise be
+ * idle. Right multiplication by i, j or k permutes the lanes of q and of the pure quaternion P in
+ * the same way, up to signs. Without the heading the lanes of q are zero. */
 typedef struct kr_series {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients of (q | P) */
     double end_x[8], at_x[8];       /* values at `end`, where the next step begins, and at `at` */

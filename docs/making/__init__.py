@@ -1,7 +1,7 @@
 """Extensions of Sphinx for the site.
 
 They render plain-text docstrings, formulas as MathML, the C header with an index, and the
-interactive page with a scene. They also copy the report if it exists, and check links.
+interactive viewer with a scene. They also copy the report if it exists, and check links.
 """
 
 from pygments.lexers import TextLexer

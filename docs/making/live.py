@@ -1,7 +1,7 @@
-"""Animated outputs of examples: the interactive page and films.
+"""Animated outputs of examples: the interactive viewer and films.
 
-All examples share one copy of the page, which reads the scene from its address. A film is shown as
-a GIF, because matplotlib's HTML player fetches icons from the network.
+All examples share one copy of the viewer, which reads the scene from its address. A film is shown
+as a GIF, because matplotlib's HTML player fetches icons from the network.
 """
 
 import base64
@@ -21,7 +21,7 @@ def setup(app):
 
 
 def in_a_frame(view):
-    """Return a frame with the page. In a notebook, the page is embedded instead."""
+    """Return a frame with the viewer. In a notebook, the viewer is embedded instead."""
     address = "../../_static/viewer.html#scene=" + quote(json.dumps(view.scene))
     return (
         f'<iframe class="live" loading="lazy" src="{html.escape(address)}" '

@@ -51,7 +51,7 @@ from ._solve.stream import stream
 from ._sweep.source import Source
 from ._sweep.sweep import SweepInterrupted, sweep
 from ._sweep.sweep_result import SweepResult, read_sweep
-from ._utils.literals import MethodName, QuantityName
+from ._utils.quantity_attributes import MethodName, QuantityName
 from ._view import View, view
 from .events import Event
 from .quaternion import attitude_error, conventions, from_rotation

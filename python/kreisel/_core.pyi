@@ -4,7 +4,7 @@ from typing import TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from ._utils.literals import MethodName, QuantityName
+from ._utils.quantity_attributes import MethodName, QuantityName
 
 _Array = npt.NDArray[np.float64]
 _Doubles = _Array | Sequence[float]

@@ -1,4 +1,4 @@
-"""kreisel.view: a browser page that shows a scene, as one HTML file that needs no other file."""
+"""kreisel.view: an interactive viewer of a scene, as one HTML file that needs no other file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .scenes import about, name_of
 
 _PAGE = File(__file__).with_name("viewer.html")
 _PLACE = re.compile(r'(<script type="application/json" id="scene">)null(</script>)')
-_TICK = 1e-6  # the page counts time in multiples of this [T]
+_TICK = 1e-6  # the viewer counts time in multiples of this [T]
 
 
 class _Body(TypedDict):
@@ -41,7 +41,7 @@ class _Track(TypedDict):
 
 
 class _Scene(TypedDict):
-    """The data that the page reads: a scene and its display options."""
+    """The data that the viewer reads: a scene and its display options."""
 
     version: int
     name: str
@@ -58,19 +58,19 @@ class _Scene(TypedDict):
 
 @dataclass(frozen=True)
 class View:
-    """A browser page that shows a scene. A notebook displays it as the result of a cell.
+    """An interactive viewer of a scene. A notebook displays it as the result of a cell.
 
-    scene  the data of the scene, in the format of the page's JSON export
+    scene  the data of the scene, in the format of the viewer's JSON export
     """
 
     scene: _Scene
 
     @property
     def html(self) -> str:
-        """The HTML text of the page. Raises FileNotFoundError if this installation has none."""
+        """The HTML text of the viewer. Raises FileNotFoundError if the viewer is not installed."""
         if not _PAGE.exists():
             raise FileNotFoundError(
-                f"this kreisel was installed without its page, {_PAGE}: run `make page` in the "
+                f"this kreisel was installed without its viewer, {_PAGE}: run `make viewer` in the "
                 "source folder (it needs npm), then `pip install .` again"
             )
         inside = json.dumps(self.scene).replace("<", "\\u003c")
@@ -79,17 +79,18 @@ class View:
         )
 
     def save(self, file: str | os.PathLike[str]) -> None:
-        """Write the page to a file, which a browser can open without a network."""
+        """Write the viewer to a file, which a browser can open without a network."""
         atomic_write(file, self.html.encode())
 
     def open(self) -> File:
-        """Show the page in a browser and return the file of the page.
+        """Open the viewer in a browser and return the viewer's file.
 
-        The next page for a scene of this name overwrites the file. Warns if no browser was found.
+        The next viewer of a scene with this name overwrites the file. Warns if no browser was
+        found.
         """
-        file, shown = open_page(self)
+        file, shown = open_viewer(self)
         if not shown:
-            warnings.warn(f"no browser was found to open the page: {file}", stacklevel=2)
+            warnings.warn(f"no browser was found to open the viewer: {file}", stacklevel=2)
         return file
 
     def _repr_html_(self) -> str:
@@ -98,18 +99,18 @@ class View:
         return f'<iframe {inside} title="kreisel: the top"></iframe>'
 
 
-def open_page(page: View) -> tuple[File, bool]:
-    """Write the page to a file and open it; return the file, and True if a browser was found."""
+def open_viewer(page: View) -> tuple[File, bool]:
+    """Write the viewer to a file and open it; return the file, and True if a browser was found."""
     import webbrowser  # imported here to keep `import kreisel` fast
 
     name = page.scene["name"]
-    file = _folder() / f"{name if name in about else 'top'}.html"
+    file = _viewer_folder() / f"{name if name in about else 'top'}.html"
     page.save(file)
     return file, webbrowser.open(file.as_uri())
 
 
-def _folder() -> File:
-    """Return the folder for pages in the user's cache, or a temporary folder if that fails."""
+def _viewer_folder() -> File:
+    """Return the folder for viewers in the user's cache, or a temporary folder if that fails."""
     home = os.path.expanduser("~")
     base = {
         "win32": os.environ.get("LOCALAPPDATA") or home,
@@ -132,37 +133,39 @@ def view(
     speed: float = 1.0,
     open: bool = True,
 ) -> View:
-    """Show a scene in a browser page, or a path next to the motion that the page computes.
+    """Show a scene in an interactive viewer, or a path next to the motion that the viewer computes.
 
-    In a notebook, the page is the result of a cell; otherwise it opens in a browser.
+    In a notebook, the viewer is the result of a cell; otherwise it opens in a browser.
 
-    methods  one to three methods that the page starts with; by default, bobenko_suris for Lagrange
-             tops and strang for others
+    methods  one to three methods that the viewer starts with; by default, bobenko_suris for
+             Lagrange tops and strang for others
     step     step of these methods, a multiple of 1e-6 [T]; by default, the path's step, or 0.01
     speed    units of time per second
-    open     False: only build the page, for `.save("top.html")`
+    open     False: only build the viewer, for `.save("top.html")`
 
     The states of a path must begin at t = 0 and lie at equal intervals, a multiple of 1e-6, as with
-    every=n. Raises FileNotFoundError if this installation has no page. Raises TypeError or
+    every=n. Raises FileNotFoundError if this installation has no viewer. Raises TypeError or
     ValueError for invalid arguments.
     """
     if not isinstance(what, (Scene, Path)):
         raise TypeError(f"view needs a kreisel.Scene or a kreisel.Path, not {what!r}")
     scene = what if isinstance(what, Scene) else what.scene
     if scene._is_damped:
-        raise ValueError("the page moves no damped tops: use path.plot()")
-    tracks = [_track(what)] if isinstance(what, Path) else []
+        raise ValueError("the viewer cannot integrate damped tops: use path.plot()")
+    tracks = [_track_of_path(what)] if isinstance(what, Path) else []
     if step is None and isinstance(what, Path):
-        step = what.step if what.step and _is_whole(what.step) else tracks[0]["step"]
+        step = what.step if what.step and _is_whole_ticks(what.step) else tracks[0]["step"]
     page = View(
-        _page_scene(scene, _methods(methods, scene), step, as_positive("speed", speed), tracks)
+        _viewer_scene(
+            scene, _parse_methods(methods, scene), step, as_positive("speed", speed), tracks
+        )
     )
     if open and not _in_notebook():
         page.open()
     return page
 
 
-def _page_scene(
+def _viewer_scene(
     scene: Scene, methods: list[str], step: float | None, speed: float, tracks: list[_Track]
 ) -> _Scene:
     name = name_of(scene)
@@ -175,7 +178,7 @@ def _page_scene(
         "momentum": scene.momentum,
         "gravity": scene.gravity,
         "methods": methods,
-        "step": [_step(0.01 if step is None else step)],
+        "step": [_parse_step(0.01 if step is None else step)],
         "speed": speed,
         "tracks": tracks,
     }
@@ -184,7 +187,7 @@ def _page_scene(
 def _body_data(scene: Scene) -> _Body:
     if scene.body.inertia_rtol:
         raise ValueError(
-            "the page has no tolerance of the inertia: view a body without "
+            "the viewer does not support a tolerance of the inertia: view a body without "
             f"inertia_rtol={scene.body.inertia_rtol!r}"
         )
     inertia = np.asarray(scene.body.inertia)
@@ -192,46 +195,49 @@ def _body_data(scene: Scene) -> _Body:
     return {"mass": scene.body.mass, "inertia": rows.ravel().tolist(), "com": scene.body.com}
 
 
-def _methods(names: str | list[str] | None, scene: Scene) -> list[str]:
+def _parse_methods(names: str | list[str] | None, scene: Scene) -> list[str]:
     if names is None:
         return ["bobenko_suris" if scene.body.kind == "lagrange" else "strang"]
     chosen = [names] if isinstance(names, str) else list(names)
     if not 1 <= len(chosen) <= 3:
-        raise ValueError(f"the page shows one to three methods side by side, not {chosen!r}")
+        raise ValueError(f"the viewer shows one to three methods side by side, not {chosen!r}")
     for name in chosen:
         if resolve_method(name, scene).name.startswith("gsl_") or name == "auto":
-            raise ValueError(f"the page has no {name!r}: solve with it, and view the path")
+            raise ValueError(f"the viewer has no {name!r}: solve with it, and view the path")
     return chosen
 
 
-def _is_whole(step: float) -> bool:
+def _is_whole_ticks(step: float) -> bool:
     ticks = step / _TICK
     return 0.5 < ticks < 2**31 and abs(ticks - round(ticks)) < 1e-6 * ticks
 
 
-def _step(step: float) -> float:
+def _parse_step(step: float) -> float:
     length = as_positive("step", step)
-    if not _is_whole(length):
+    if not _is_whole_ticks(length):
         raise ValueError(
-            f"the page's steps are whole millionths, at most 2147: step = {step!r} is not"
+            f"the viewer's steps are whole millionths, at most 2147: step = {step!r} is not"
         )
     return round(length / _TICK) / 1e6
 
 
-def _track(path: Path) -> _Track:
+def _track_of_path(path: Path) -> _Track:
     n = len(path)
     step = float(path.t[-1]) / (n - 1) if n > 1 else 0.0
-    even = n > 1 and _is_whole(step) and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
+    even = (
+        n > 1
+        and _is_whole_ticks(step)
+        and np.abs(path.t - np.arange(n) * step).max() < 0.01 * _TICK
+    )
     if not even:
         raise ValueError(
-            "the page plays states at equal intervals of whole millionths from t = 0 on: solve "
-            "with step=0.01, "
-            "every=10, or with t=np.arange(n) * 0.1"
+            "the viewer plays states at equal intervals of whole millionths from t = 0 on: solve "
+            "with step=0.01, every=10, or with t=np.arange(n) * 0.1"
         )
     states = np.ascontiguousarray(path.states, dtype="<f8")
     return {
         "name": path.method,
-        "step": _step(step),
+        "step": _parse_step(step),
         "states": base64.b64encode(states.tobytes()).decode(),
     }
 

@@ -21,7 +21,8 @@ np.where(np.diff(np.sign(f(path)))). This search may miss events.
 In each step of method='taylor', the function is a polynomial of time. Events are the sign changes
 of this polynomial or, for an extremum, of its derivative. No event inside a step is missed, and the
 path does not change. The start is not an event. A function counts as zero if its absolute value is
-below 2^-50 times the sizes of its terms. If a function only touches zero, this is not an event.
+below 2^-50 times the sizes of its terms. A point at which a function touches zero without a change
+of sign is not an event.
 
 The times of events are as accurate as the path. They are doubles even if the path has more digits,
 but the states at these times have all digits of the path. Rising and falling refer to increasing
@@ -93,9 +94,9 @@ class Event:
 
     terms      terms (factor, index, index) of the function g, with the indices of components
     where      terms of a function that must be positive at the event; empty for no condition
-    extremum   False: g crosses zero; True: g has an extremum
-    direction  1: g rises, or has a minimum; -1: g falls, or has a maximum; 0: either
-    max_count  largest number of events to record; None for no limit
+    extremum   False: g crosses zero; True: g has an extremum direction  1: g rises, or has a
+    minimum; -1: g falls, or has a maximum; 0: either max_count  largest number of events to record;
+    None for no limit
     terminal   True: the path ends at the event, or at event number `max_count` if that is given
     """
 
@@ -172,8 +173,8 @@ def loop(**more: Unpack[_More]) -> Event:
     """Find where the apex reverses its precession about the vertical.
 
     A trace with loops has two such points in each loop, and a wavy trace has none. At a cusp the
-    rate of the precession touches zero. Because of the error of the path, a cusp may therefore be
-    recorded as a small loop or not at all. The arguments are as in crossing.
+    rate of the precession touches zero. A cusp may therefore be found as a small loop or not at
+    all, depending on the error of the path. The arguments are as in crossing.
     """
     return crossing(_PRECESSION, **more)
 
@@ -236,8 +237,8 @@ def _terms(name: str, function: object) -> Terms:
     factors = {function: 1.0} if isinstance(function, str) else function
     if callable(function):
         raise TypeError(
-            f"{name} must be a sum of components, as {{'m_x': 1.0, 'apex_z*apex_z': -2.0}}: no "
-            f"polynomial can be taken through {short_repr(function)}"
+            f"{name} must be a sum of components, as {{'m_x': 1.0, 'apex_z*apex_z': -2.0}}: the "
+            f"polynomial of {short_repr(function)} cannot be computed"
         )
     if not isinstance(factors, Mapping):
         raise TypeError(
@@ -258,10 +259,11 @@ def _terms(name: str, function: object) -> Terms:
 
 
 _INSTEAD = {
-    "kinetic": "kreisel.events.kinetic makes an event of it",
-    "nutation": "take 'apex_z', which is its cosine",
-    "potential": "take 'apex_z', the height of which it is a multiple",
-    "velocity": "take those of 'body_velocity', as 'body_velocity_y', which are seen from the body",
+    "kinetic": "use kreisel.events.kinetic",
+    "nutation": "use 'apex_z', which is its cosine",
+    "potential": "use 'apex_z', to which it is proportional",
+    "velocity": "use components of 'body_velocity', such as 'body_velocity_y', which are given "
+    "in the body frame",
 }
 
 
@@ -281,16 +283,14 @@ def _component(word: str) -> int:
         *most, last = map(repr, row["components"])
         raise ValueError(f"{name!r} has several components: {', '.join(most)} and {last}")
     there = ", ".join(row["name"] for row in quantities if row["in_events"])
-    instead = _INSTEAD.get(name, f"there are some of {there}")
+    instead = _INSTEAD.get(name, f"these have: {there}")
     raise ValueError(f"events have no series of {name!r}, {row['text']}; {instead}")
 
 
 def _condition(where: Function | None) -> Terms:
     condition = () if where is None else _terms("where", where)
     if where is not None and not condition:
-        raise ValueError(
-            "where is zero, and never positive: give a quantity with a factor other than zero"
-        )
+        raise ValueError("where is zero and never positive: give a nonzero factor")
     return condition
 
 
@@ -303,10 +303,7 @@ def _event(
     terminal: bool,
 ) -> Event:
     if not any(of for _, of, _ in terms):
-        raise ValueError(
-            "the function is constant, and has no events: give a quantity with a factor other "
-            "than zero"
-        )
+        raise ValueError("the function is constant and has no events: give a nonzero factor")
     if direction not in (-1, 0, 1):
         raise ValueError(f"direction must be 1, -1 or 0, not {short_repr(direction)}")
     for name, value in {"extremum": extremum, "terminal": terminal}.items():
@@ -329,13 +326,13 @@ def parse_events(method: str, events: object) -> tuple[Event, ...]:
     """
     if method != FALLBACK:
         raise ValueError(
-            f"events need the polynomials of method={FALLBACK!r}, and {method!r} has none"
+            f"events need the polynomials of method={FALLBACK!r}; {method!r} computes none"
         )
     listed = [events] if isinstance(events, Event) else events
     if not isinstance(listed, Sequence) or not all(isinstance(event, Event) for event in listed):
         raise TypeError(
-            "events must be a list of what kreisel.events makes, as kr.events.loop(), "
-            f"not {short_repr(events)}"
+            "events must be a list of events from kreisel.events, such as kr.events.loop(), not "
+            f"{short_repr(events)}"
         )
     return tuple(listed)
 

@@ -75,7 +75,9 @@ def from_rotation(rotation: Rotation) -> Quaternion:
         raise TypeError("rotation must be a scipy.spatial.transform.Rotation, which has as_quat")
     given = rotation.as_quat()
     if np.ndim(given) != 1:
-        raise ValueError(f"rotation must be a single one, not an array of shape {given.shape[:-1]}")
+        raise ValueError(
+            f"rotation must be a single rotation, not an array of shape {given.shape[:-1]}"
+        )
     return from_xyzw("rotation", given)
 
 

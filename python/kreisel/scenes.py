@@ -13,24 +13,25 @@ from ._utils.errors import unknown_name_message
 from ._utils.validation import Quaternion, Vector, short_repr
 
 about = {
-    "thesis": "the Lagrange top of Bodack 2008, chapter 6, begun upright: the apex nutates in "
+    "thesis": "the Lagrange top of Bodack 2008, chapter 6, released upright: the apex nutates in "
     "loops",
-    "kowalewski": "Kowalewski's integrable top: path.kowalewski is constant, though the apex "
-    "looks lawless",
-    "goryachev_chaplygin": "integrable for momenta without a vertical part only: "
-    "path.goryachev_chaplygin is constant",
+    "kowalewski": "Kowalewski's integrable top: path.kowalewski is constant although the apex "
+    "looks chaotic",
+    "goryachev_chaplygin": "integrable only without vertical momentum: path.goryachev_chaplygin "
+    "is constant",
     "asymmetric": "chaotic: a rounding of the start grows to 6e-9 rad by t = 100",
-    "asymmetric_regular": "asymmetric too, but regular: it spins fast enough",
+    "asymmetric_regular": "asymmetric but regular, because it spins fast",
     "fast": "fast and upright, with quick nutation of small amplitude; hard for methods of fixed "
     "step",
-    "strong_gravity": "slow under strong gravity: bobenko_suris fails here at steps that do "
-    "elsewhere",
-    "sleeping": "fast enough to stand though it is pushed a little: m3^2 > 4 M g a I1",
-    "steady_precession": "momentum and tilt matched: the apex goes round on a level circle, "
+    "strong_gravity": "slow under strong gravity: bobenko_suris fails at steps that suffice for "
+    "other scenes",
+    "sleeping": "fast enough to stand in spite of a small push: m3^2 > 4 M g a I1",
+    "steady_precession": "momentum and tilt matched: the apex moves on a horizontal circle, "
     "without nutation",
-    "cusps": "let go with spin alone: the apex falls, and comes to rest in cusps at the height "
-    "where it began",
-    "dzhanibekov": "no gravity, spinning about the middle axis: it turns over, again and again",
+    "cusps": "released with spin alone: the apex falls, and returns to rest in cusps at its "
+    "initial height",
+    "dzhanibekov": "without gravity, spinning about the intermediate axis: it flips over "
+    "periodically",
 }
 
 _THESIS = (7.918933333333336, 7.918933333333336, 2.1845333333333343)
@@ -87,7 +88,7 @@ def get_scene(name: str) -> Scene:
     Raises KeyError for an unknown name, and TypeError if `name` is not a str.
     """
     if not isinstance(name, str):
-        raise TypeError(f"name must be a text, not {short_repr(name)}")
+        raise TypeError(f"name must be a string, not {short_repr(name)}")
     if name not in about:
         raise KeyError(unknown_name_message("scene", name, about))
     scene: Scene = globals()[name]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Build the interactive page as one HTML file without external resources.
+"""Build the interactive viewer as one HTML file without external resources.
 
 The file contains the core as WebAssembly (compiled by zig), the scripts and libraries (bundled by
 esbuild), and all licences.
@@ -24,14 +24,14 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 ZIG = Path(ziglang.__file__).parent
 
-# Shaders of three.js that the materials of the page include. All others are emptied.
+# Shaders of three.js that the materials of the viewer include. All others are emptied.
 USED_SHADERS = re.compile(
     "meshbasic|meshphong|begin|bsdfs|color|common|default|fog"
     "|lights_(fragment_(begin|end)|pars|phong)|normal_(fragment_begin|pars|vertex)"
     "|opaque|project_|specularmap_fragment|worldpos"
 )
 
-# Modules of three.js that the renderer imports although the page does not need them: shadow maps
+# Modules of three.js that the renderer imports although the viewer does not need them: shadow maps
 # (floor.js draws its own shadows), environment maps, post-processing and WebXR.
 REPLACED_MODULES = {
     "renderers/shaders/DFGLUTData.js": "export const getDFGLUT = () => null;",
@@ -44,7 +44,7 @@ REPLACED_MODULES = {
     "extras/PMREMGenerator.js": "export class PMREMGenerator {}",
 }
 
-# Kernels and closed forms that the page does not use.
+# Kernels and closed forms that the viewer does not use.
 SKIPPED_SOURCES = re.compile(
     r"kernel_(dd|tangent|kowalewski|goryachev_chaplygin)|tangents\.c"
     r"|(kowalewski|goryachev_chaplygin|torus)\.c"
@@ -60,8 +60,8 @@ SMALL = "-Os -Xclang -Oz -fno-vectorize -fno-slp-vectorize -fvisibility=hidden"
 def compile_core(wasm: Path) -> None:
     """Compile the functions that core.js calls into the compressed file `wasm`.
 
-    Floating-point operations are not fused, so all bits equal those of other builds. Size takes
-    precedence over speed.
+    Floating-point operations are not fused, so the results are bitwise equal to those of other
+    builds. Size takes precedence over speed.
     """
     calls = sorted(
         set(re.findall(r"\bC\.([a-z]\w+)", (HERE / "core.js").read_text(encoding="utf-8")))
@@ -148,7 +148,7 @@ def collect_licences(modules: Path) -> str:
 
 
 def make_security_policy(script: str, style: str) -> str:
-    """Return the Content Security Policy of the page.
+    """Return the Content Security Policy of the viewer.
 
     It allows this script, this style, WebAssembly, and generated pictures. It forbids all requests,
     whatever the file or link of a scene contains.
@@ -172,7 +172,7 @@ def make_security_policy(script: str, style: str) -> str:
 
 
 def main(work: Path, page: Path) -> None:
-    """Write the page; `work` keeps intermediate files."""
+    """Write the viewer; `work` keeps intermediate files."""
     work.mkdir(parents=True, exist_ok=True)
     wasm = (work / "kreisel.wasm").resolve()
     compile_core(wasm)

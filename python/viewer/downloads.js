@@ -9,7 +9,7 @@ function saveFile(name, ...content) {
   a.click();
   setTimeout(() => URL.revokeObjectURL(a.href), 10000);
 }
-// Return the source of the page with another scene. Escape each "<", which could end the script
+// Return the source of the viewer with another scene. Escape each "<", which could end the script
 // element.
 const insertScene = (source, scene) =>
   source.replace(

@@ -30,10 +30,10 @@ const fillIn = (text, facts) => text.replace(/\{([a-z ]+)\}/g, (all, word) => fa
 const MOTION_TEXTS = {
   sleeping: "The top sleeps: it stands upright.",
   hanging: "The top hangs down and turns.",
-  steady: "The axis moves on a level circle, {highest} from the vertical.",
+  steady: "The axis moves on a horizontal circle, {highest} from the vertical.",
   pendulum: "A pendulum: without spin the axis swings in a plane.",
   rosette: "The axis passes through the vertical each time.",
-  separatrix: "The axis rises towards the vertical, ever more slowly.",
+  separatrix: "The axis approaches the vertical, ever more slowly.",
   loops: "The axis draws loops between {highest} and {lowest}.",
   cusps: "The axis comes to rest in cusps at {highest} and falls to {lowest}.",
   waves: "The axis moves up and down in waves between {highest} and {lowest}.",

@@ -1,4 +1,4 @@
-// Keys of the page. A control names its keys in aria-keyshortcuts; arrows and W, A, S, D move the
+// Keys of the viewer. A control names its keys in aria-keyshortcuts; arrows and W, A, S, D move the
 // camera. "?" opens the list of keys.
 import { zoomBy, panBy, orbitBy } from "./camera.js";
 import { html, render } from "lit-html";
@@ -18,7 +18,7 @@ const CAMERA_KEYS = {
 };
 const OTHER_KEYS = [
   ["← → ↑ ↓", "Turn the view about the top"],
-  ["W S + -", "Move the view nearer, farther"],
+  ["W S + -", "Zoom in, out"],
   ["A D", "Move the view left, right"],
   ["Escape", "Stop; cancel a drag or a jump"],
   ["Shift + drag", "Green tip: change its length only"],

@@ -1,4 +1,4 @@
-// Create all parts of the page and run the frame loop.
+// Create all parts of the viewer and run the frame loop.
 import { Toolbar } from "./toolbar.js";
 import { formatTopName } from "./accuracy.js";
 import { simulation, TICKS } from "./core.js";
@@ -15,7 +15,7 @@ import presets from "./presets.json";
 import { completeScene } from "./scene.js";
 import { View } from "./view.js";
 
-// The page before any change, for the download.
+// The source of the viewer before any change, for the download.
 const source = `<!doctype html>\n${document.documentElement.outerHTML}\n`;
 const getElement = (id) => document.getElementById(id);
 const reducedMotion = matchMedia("(prefers-reduced-motion: reduce)");
@@ -103,7 +103,7 @@ getElement("fold").addEventListener("click", () => {
   getElement("fold").ariaExpanded = !getElement("panel").hidden;
 });
 
-// A page at rest requests no frames. Each change requests one.
+// A viewer at rest requests no frames. Each change requests one.
 let request = 0;
 function wakeUp() {
   request ||= requestAnimationFrame(drawFrame);

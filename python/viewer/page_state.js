@@ -1,4 +1,4 @@
-// The state of the page: scene, undo, clock. Changes of the computation keep the start and the
+// The state of the viewer: scene, undo, clock. Changes of the computation keep the start and the
 // time. Changes of the motion, such as a drag, make the current state the start.
 import { findKind, computeLimits, makeBody, findMeasure, measures, methods } from "./core.js";
 import { simulation, TICKS, MAX_TOPS } from "./core.js";
@@ -43,7 +43,7 @@ export class PageState {
       if (!before) throw error;
       Object.assign(this, { scene: before, previousMotion: null });
       this.buildTops(false);
-      this.showMessage(`This cannot be: ${error.message}`);
+      this.showMessage(`This is not possible: ${error.message}`);
     }
     this.onChange();
     return this.scene !== before;
@@ -72,7 +72,7 @@ export class PageState {
   replaceUnsuitableMethods() {
     const { scene, body } = this;
     scene.methods.forEach((name, i) => {
-      if (!methods.has(name)) throw new Error(`there is no method ${name} in the page`);
+      if (!methods.has(name)) throw new Error(`the viewer has no method ${name}`);
       if (methods.get(name).isSuitable(body, scene.gravity)) return;
       scene.methods[i] = "strang";
       this.showMessage(`${name} does not apply to this body: strang is used instead`);
@@ -189,7 +189,7 @@ export class PageState {
     if (changed.length) this.markChanged(scene);
     const isLoaded = this.load(scene, false);
     if (isLoaded && isLost)
-      this.showMessage("The path belonged to another motion and is removed. Undo brings it back");
+      this.showMessage("The path belongs to another motion and was removed. Undo restores it");
     return isLoaded;
   }
   // Make the current state the start.

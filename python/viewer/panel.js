@@ -1,4 +1,4 @@
-// The panel of controls, charts and tables, rendered by lit-html from the state of the page.
+// The panel of controls, charts and tables, rendered by lit-html from the state of the viewer.
 import { html, noChange, nothing, render } from "lit-html";
 import { letKeysScroll, getTitle } from "./charts.js";
 import { renderChartPlace, renderAccuracy } from "./accuracy.js";
@@ -303,9 +303,9 @@ export class Panel {
       const reportCopy = () => this.page.showMessage("Copied");
       navigator.clipboard
         ?.writeText(words)
-        .then(reportCopy, () => this.page.showMessage("Copy it by hand"));
+        .then(reportCopy, () => this.page.showMessage("Copying failed: select the text and copy it"));
     };
-    return html`<textarea readonly rows="9" wrap="off" aria-label="The same in Python"
+    return html`<textarea readonly rows="9" wrap="off" aria-label="Equivalent Python program"
       .value=${words}></textarea>${renderButton("Copy", copyProgram)}`;
   }
 }

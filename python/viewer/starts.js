@@ -22,7 +22,7 @@ export function computeStart({ body, gravity }, start) {
   const root = axial + Math.sqrt(axial * axial - 4 * across * cos * torque);
   const steady = { slow: (2 * torque) / root, fast: root / (2 * across * cos) };
   const rate = steady[start.precession] ?? start.precession ?? 0;
-  if (Number.isNaN(rate)) throw new Error("no precession is steady at this tilt and spin");
+  if (Number.isNaN(rate)) throw new Error("there is no steady precession at this tilt and spin");
   const level = across * rate * sin;
   const momentum = [0, level * cos - axial * sin, level * sin + axial * cos];
   return { attitude: [Math.cos(tilt / 2), Math.sin(tilt / 2), 0, 0], momentum };

@@ -22,13 +22,13 @@ ${bodyText}
 const END = 100; // end time of the program
 const RESTART = `
 def solve_in_steps(scene, method, step, count, tol):
-    # As in the page, the method starts again after each step.
+    # As in the viewer, the method starts again after each step.
     for _ in range(count):
         scene = kr.solve(scene, [step], method, tol=tol).end
     return scene
 
 `;
-// Return a Python program that computes the states of the page, one line for each top.
+// Return a Python program that computes the states of the viewer, one line for each top.
 export function toPython(top) {
   const { body, gravity, methods: names, second, tol } = top;
   const { half, pivot, density = 1, mass, inertia, com } = body;

@@ -200,7 +200,7 @@ export class View {
     this.tops = this.page.tops.map((top, i) => this.makeTop(top, i));
     this.floor.castShadows(this.tops.filter((top) => top.role === "thick"));
   }
-  // Copy the data of a top from the page and update the shape of its parts.
+  // Copy the data of a top from `this.page` and update the shape of its parts.
   updateTop(top, words) {
     Object.assign(top, words);
     const { body, zoom, traceRadius } = this;

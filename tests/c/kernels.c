@@ -1,7 +1,7 @@
 /* Prints a hash of the results of each instruction set that this processor has: the Taylor kernels,
  * ensembles in lanes with and without tangents, and the closed form. Results depend only on whether
- * there is fused multiply-add, not on the width of the vectors. Those of the closed form depend on
- * neither. */
+ * there is fused multiply-add, not on the width of the vectors. The results of the closed form
+ * depend on neither. */
 #include <stdlib.h>
 #include "bits.h"
 #include "driver/top.h"

@@ -1,5 +1,5 @@
 /* Adaptive methods without the driver: extrap, and the methods of GSL if it is built in. Tests of
- * accuracy, landing, first steps, tolerances, failures and reproducible bits. */
+ * accuracy, landing, first steps, tolerances, failures and reproducible results. */
 #include <float.h>
 #include <stdlib.h>
 #include "method.h"
@@ -131,8 +131,8 @@ static void test_steady_precession(const kr_method *method)
         NEAR(off(s.m, q_turn(turn, p.start.m)), 0.0, 1e-9);
     }
 }
-/* With this tolerance steps exceed half a turn. The sign of q must still be that of the continuous
- * path. */
+/* With this tolerance, the top turns by more than half a turn in a step. The sign of q must still
+ * be that of the continuous path. */
 static void test_long_steps(const kr_method *method)
 {
     problem p = thesis;
@@ -153,7 +153,7 @@ static void test_long_steps(const kr_method *method)
     close_motion(method, &motion);
 }
 
-/* Here the errors of all methods lie between tol / 20 and 500 * tol. */
+/* The errors of all methods lie between tol / 20 and 500 * tol in these cases. */
 static void test_error_follows_tolerance(const kr_method *method, const problem *p)
 {
     double at_six = 0.0, at_nine = 0.0, at_twelve = 0.0;

@@ -93,7 +93,7 @@ static void test_tensors(void)
         IS(found.axes.w >= (equal == 0 ? 0.5 : 0.7) - 1e-12);
     }
 }
-/* With the tolerance 0, kinds depend on the last bit. */
+/* With the tolerance 0, the kind of a body depends on the last bits of its numbers. */
 static void test_exact_kinds(void)
 {
     kr_body b;

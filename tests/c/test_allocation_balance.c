@@ -44,7 +44,7 @@ static void use_and_free_top(const kr_method *method, const kr_scene *s)
     IS(kr_top_load(top, size, saved) == KR_OK && kr_top_load(top, size - 1, saved) != KR_OK);
     kr_top_free(top);
 }
-/* The heap may make a few blocks somewhat larger than requested, but memory lost in each life would
+/* The heap may make a few blocks larger than requested, but memory lost with each top would
  * accumulate. */
 static void test_balance(const kr_method *method)
 {

@@ -220,7 +220,7 @@ static void test_half_momentum(void)
         kr_top_free(top);
     }
 }
-/* A damping beyond the range of doubles in the top's own units is refused. */
+/* A damping beyond the range of doubles in the internal units of the top is refused. */
 static void test_overflow(void)
 {
     kr_scene s = damped(v3(1e-200, 1e-200, 1e-200), v3(1e300, 1e300, 1e300), v3(0, 0, 1e-200));

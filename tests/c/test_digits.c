@@ -1,4 +1,4 @@
-/* Runs with 20 and 30 digits, compared with heyoka in 128 bits
+/* Runs with 20 and 30 digits, compared with heyoka in 128-bit arithmetic
  * (validation/references/reference.json), and their low words. */
 #include "math/su2_dd.h"
 #include "tops.h"
@@ -105,7 +105,7 @@ static void test_exact_time(void)
     IS(span.lo != 0.0 && apart(a, b) > 0.1 * fabs(span.lo));
     NEAR(apart(a, want), 0.0, 1e-28);
 }
-/* Changing units by powers of two does not change the bits, including those of the low words. */
+/* Changing units by powers of two changes no bit of the results or of their low words. */
 static void test_scaling(void)
 {
     const kr_scene s = heavy();

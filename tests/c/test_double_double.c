@@ -1,6 +1,6 @@
-/* Elementary functions and Carlson's R_F in double-double, compared with mpmath at 240 bits. Each
- * reference value is a pair of doubles. An error of these functions shows in a motion only after
- * about 1e6 steps. */
+/* Elementary functions and Carlson's R_F in double-double, compared with mpmath at 240-bit
+ * precision. Each reference value is a pair of doubles. An error of these functions shows in a
+ * motion only after about 1e6 steps. */
 #include "check.h"
 #include "math/dd_functions.h"
 #include "math/split_double.h"

@@ -1,5 +1,5 @@
-/* Workers: the results of a top depend on that top alone, failures lose no states, and lanes are as
- * accurate as a single top. */
+/* Workers: the results of a top depend on that top alone, failures lose no states, and results in
+ * lanes are as accurate as those of a single top. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 #include "random.h"
@@ -130,7 +130,8 @@ static void test_instruction_sets(void)
     }
     kr_worker_free(worker);
 }
-/* Lanes are as accurate as a single top; both are compared with 20 digits. */
+/* Results in lanes are as accurate as those of a single top; both are compared with a run of 20
+ * digits. */
 static void test_accuracy_of_lanes(double tol)
 {
     const kr_config config = {.tol = tol};
@@ -153,7 +154,8 @@ static void test_accuracy_of_lanes(double tol)
     IS(lanes / TOPS < alone / TOPS + log(2.0));
 }
 
-/* All other methods give the same bits as for a single top, and fail in the same way. */
+/* With all other methods, the results of an ensemble are bitwise equal to those of single tops, and
+ * so are the failures. */
 static void test_methods_without_lanes(const kr_method *method)
 {
     kr_scene s[2] = {tilted(), tilted()};
@@ -179,7 +181,7 @@ static void test_methods_without_lanes(const kr_method *method)
     kr_worker_free(worker);
 }
 
-/* The failure of a top is reported for that top, and its good states are kept. */
+/* The failure of a top is reported for that top, and its valid states are kept. */
 static void test_failures(void)
 {
     ensemble f;
@@ -213,7 +215,7 @@ static double nutation_of(const ensemble *f, size_t i, size_t k)
 {
     return kr_state_nutation(&f->scenes[i], &f->states[i * TIMES + k]);
 }
-/* Checks that the values kept of a top agree with those computed from its states. */
+/* Checks that the recorded values of a top agree with those computed from its states. */
 static void is_what_states_say(const ensemble *f, size_t i, const double row[7])
 {
     const kr_state *last = &f->states[i * TIMES + TIMES - 1];
@@ -288,8 +290,8 @@ static void test_headless(void)
 }
 
 static int stop_at(void *context) { return --*(int *)context < 0; }
-/* Interrupts a worker after this many polls, and checks that all tops keep their states. Returns by
- * how much twice the number of unfinished tops exceeds the number of lanes. */
+/* Interrupts a worker after `after` polls, and checks that all tops keep their states. Returns
+ * twice the number of unfinished tops minus the number of lanes. */
 static int interrupt_worker(int after)
 {
     int left = after, on_the_way = 0, lanes;

@@ -32,7 +32,7 @@ static void test_time_order(void)
     kr_worker_free(worker);
 }
 /* If the closed form may exceed the range of doubles in the user's units, the top is computed in
- * its own units. This holds for states and for values computed from them. */
+ * its internal units. This holds for states and for values computed from them. */
 static void test_units(void)
 {
     const double t[3] = {1e-305, 2e-305, 3e-305};
@@ -54,7 +54,8 @@ static void test_units(void)
     }
     kr_top_free(alone);
 }
-/* A limit of steps has the same meaning for a top of an ensemble as for that top alone. */
+/* A limit on the number of steps has the same meaning for a top of an ensemble as for a single
+ * top. */
 static void test_limits_of_steps(void)
 {
     const double t[4] = {1.0, 2.0, 2.0, 5.0};

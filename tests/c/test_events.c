@@ -192,8 +192,8 @@ static void test_two_in_one_step(void)
     }
 }
 
-/* Each event is found once by a top that starts at a late time, and by a top that is told again to
- * watch for events. */
+/* Each event is found once by a top that starts at a late time, and by a top for which kr_top_watch
+ * is called again. */
 static void test_events_at_the_start(void)
 {
     const kr_scene s = scene_of(1);

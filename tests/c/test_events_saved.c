@@ -22,8 +22,8 @@ static int seek_all(kr_top *top, double end, double *t, kr_event_hit *hits)
 }
 static kr_term height; /* of the apex; set by main */
 
-/* A loaded top finds the same events as the saved top, wherever this was saved: at an event,
- * between two events in one step, or before the first. */
+/* A loaded top finds the same events as the saved top, whether the top was saved at an event,
+ * between two events in one step, or before the first event. */
 static void test_loaded_events(void)
 {
     static char memory[1 << 16];

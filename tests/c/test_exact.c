@@ -1,5 +1,5 @@
 /* The closed form, compared with quadrature and with stepping: integrals, scaling, frames, batches
- * of any size, and equal bits on every instruction set. */
+ * of any size, and bitwise equal results on every instruction set. */
 #include "exact/dispatch.h"
 #include "exact_truth.h"
 #include "random.h"
@@ -160,7 +160,7 @@ static void test_near_principal_axis(void)
     const kr_exact closed = closed_form(&s);
     NEAR(kr_attitude_error(kr_exact_state(&closed, 8.0).q, q_exp(v3(4.0, 0.0, 0.0))), 0.0, 1e-14);
 }
-/* A motion of the axis that is too small for the closed form is too small in all units. */
+/* Whether a motion of the axis is too small for the closed form does not depend on the units. */
 static void test_smallest_motion(void)
 {
     for (double unit = 0x1p-60; unit < 0x1p61; unit *= 0x1p60)
@@ -265,7 +265,7 @@ static void test_frames(void)
     NEAR(relative_distance(kr_exact_state(&b, 5.0), extrapolated(&tilted, 5.0)), 0.0, 1e-9);
 }
 /* The rotation of a spherical body to the axis of its lever needs more digits than doubles have.
- * Otherwise the error of this rotation would grow with time. */
+ * With the digits of doubles only, the error of this rotation would grow with time. */
 static void test_far_frames_of_a_ball(void)
 {
     const kr_quat cycle = q4(0.5, v3(0.5, 0.5, 0.5));
@@ -296,7 +296,8 @@ static void test_batches(void)
         IS(same(out[n], guard));
     }
 }
-/* Every instruction set gives the same bits: closed forms, single states, batches, the map. */
+/* Every instruction set gives bitwise equal closed forms, single states, batches and states of the
+ * Bobenko-Suris map. */
 static void test_instruction_sets(void)
 {
     enum { N = 70 };
@@ -345,7 +346,7 @@ static void as_one_by_one(const kr_scene *scene, kr_state *out)
         IS(same(out[MANY - 1], last) && same(out[0], kr_exact_state(&closed, many_times[0])));
     }
 }
-/* This many states bypass the cache, if the alignment of their address permits. */
+/* So many states are written past the cache, if the alignment of their address permits. */
 static void test_batch_of_tops(void)
 {
     kr_state *const odd = (kr_state *)(void *)((double *)(void *)memory + 1);

@@ -1,5 +1,6 @@
-/* Batches of closed forms: each top gets the same bits as alone, on every instruction set, in any
- * order and beside any neighbours. A refused top changes nothing but its status. */
+/* Batches of closed forms: the result of each top is bitwise equal to that of the top alone, on
+ * every instruction set, in any order and beside any neighbours. A refused top changes nothing but
+ * its status. */
 #include <float.h>
 #include <stdlib.h>
 #include <string.h>
@@ -213,7 +214,7 @@ static void plan_alone(const kr_exact_scalar *one)
         }
     }
 }
-/* Returns nonzero if the bits differ. */
+/* Returns nonzero if any bit differs. */
 static int differ(const void *a, const void *b, size_t size) { return memcmp(a, b, size) != 0; }
 
 /* Plans the n tops from `first` on together, and compares the results with those of each top
@@ -285,7 +286,7 @@ static void test_damped_tops(const kr_exact_batch_isa *width)
     NEAR(axis.y, sin(turn) * start.x + cos(turn) * start.y, 1e-14);
     NEAR(axis.z, 0.0, 1e-14);
 }
-/* The scenes include all kinds; otherwise the other tests would prove little. */
+/* The random scenes include all kinds of tops, so that the other tests cover them. */
 static void test_presence_of_all_kinds(void)
 {
     int count[KR_STATUS_COUNT] = {0}, curves[4] = {0}, frames[2] = {0};

@@ -56,8 +56,8 @@ static void test_courses_at_poles(void)
     IS(strcmp(turning_of(&through).motion_type, "rosette") == 0);
     IS(strcmp(turning_of(&over).motion_type, "rosette") == 0);
 }
-/* The map of a free symmetric body whose tilted axis rests: without momentum, with a rotation about
- * the axis, and with one about the vertical. */
+/* The Bobenko-Suris map of a free symmetric body whose tilted axis rests: without momentum, with a
+ * rotation about the axis, and with one about the vertical. */
 static void test_map_at_rest(void)
 {
     const kr_vec3 m[] = {{0.0, 0.0, 0.0}, {2.0, 0.0, 0.0}, {0.0, 0.0, 2.0}, {2.0, 0.0, 1e-3}};
@@ -74,7 +74,7 @@ static void test_map_at_rest(void)
         }
     }
 }
-/* In steps with large rotations the map's momentum keeps its sign. */
+/* If a step of the Bobenko-Suris map is a large rotation, the momentum keeps its sign. */
 static void test_far_map_steps(void)
 {
     for (int i = 0; i < 600; i++) {
@@ -177,7 +177,7 @@ static void test_units(void)
     const kr_state end = kr_exact_state(&exact, 3.0);
     NEAR(kr_attitude_error(end.q, q_mul(q_exp(v_scale(3.0, s.start.m)), s.start.q)), 0.0, 1e-14);
 }
-/* Values that equal a tolerance or a limit exactly are accepted. */
+/* Values that are exactly equal to a tolerance or a limit are accepted. */
 static void test_boundary_values(void)
 {
     const double x = 0x1.1c37937e08p+0, y = x - 36.0 * DBL_EPSILON;

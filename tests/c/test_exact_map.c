@@ -100,8 +100,8 @@ static void test_near_separatrix(void)
         IS(kr_exact_map_plan(&s, 0.1, &closed) == KR_ERR_STEP_SIZE);
     }
 }
-/* Near a pole one phase is inaccurate and follows from the other two. With small steps the map
- * approaches the motion of the top. */
+/* Near a pole one phase is inaccurate and follows from the other two. With small steps the
+ * Bobenko-Suris map approaches the motion of the top. */
 static void test_near_pole(void)
 {
     const double step = 1e-7, t = 1.7;
@@ -114,8 +114,8 @@ static void test_near_pole(void)
         NEAR(distance(end, kr_exact_state(&exact, end.t)), 0.0, step);
     }
 }
-/* At late times the integrals of the map still hold, and one step of the map leads to the next
- * state. A large step amplifies rounding errors. */
+/* At late times the integrals of the Bobenko-Suris map still hold, and one step of the map leads to
+ * the next state. A large step amplifies rounding errors. */
 static void test_far_away(kr_scene s, double step, double within)
 {
     const kr_config config = {.step = step};
@@ -138,8 +138,8 @@ static void test_far_away(kr_scene s, double step, double within)
         kr_top_free(top);
     }
 }
-/* A million steps of the map lead to the state of the closed form, up to their accumulated rounding
- * errors. This needs phases in double-double. */
+/* A million steps of the Bobenko-Suris map lead to the state of the closed form, up to their
+ * accumulated rounding errors. This requires phases in double-double. */
 static void test_million_steps(void)
 {
     enum { STEPS = 1000000 };
@@ -154,8 +154,8 @@ static void test_million_steps(void)
         NEAR(kr_attitude_error(a.q, b.q), 0.0, 5e-10);
     }
 }
-/* The rates of the map agree with those measured from its states. As the step decreases, they
- * approach the rates of the top. */
+/* The rates of the Bobenko-Suris map agree with those measured from its states. As the step
+ * decreases, they approach the rates of the top. */
 static void test_map_rates(void)
 {
     for (int i = 1; i < 3; i++) {

@@ -24,8 +24,8 @@ static void test_lone_roots(void)
         IS(top == 1);
     }
 }
-/* Newton's method leaves a start with slope zero unchanged. The iteration of a mean that does not
- * converge ends. */
+/* Newton's method leaves a start with slope zero unchanged. The iteration for a mean ends even if
+ * it does not converge. */
 static void test_means_without_convergence(void)
 {
     const dd square[3] = {pair(-1.0), pair(0.0), pair(0.0)};
@@ -50,7 +50,7 @@ static dd all_steps(dd kp, dd p2, dd *sum)
     }
     return a;
 }
-/* Integrals of the third kind are accurate, whichever step is the last. */
+/* Integrals of the third kind are accurate, whichever step of the iteration is the last. */
 static void test_means(void)
 {
     for (int i = 0; i < 20000; i++) {

@@ -96,8 +96,8 @@ static int is_none(kr_state s)
     const double sum = fabs(s.q.w) + fabs(s.q.x) + fabs(s.q.y) + fabs(s.q.z);
     return isnan(sum) && isnan(s.m.x) && isnan(s.m.y) && isnan(s.m.z);
 }
-/* Checks that there is a state at every finite time, the same alone as in a batch, and none at a
- * time that is not finite. */
+/* Checks that a top has a state at every finite time, bitwise equal alone and in a batch, and no
+ * state at other times. */
 static void late(const kr_scene *s)
 {
     const kr_exact exact = closed(s);
@@ -123,7 +123,7 @@ static void test_late_times(void)
     s.start.m = v3(0, 0, 0);
     late(&s);
 }
-/* The map has states after any number of steps. */
+/* The closed form of the Bobenko-Suris map has states after any number of steps. */
 static void test_late_map_steps(void)
 {
     const int64_t many[] = {-1, 1000, INT64_C(1) << 52, INT64_MIN, INT64_MAX};
@@ -135,7 +135,7 @@ static void test_late_map_steps(void)
         for (int k = 0; k < 5; k++) IS(is_state(kr_exact_map_state(&map, many[k])));
     }
 }
-/* With tiny steps the map begins at the start, or is refused. */
+/* With tiny steps the Bobenko-Suris map begins at the start, or is refused. */
 static void test_tiny_steps(void)
 {
     int made = 0;
@@ -175,7 +175,7 @@ static void test_smallest_numbers(void)
         for (double t = 0.5; t < 4000.0; t *= 1.5) IS(is_state(kr_exact_state(&about, t)));
     }
 }
-/* A pendulum whose momentum leaves the range of doubles in the user's units stops at its last good
+/* A pendulum whose momentum leaves the range of doubles in the user's units stops at its last valid
  * state, even between two points of its grid. */
 static void test_overflows(void)
 {
@@ -203,8 +203,8 @@ static void test_overflows(void)
     }
     IS(fell > 15);
 }
-/* Rates and units outside the range of doubles are refused, and so are steps of the map outside the
- * range of units. */
+/* Rates and units outside the range of doubles are refused, and so are steps of the Bobenko-Suris
+ * map outside the range of units. */
 static void test_refusals(void)
 {
     kr_scene s = tilted();

@@ -1,4 +1,4 @@
-/* The state after a failed run is the last good one, outputs are unchanged, and the top continues
+/* The state after a failed run is the last valid one, outputs are unchanged, and the top continues
  * as if it had not failed. */
 #include <stdlib.h>
 #include "driver/top.h"
@@ -100,7 +100,7 @@ static void test_no_way_back(void)
     IS(status == KR_ERR_INTERRUPTED && kr_top_state(top).t == last && kr_top_time(top) < last);
     kr_top_free(top);
 }
-/* After a failure the top stands at its last good state and cannot go to an earlier time. */
+/* After a failure the top stands at its last valid state and cannot go to an earlier time. */
 static void test_state_after_failure(void)
 {
     const kr_scene s = tilted();
@@ -188,7 +188,7 @@ static int count_calls(void *context)
     ++*(int *)context;
     return 0;
 }
-/* Returns a random body, which may be extremely thin or at rest. With these, side steps with a
+/* Returns a random body, which may be extremely thin or at rest. For such bodies, side steps with a
  * loose tolerance do not always succeed. */
 static kr_scene loose_scene(void)
 {
@@ -268,7 +268,7 @@ static void test_stops_between_steps(const char *name)
     IS(back > 0);
 }
 
-/* Statistics count the work of a method, whether it succeeded or not. */
+/* Statistics include the work of failed steps. */
 static void test_counts(void)
 {
     const kr_config config = {.step = 4.0};
@@ -283,7 +283,7 @@ static void test_counts(void)
     }
     kr_top_free(top);
 }
-/* An attitude of length zero is refused: it rotates nothing, yet the motion would look valid. */
+/* An attitude of length zero is refused, although the motion computed from it would look valid. */
 static void test_zero_attitude(void)
 {
     const kr_scene s = {{0.5, {0.25, 0.25, 0x1p-12}, {0, 0, -0.5}, {1, 0, 0, 0}, 0.0},

@@ -1,5 +1,5 @@
 /* Tangents in a worker: they do not change the states, each depends on its own top alone, and all
- * instruction sets with fused multiply-add give the same bits. */
+ * instruction sets with fused multiply-add give bitwise equal results. */
 #include <stdlib.h>
 #include "ensemble/worker.h"
 #include "tops.h"
@@ -36,7 +36,7 @@ static void some(kr_scene scenes[TOPS])
         scenes[i] = asymmetric();
         scenes[i].gravity = 0.2 + 0.07 * i;
     }
-    /* The path's steps are too long for the tangent of this top. */
+    /* The steps of the path are too long for the series of the tangent of this top. */
     IS(kr_body_symmetric(2.0, 3.0, 1.5, 0.75, &scenes[3].body) == KR_OK);
     scenes[3].start.q = q_one();
     scenes[3].start.m = v3(0.0, 0.0, 9.0);
@@ -184,8 +184,9 @@ static void grow(const kr_scene *scene, size_t n, const double *t, double (*rows
     IS(kr_worker_run(worker, &tops) == KR_OK && outcome.status == KR_OK);
     kr_worker_free(worker);
 }
-/* The mean and the largest value, which include the growth within steps, agree with those from the
- * logarithms at many times. The mean is 2/T times the integral of ln|delta| (1 + ln(t/T)). */
+/* The mean and the largest value include the growth within steps. They agree with values computed
+ * from the logarithms at many times. The mean is 2/T times the integral of ln|delta| (1 +
+ * ln(t/T)). */
 static void test_means(const kr_scene *scene, double end)
 {
     enum { MANY = 4000 };
@@ -235,7 +236,7 @@ static void test_equilibria(void)
     }
 }
 /* Rotations about the vertical, and of free bodies about principal axes, are constant in the body
- * frame. A step of the path is then longer than any series of the tangent permits. */
+ * frame. The path then has longer steps than the series of the tangent permits. */
 static void test_steady_rotations(void)
 {
     const double t[LOOKS] = {1.0, -1.0, 40.0};

@@ -59,8 +59,8 @@ static void test_hanging_and_upright(void)
         kr_top_free(top);
     }
 }
-/* Units, resets and single steps do not change the bits, and a run back in time returns to the
- * start. */
+/* Units, resets and single steps do not change any bit of the states, and a run back in time
+ * returns to the start. */
 static void test_driver(void)
 {
     const kr_config config = {.skip_heading = 1, .tol = 1e-11},
@@ -113,8 +113,8 @@ static void test_refusals(void)
     kr_top_free(top);
 }
 
-/* P and W agree with those of the kernels with heading up to rounding. All kernels with fma have
- * the same bits. */
+/* P and W agree with those of the kernels with heading up to rounding. All kernels with fma give
+ * bitwise equal results. */
 static void test_kernels(void)
 {
     const kr_series start = {.fall = INFINITY,

@@ -14,7 +14,7 @@ static kr_scene scene_for(const kr_method *method)
     s.start.m = v_scale(ldexp(1.0, (int)uniform(-30, 30)), random_vec(1.0));
     return s;
 }
-/* Checks the horizon by a formula of its own, with the larger of the rates |m| / moment and
+/* Checks the horizon by an independent formula with the larger of the rates |m| / moment and
  * sqrt(torque / moment). */
 static void horizon_of(const kr_scene *s)
 {
@@ -126,8 +126,8 @@ static void test_fine_grids(void)
     kr_top_free(top);
 }
 static int stop_at_once(void *context) { return (void)context, 1; }
-/* If the resolution of times is a quarter of a step, an interrupted top has the state of its time.
- * Its next steps are those of a top that was not interrupted. */
+/* If the resolution of times is a quarter of a step, the state of an interrupted top belongs to its
+ * time. Its next steps are those of a top that was not interrupted. */
 static void test_late_stops(void)
 {
     kr_scene s = tilted();

@@ -1,5 +1,5 @@
-/* Step limit near an unstable equilibrium. There the first terms of the series say little, so a
- * step is limited by the fastest rate of growth about any axis. */
+/* Step limit near an unstable equilibrium. Near the equilibrium, the first terms of the series do
+ * not show the growth, so a step is limited by the fastest rate of growth about any axis. */
 #include "tops.h"
 
 /* Returns a body that is thin about one axis, with its centre of mass on another axis, which points

@@ -20,7 +20,7 @@ static kr_vec3 inertia(const kr_body *b, kr_vec3 v)
     return q_turn(b->axes, v_times(b->inertia, q_turn_back(b->axes, v)));
 }
 
-/* The cuboid of a body is found again, for any fixed point and orientation. */
+/* The cuboid from which a body was made is found, for any fixed point and orientation. */
 static void test_box_of_a_cuboid(void)
 {
     const kr_vec3 half = v3(0.7, 0.5, 1.1), pivot = v3(0.3, -0.2, -1.4);
@@ -91,8 +91,8 @@ static const kr_simulation_slot *top(kr_scene scene, int64_t step, int64_t targe
     kr_simulation_advance(&stage, target, INT64_MAX);
     return &stage.slots[0];
 }
-/* The scale of the arrows is the bound that the energy gives. It is never exceeded, and the motion
- * comes near it. */
+/* The scale of the arrows is the bound that the energy gives. The motion comes near this bound but
+ * never exceeds it. */
 static void test_reach(void)
 {
     double momentum, velocity, longest = 0.0;

@@ -262,8 +262,8 @@ static void test_apex_without_a_lever(void)
     NEAR(apart(kr_state_apex(&s, &s.start), frame[2]), 0.0, 1e-15);
     NEAR(v_length(kr_state_torque(&s, &s.start)), 0.0, 0.0);
 }
-/* For the step 0 the modified energies equal the energy, in all units. Their differences from the
- * energy are of the order of step and of step^2. */
+/* For the step 0 the modified energies equal the energy, in all units. For small steps, they differ
+ * from the energy by terms of the orders step and step^2. */
 static void test_modified_energies(void)
 {
     kr_scene s = random_scene();

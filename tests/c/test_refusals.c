@@ -102,7 +102,7 @@ static void test_configs(void)
         IS(kr_top_create(&s, strang, wrong[i], &top) ==
            (i == 0 ? KR_ERR_NO_STEP : KR_ERR_ARGUMENT));
     for (int i = 0; i < 4; i++) IS(kr_top_create(&s, extrap, loose[i], &top) != KR_OK);
-    /* The tolerances are as large as any error, or larger. */
+    /* Tolerances that are as large as any error, or larger, are refused. */
     for (size_t i = 0; i < kr_method_count(); i++) {
         const kr_config none = {.step = 0.1, .tol = i % 2 ? 1.0 : 18.0};
         IS(kr_top_create(&s, kr_method_at(i), none, &top) != KR_OK && !top);
@@ -196,7 +196,7 @@ static void test_more_digits(void)
     }
     for (int i = 0; i < 5; i++) kr_top_free(tops[i]);
 }
-/* Without a top, every function returns this status. */
+/* Every function returns KR_ERR_ARGUMENT if the top is NULL. */
 static void test_missing_top(void)
 {
     size_t done = 7;

@@ -11,7 +11,7 @@ static kr_scene scene_for(const kr_method *method)
     if (!kr_method_applies(method, &s.body)) s.body.com = v3(0, 0, 0); /* free */
     return s;
 }
-/* Returns a start with a momentum of any size, so that the own units differ. */
+/* Returns a start with a momentum of any size, so that the internal units differ. */
 static kr_state random_start(const kr_scene *s)
 {
     const kr_state start = {uniform(-2, 2), random_quat(),

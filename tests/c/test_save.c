@@ -1,5 +1,5 @@
-/* Checkpoints: every method resumes with the bits of an uninterrupted run, and damaged checkpoints
- * are refused. */
+/* Checkpoints: every method resumes bitwise as in an uninterrupted run, and damaged checkpoints are
+ * refused. */
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +32,7 @@ static void load(kr_top *top, const unsigned char *saved)
 {
     IS(kr_top_load(top, kr_top_save_size(top), saved) == KR_OK);
 }
-/* One top is never stopped. Another is stopped before each of the times and saved to an odd
+/* One top runs without a stop. Another top stops before each of the times and is saved to an odd
  * address, and a third top continues from the checkpoint. */
 static void test_continuation(const kr_method *method, double sign, int digits, int leave_heading)
 {
@@ -314,7 +314,8 @@ static void test_hostile_numbers(const kr_method *method)
         forge(bad, size, numbers[i], i < 2 ? 77 : -77, i < 2 ? sizeof(int) : 8);
         IS(kr_top_load(top, size, bad) == KR_ERR_CHECKPOINT);
     }
-    /* No integer in the work may be replaced by a large one; those between 0 and 100 are tried. */
+    /* A checkpoint is refused if an integer between 0 and 100 in the work is replaced by a large
+     * one. */
     int refused = 0;
     for (size_t at = HEADER + TOP; at + 4 <= HEADER + TOP + 8 * method->work; at += 4) {
         int32_t number;

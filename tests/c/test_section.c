@@ -65,7 +65,7 @@ static int same_row(const cut *a, size_t i, const cut *b, size_t j)
 }
 
 /* Checks that the states lie on the section, in the order of time. A single top that begins at the
- * start or at one of these states finds the next state, or none after the last. */
+ * start or at one of these states finds the next state, or no state after the last one. */
 static void is_complete(const cut *c, size_t i, const kr_event *event)
 {
     const kr_scene *s = &c->scenes[i];

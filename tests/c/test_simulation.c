@@ -29,7 +29,7 @@ static double measured(int i, int k)
     return measure[k];
 }
 
-/* The states have the same bits as those of a separate top. */
+/* The states are bitwise equal to those of a separate top. */
 static void test_states(void)
 {
     const kr_scene scene = kr_scene_default();
@@ -84,8 +84,8 @@ static void test_any_division_is_the_same(void)
     for (int64_t r = 0; r < stage.rows; r++)
         IS(memcmp(&stage.record[r], &other.record[r], sizeof(kr_record_row)) == 0);
 }
-/* Between common multiples of their steps the two tops stand at different times. No error is
- * defined there, and none is recorded. */
+/* Between common multiples of their steps the two tops are at different times. No error is defined
+ * at these times, and none is recorded. */
 static void test_compares_at_common_multiples_only(void)
 {
     set(&stage, step1, step2);
@@ -260,7 +260,7 @@ static void test_steps_without_a_common_multiple(void)
     IS(kr_simulation_advance(&stage, primes[0], INT64_MAX) == primes[0] && stage.rows <= 1);
     IS(measured(0, number_of("energy")) < INFINITY && isnan(measured(1, KR_SIMULATION_ERROR)));
 }
-/* A top that fails stays at its last good state; the others continue. */
+/* A top that fails stays at its last valid state; the others continue. */
 static void test_failure(void)
 {
     kr_scene scene = kr_scene_default();
@@ -289,7 +289,8 @@ static void test_all_fail(void)
        KR_OK);
     IS(isnan(measured(1, KR_SIMULATION_ERROR)) && isfinite(measured(1, number_of("energy"))));
 }
-/* A reference may be added after the top that is compared with it. It does not continue alone. */
+/* A reference may be added after the top that is compared with it. A reference does not continue
+ * alone. */
 static void test_truth(void)
 {
     kr_scene scene = tilted();
@@ -322,7 +323,7 @@ static void test_step_budget(void)
         scene.start.m = v3(0.0, 0.0, 1e12);
         IS(kr_simulation_add(&stage, &scene, method, 1000000, 0.0, -1) == KR_OK);
         IS(kr_simulation_advance(&stage, 1000000, INT64_C(100)) == 0 && stage.is_late);
-        /* A call with nothing to do leaves no top late. */
+        /* After a call without work, no top counts as late. */
         IS(kr_simulation_advance(&stage, 0, 1) == 0 && !stage.is_late);
         IS(kr_top_stats(stage.slots[0].top).steps <=
            KR_SIMULATION_BUDGET + 100 * KR_SIMULATION_BUDGET_PER_STEP + 256);

@@ -42,7 +42,8 @@ static void test_loosest_tolerance(const char *method, const double wanted[2])
         NEAR(cost(method, &s, 0.15, 0.2 * (1 + i), 5.0) / wanted[i], 1.0, 0.02);
 }
 
-/* After a failed attempt, the next one aims at the previous row if that needs less work. */
+/* After a failed attempt, the target of the next one is the previous row if this needs less
+ * work. */
 static void test_after_a_failure(const char *method, const double wanted[2])
 {
     kr_scene s = tilted();

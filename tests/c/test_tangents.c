@@ -1,4 +1,4 @@
-/* Tangents do not change the bits of the path. Tangents equal differences of neighbouring runs,
+/* Computing tangents changes no bit of the path. Tangents equal differences of neighbouring runs,
  * keep the symplectic form, and do not depend on the times of output. */
 #include <stdlib.h>
 #include "tops.h"
@@ -40,7 +40,7 @@ static void test_unchanged_path(const kr_scene *s, int digits, double t)
         kr_top_free(top);
     }
 }
-/* Each column of the tangents has the same bits, whichever other columns are computed. */
+/* Each column of the tangents is bitwise independent of which other columns are computed. */
 static void test_single_columns(const kr_scene *s)
 {
     static const uint64_t bits[] = {1, 2, 4, 8, 16};
@@ -112,7 +112,7 @@ static void test_times_between(const kr_scene *s, int digits)
     kr_top_free(one);
     kr_top_free(other);
 }
-/* If the series of the path has hardly any terms, its steps are far too long for the tangents. */
+/* If the series of the path has few nonzero terms, the steps are far too long for the tangents. */
 static void test_long_steps(void)
 {
     const kr_scene s = upright(9.0);

@@ -65,7 +65,7 @@ static void coefficients(const kr_isa *isa, const kr_kernel *kernel)
        memcmp(s->at_w, s->end_w, sizeof s->at_w) == 0);
     IS(isa->runs_here());
 }
-/* All kernels give the same states up to rounding, and those with fma give the same bits. */
+/* All kernels give the same states up to rounding, and those with fma give bitwise equal states. */
 static void test_kernels(void)
 {
     for (int order = 0; order < KR_ORDERS; order++) {
@@ -218,7 +218,7 @@ static void test_refusals(void)
     check_step_fails(1.0, 0, -0x1p60, KR_ERR_STEP);
 }
 /* A kernel outside the tables gives the same states as the kernel of which it is a copy, under its
- * own name. Events are found with it. */
+ * own name. Events are also found with this kernel. */
 static void test_own_kernel(void)
 {
     const kr_scene s = tilted();
@@ -239,7 +239,7 @@ static void test_own_kernel(void)
     }
     NEAR(found[1], found[0], 1e-13);
 }
-/* A search up to the end of a step makes no further step. */
+/* An event search up to the end of a step makes no further step. */
 static void test_search_to_the_end_of_a_step(void)
 {
     const kr_scene s = tilted();

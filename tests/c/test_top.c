@@ -1,4 +1,4 @@
-/* The driver: landing, grids, times between grid points, limits, interruption, the last good
+/* The driver: landing, grids, times between grid points, limits, interruption, the last valid
  * state, units. */
 #include <stdlib.h>
 #include "tops.h"
@@ -10,7 +10,7 @@ static kr_top *fixed(const kr_scene *s, const char *name, double step)
     return make(s, kr_method_find(name), (kr_config){.step = step});
 }
 
-/* A state has the same bits whatever the requested times before it are, on the grid or off it. */
+/* A state is bitwise independent of the times requested before it, on the grid or off it. */
 static void test_division(const kr_method *method)
 {
     const kr_scene s = tilted();

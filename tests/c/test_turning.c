@@ -1,5 +1,5 @@
 /* Turning points: bounds of the nutation of the closed form and their times, scaling by powers of
- * two, equal bits on every instruction set, and refusals. */
+ * two, bitwise equal results on every instruction set, and refusals. */
 #include "exact/dispatch.h"
 #include "random.h"
 #include "tops.h"

@@ -6,15 +6,15 @@
 #include "check.h"
 #include "math/su2.h"
 
-/* Returns the top of the thesis, tilted: at an upright start there is no torque, which would hide
- * errors. */
+/* Returns the top of the thesis with a tilted start. At an upright start no torque acts, which
+ * would hide errors. */
 static inline kr_scene tilted(void)
 {
     kr_scene s = kr_scene_default();
     s.start.q = q_exp(v3(0.6, -0.4, 0.3));
     return s;
 }
-/* Returns the body of the thesis, with the bits used for the references in problems.json: mass and
+/* Returns the body of the thesis, bitwise as used for the references in problems.json: mass and
  * gravity are 1. */
 static inline kr_body thesis_body(void)
 {
@@ -25,7 +25,7 @@ static inline kr_body thesis_body(void)
                           0};
     return body;
 }
-/* Returns the scene `asymmetric` of problems.json, with the bits used for its references. */
+/* Returns the scene `asymmetric` of problems.json, bitwise as used for its references. */
 static inline kr_scene asymmetric(void)
 {
     const kr_scene s = {
@@ -68,9 +68,9 @@ static inline kr_state state_at(double t, const kr_scene *s, const kr_method *me
     return state;
 }
 
-/* Returns 1 if two states have the same bits; a state has no padding. */
+/* Returns 1 if two states are bitwise equal; a state has no padding. */
 static inline int same(kr_state a, kr_state b) { return memcmp(&a, &b, sizeof a) == 0; }
-/* Returns 1 if two outcomes have the same bits, except the padding after the status. */
+/* Returns 1 if two outcomes are bitwise equal, except for the padding after the status. */
 static inline int same_outcome(const kr_outcome *a, const kr_outcome *b)
 {
     return a->status == b->status && a->done == b->done && same(a->last, b->last) &&

@@ -6,7 +6,7 @@
 #include "tops.h"
 #include "call_counts.h"
 
-/* The bytes that were saved last, and their top. */
+/* The last saved checkpoint, and its top. */
 static struct {
     unsigned char *bytes;
     size_t size;
@@ -173,7 +173,7 @@ void call_forge(place *p)
     kr_top_free(p->top);
     p->top = NULL;
 }
-/* Advances to t. Writes the state there and returns the status. */
+/* Advances to t. Writes the state at this time, and returns the status. */
 static kr_status go(kr_top *top, double t, kr_state *state)
 {
     const kr_status status = kr_top_advance(top, t);

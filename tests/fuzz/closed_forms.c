@@ -1,4 +1,4 @@
-/* Calls of the closed forms, of the motion and of the map bobenko_suris. */
+/* Calls of the closed forms: of the motion, and of the Bobenko-Suris map. */
 #include <math.h>
 #include "calls.h"
 #include "random_values.h"
@@ -13,7 +13,8 @@ static int is_nan(kr_state s)
     return isnan(s.q.w) && isnan(s.q.x) && isnan(s.q.y) && isnan(s.q.z) && isnan(s.m.x) &&
            isnan(s.m.y) && isnan(s.m.z);
 }
-/* Claims that every state is valid, and the same whether it is computed alone or with others. */
+/* Claims that every state is valid, and bitwise equal whether it is computed alone or with
+ * others. */
 static void check_states(const kr_scene *scene, const kr_exact *exact)
 {
     enum { MANY = 11 };

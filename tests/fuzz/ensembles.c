@@ -83,7 +83,7 @@ static const double *times_of(size_t i)
 {
     return asked.t + (asked.own_times ? i * (asked.watches ? 1 : asked.times) : 0);
 }
-/* Runs n tops, from the i-th on. Returns 1 if the worker accepted them. */
+/* Runs n tops, from the i-th on. Returns 1 if the worker accepted the tops. */
 static int move(kr_worker *worker, size_t i, size_t n, answer *a)
 {
     const kr_tops tops = {.n = n,

@@ -76,7 +76,7 @@ static void claim_hit(const place *p, double t, kr_event_hit hit)
     if (event->condition_count)
         CLAIM(kr_terms_value(&p->scene, &state, event->condition_count, event->condition) > 0.0);
 }
-/* Searches for one event. Returns 1 if there may be more. */
+/* Searches for one event. Returns 1 if there may be more events. */
 static int seek(place *p, double t)
 {
     kr_event_hit hit;

@@ -3,7 +3,7 @@
 #define KR_ROUNDS_H
 #include <stdint.h>
 
-/* All calls that compute, including those of the checks (call_counts.h). */
+/* Number of all calls that compute, including those of the checks (call_counts.h). */
 extern uint64_t calls_made;
 extern uint64_t calls_chosen; /* calls chosen by rounds */
 

@@ -1,4 +1,4 @@
-/* Calls of the page's simulation and of its mesh functions. */
+/* Calls of the simulation and the mesh functions of the viewer. */
 #include "viewer/simulation.h"
 #include <math.h>
 #include "calls.h"

@@ -30,8 +30,8 @@ typedef struct place {
 double forward(const place *p);
 /* Saves a top. Returns the number of bytes. */
 size_t save_image(const kr_top *top, unsigned char *bytes);
-/* begin_call and end_call enclose a call that moves a top. They claim what must hold for every such
- * call. */
+/* begin_call and end_call enclose a call that moves a top. These functions claim what must hold for
+ * every such call. */
 void begin_call(place *p);
 void end_call(place *p, kr_status status);
 /* Returns a time for a top, not farther away than the round allows. */

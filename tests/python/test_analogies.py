@@ -28,8 +28,8 @@ def path(request):
 def test_the_rod_has_the_lagrangian_of_the_top(path):
     """Check theorem 3.8 with alpha1 = I_B, alpha2 = I_N and load = -mass * gravity * |com| e3."""
     rod, size = kr.rod(path), path.kinetic.max()
-    assert rod.elastic == pytest.approx(path.kinetic, abs=1e-14 * size)
-    assert rod.density == pytest.approx(path.kinetic - path.potential, abs=1e-13 * size)
+    assert rod.elastic_energy_density == pytest.approx(path.kinetic, abs=1e-14 * size)
+    assert rod.lagrangian_density == pytest.approx(path.kinetic - path.potential, abs=1e-13 * size)
 
 
 def slope(values, t):
@@ -78,12 +78,13 @@ def test_an_axis_between_equal_moments_is_a_principal_axis_too():
     path = path_of(kr.Scene(body, momentum=(1.0, 0.3, 0.5)), 5.0, 51)
     rod = kr.rod(path)
     assert rod.frame[:, 2] == pytest.approx(path.apex, abs=1e-14)
-    assert rod.density == pytest.approx(path.kinetic - path.potential, abs=1e-13)
+    assert rod.lagrangian_density == pytest.approx(path.kinetic - path.potential, abs=1e-13)
 
 
 def test_no_rod_for_a_centre_of_mass_off_the_axes():
     with pytest.raises(
-        ValueError, match=r"no rod belongs to this top: its centre of mass, .*, is on none of them"
+        ValueError,
+        match=r"no rod for this top, because its centre of mass, .*, lies on none of them",
     ):
         kr.rod(kr.solve(kr.scenes.asymmetric, 1.0))
 
@@ -154,9 +155,9 @@ def test_steady_precession_has_no_nutation():
 
 
 def test_nutation_is_refused_where_there_is_none():
-    with pytest.raises(ValueError, match="belong to Lagrange tops"):
+    with pytest.raises(ValueError, match="defined for Lagrange tops"):
         kr.apex(kr.solve(kr.scenes.kowalewski, [0, 1])).nutation()
-    with pytest.raises(ValueError, match="1 lowest points in this path, and two make a nutation"):
+    with pytest.raises(ValueError, match="1 lowest points in this path, but two are needed"):
         kr.apex(kr.solve(kr.scenes.thesis, np.linspace(0, 8, 81))).nutation()
     with pytest.raises(ValueError, match="without states"):
         kr.apex(kr.solve(kr.scenes.thesis, [])).nutation()
@@ -168,7 +169,7 @@ def test_nutation_is_refused_between_states_too_far_apart(scene):
     period = 2 * abs(top.t_least - top.t_greatest)
     for states in 1.2, 2.3, 3.9:
         path = top(np.arange(0, 12 * period, period / states))
-        with pytest.raises(ValueError, match="ask for 4 states in each or more"):
+        with pytest.raises(ValueError, match="request at least 4 states per nutation"):
             kr.apex(path).nutation()
     read = kr.apex(top(np.arange(0, 12 * period, period / 4))).nutation()
     assert read.period == pytest.approx(period, rel=1e-2)
@@ -208,7 +209,7 @@ def test_a_path_of_two_lowest_points_has_a_nutation():
     told = kr.solve(kr.scenes.thesis, np.linspace(begin, begin + 1.2 * period, 400))
     assert kr.apex(told).nutation().period == pytest.approx(period, rel=1e-5)
     short = kr.solve(kr.scenes.thesis, np.linspace(begin, begin + 1.05 * period, 400))
-    with pytest.raises(ValueError, match="the axis has 1 lowest points"):
+    with pytest.raises(ValueError, match="the apex has 1 lowest points"):
         kr.apex(short).nutation()
 
 

@@ -1,7 +1,7 @@
 """Random calls of the whole public API: each call returns or raises a documented exception.
 
-By default a few examples are drawn with a fixed seed. With KREISEL_CALLS=1000 in the environment,
-1000 random examples are tried per callable.
+By default a few examples are drawn with a fixed seed. If the environment variable KREISEL_CALLS is
+1000, 1000 random examples are tried per callable.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ EXAMPLES = settings(
 SECONDS = 60  # seconds after which a call is considered endless
 LETTERS = 1000  # largest length of an error message; some messages list all valid names
 REFUSALS = TypeError, ValueError, MemoryError, kr.Error
-LEFT_OUT = "it keeps what want="  # in messages on arrays that a path lacks because of want=
+LEFT_OUT = "it has only the quantities of want="  # in messages on arrays omitted by want=
 IDIOMS = {"__getattr__": AttributeError, "__getitem__": LookupError, "scene_at": IndexError}
 IDIOMS |= dict.fromkeys(
     ("conditioning", "tangents", "tangents_low", "tangents_rest"), AttributeError
@@ -53,7 +53,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:no body has this inertia", "igno
 
 
 class Endless(BaseException):
-    """A call that takes longer than `SECONDS`."""
+    """An exception for a call that takes longer than `SECONDS`."""
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -70,7 +70,7 @@ def test_a_message_names_the_place_and_not_the_whole_array():
 def test_a_path_has_no_scene_at_a_state_that_it_has_not(i):
     path = kr.solve(TOP, [0, 1, 2])
     assert path.scene_at(np.int8(-1)) == path.end
-    with pytest.raises(IndexError, match="a path of 3 states has none of the number"):
+    with pytest.raises(IndexError, match="a path of 3 states has no state of index"):
         path.scene_at(i)
 
 

@@ -106,7 +106,7 @@ def test_a_rod_is_a_body_off_its_line_only():
 def test_the_moments_of_three_bodies_are_no_matrix():
     three = kr.Bodies.symmetric(1, i1=2, i3=[1, 2, 3], height=0.5)
     assert three.inertia.shape == (3, 3) and three[2].moments == (2, 2, 3)
-    with pytest.raises(ValueError, match="three bodies by their moments give three matrices"):
+    with pytest.raises(ValueError, match="three bodies by their moments, pass three matrices"):
         kr.Bodies(1, [(2, 2, 1), (2, 2, 2), (2, 3, 3)], (0, 0, 0))
     with pytest.raises(ValueError, match="not physical"):  # symmetric, but not physical
         kr.Bodies(1, [(1, 2, 2), (2, 1, 2), (2, 2, 1)], (0, 0, 0))
@@ -163,10 +163,12 @@ REFUSED = {
     "the shell is thin and has no volume": lambda: kr.Bodies.sphere(
         1, (0, 0, 0), density=1, shell=True
     ),
-    r"do not broadcast to one: radius \(2,\), height \(3,\)": lambda: kr.Bodies.cylinder(
+    r"cannot be broadcast together: radius \(2,\), height \(3,\)": lambda: kr.Bodies.cylinder(
         [1, 2], [1, 2, 3], (0, 0, 0), mass=1
     ),
-    r"do not broadcast to one: mass \(2,\), com \(3,\)": lambda: kr.Bodies([1, 2], (1, 1, 1), SOME),
+    r"cannot be broadcast together: mass \(2,\), com \(3,\)": lambda: kr.Bodies(
+        [1, 2], (1, 1, 1), SOME
+    ),
     "exactly one of inertia and inertia_about_com, not none": lambda: kr.Bodies(1, com=(0, 0, 1)),
 }
 

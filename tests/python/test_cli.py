@@ -162,7 +162,7 @@ def test_the_version_is_told_by_the_module_too():
 
 def test_report_says_where_it_is_made(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert "top folder of the source tree" in join_lines(call("report --quick", code=2))
+    assert "top folder of the source" in join_lines(call("report --quick", code=2))
     for word in ("-h", "--help"):
         told = join_lines(call(f"report {word}"))
         assert "accuracy, speed and stability" in told and "--thesis" in told
@@ -208,12 +208,12 @@ def test_a_long_table_has_both_ends_and_says_how_much_is_left_out():
     shown = call("solve cusps --t 0:10:0.1 --want nutation")
     _, rows = table(shown)
     assert rows[:, 0] == pytest.approx([*(0.1 * np.arange(20)), *(8.1 + 0.1 * np.arange(20))])
-    assert "... 61 rows left out: --all-rows prints them, --csv writes them" in shown
+    assert "... 61 rows omitted: --all-rows prints them, --csv writes them" in shown
     _, rows = table(call("solve cusps --t 0:10:0.1 --want nutation --all-rows"))
     assert rows[:, 0] == pytest.approx(0.1 * np.arange(101))
     for count in (40, 41):
         shown = call(f"solve cusps --t 0:{count - 1}:1 --want nutation")
-        assert ("... 1 rows left out" in shown) == (count == 41) and "\n" in shown
+        assert ("... 1 rows omitted" in shown) == (count == 41) and "\n" in shown
         assert len(table(shown)[1]) == 40
     assert "first" in call("solve cusps --t 0:1:1 --want nutation")
 
@@ -226,7 +226,7 @@ def test_angles_go_on_where_that_is_asked_for(tmp_path):
     for degrees in ("", " --degrees"):
         whole = path.euler(degrees=bool(degrees), unwrap=True)[:, [0, 2]]
         wrapped = call(line + degrees, scene)
-        assert "angles jump by whole turns: --unwrap lets them go on" in wrapped
+        assert "angles jump by whole turns: --unwrap makes them continuous" in wrapped
         shown = call(line + degrees + " --unwrap --all-rows", scene)
         assert "jump" not in shown and table(shown)[1][:, 1:] == pytest.approx(whole, rel=1e-7)
         text = call(line + degrees + " --unwrap --csv -", scene)

@@ -184,7 +184,7 @@ def test_view_says_where_the_page_is_and_leaves_one_file(tmp_path, monkeypatch, 
     page = tmp_path / "kreisel/cusps.html"
     for _ in range(3):
         told = call("view cusps")
-        assert f"the page is {page}" in told and ("no browser" in told) is not shown
+        assert f"wrote {page}" in told and ("no browser" in told) is not shown
     assert os.listdir(page.parent) == ["cusps.html"] and opened == [page.as_uri()] * 3
 
 

@@ -76,9 +76,9 @@ def test_one_time_is_the_state_there(tmp_path):
         ("resume nothing --t 9", "No such file"),
         (
             "solve thesis --t 9 --method geometric --error 1e-3 --save a",
-            "--save needs one method",
+            "--save needs a single method",
         ),
-        ("solve thesis --t 9 --error 1e-3 --save a", "--save needs one method"),
+        ("solve thesis --t 9 --error 1e-3 --save a", "--save needs a single method"),
     ],
 )
 def test_what_cannot_go_on_is_refused(tmp_path, words, message):
@@ -125,7 +125,7 @@ def test_a_signal_between_rows_loses_and_doubles_none(tmp_path, number, buffered
     then = rows(call(f"resume {tmp_path}/run --t 0:{end!r}:0.05 --csv -"))
     found = np.concatenate([first, then])
     grid = np.isin(found[:, 0], np.arange(len(found)) * 0.05)
-    assert (~grid).sum() <= 1  # the last good state may lie between two requested times
+    assert (~grid).sum() <= 1  # the last valid state may lie between two requested times
     path = kr.solve(TOP, np.arange(grid.sum()) * 0.05, "strang", step=0.1)
     assert np.array_equal(found[grid], path.states)
 

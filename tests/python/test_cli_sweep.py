@@ -57,7 +57,7 @@ def test_a_plan_runs_and_status_reports_its_parts(plan, plan_hash):
     (plan / "runs/part-000003.parquet").write_bytes(b"")
     (plan / "runs/.0123456789abcdef.new").write_bytes(b"x")
     told = call("sweep status runs")
-    assert "damaged: 1 parts, 3:4" in told and "beside them 1 files .*.new" in told
+    assert "damaged: 1 parts, 3:4" in told and "also 1 files .*.new" in told
     assert "part 3 computed again, damaged" in join_lines(call("sweep plan.toml --folder runs"))
     told = call("sweep status runs")
     assert "5 of 5 parts" in told and "missing" not in told and "damaged" not in told
@@ -103,7 +103,10 @@ def test_an_interrupted_sweep_says_so_and_resumes(plan, more, number):
         run.send_signal(number)
         _, told = run.communicate()
     assert run.returncode == 130, told
-    assert "of 469 parts are left; the same call resumes in" in told and "Traceback" not in told
+    assert (
+        "of 469 parts are left; repeating the call resumes the sweep in" in told
+        and "Traceback" not in told
+    )
     found = kr.read_sweep("runs", partial=True).check()
     assert 0 < len(found.present) < 469
     call("sweep plan.toml --folder runs --parts 0:2")
@@ -134,15 +137,15 @@ def read(screen):
     [
         ("plan.toml", "Missing option '--folder'"),
         ("none.toml --folder runs", "none.toml"),
-        ("plan.toml --folder .", "no folder of a sweep, and it is not empty: it has 'plan.toml'"),
+        ("plan.toml --folder .", "not a folder of a sweep, and not empty: it contains 'plan.toml'"),
         ("plan.toml --folder runs --parts 3", "'3' is not a range of parts such as 0:100"),
         ("plan.toml --folder runs --parts 4:3", "'4:3' is not a range of parts"),
-        ("plan.toml --folder runs --parts 0:9", "--parts must be among 0 to 5, not 0 to 9"),
+        ("plan.toml --folder runs --parts 0:9", "--parts must lie between 0 and 5, not 0 to 9"),
         ("plan.toml --folder runs --workers 0", "--workers"),
         ("plan.toml --folder runs --workers 1 --dask x", "either --workers or --dask"),
         ("wrong.toml --folder runs", "unknown key in a plan: 'tt'; did you mean 't'?"),
         ("status none", "there is no folder"),
-        ("status .", "no folder of a sweep: it has no plan.json"),
+        ("status .", "not a folder of a sweep: it has no plan.json"),
     ],
 )
 def test_errors_take_one_line_before_anything_runs(plan, line, message):

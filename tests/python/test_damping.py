@@ -71,7 +71,7 @@ def test_digits_of_a_decaying_spin(digits, tolerance):
 
 
 def test_none_is_none():
-    """Check that zero damping gives the same bits and the same closed form as no damping."""
+    """Check that zero damping gives the states and closed form of no damping, bitwise equal."""
     for scene in (kr.scenes.thesis, kr.scenes.asymmetric):
         zero = scene.replace(damping=0.0)
         assert zero == scene and hash(zero) == hash(scene)
@@ -111,7 +111,7 @@ def test_what_is_no_damping(bad):
 
 
 def test_methods():
-    """Check that methods without damping raise an error that names a method with damping."""
+    """Check that methods that do not support damping raise an error that names one that does."""
     damped = kr.scenes.thesis.replace(damping=0.1)
     assert kr.solve(damped, 1.0).method == "taylor"
     for name, method in kr.methods.items():
@@ -138,7 +138,7 @@ def test_what_has_no_damping():
 
 
 def test_verbs():
-    """Check that streams, runs and want= agree with kr.solve, and that events are found."""
+    """Check that streams, runs, want= and events agree with kr.solve for a damped top."""
     path = kr.solve(HEAVY, TIMES)
     assert path.error < 1e-12
     run = kr.start(HEAVY)

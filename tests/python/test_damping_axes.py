@@ -1,4 +1,4 @@
-"""Damping that differs from axis to axis, for bodies described in every order of axes.
+"""Damping that differs between the axes, for bodies described with every order of axes.
 
 Every public function is compared with a solution in decimals, for every number of digits and in
 both directions of time.

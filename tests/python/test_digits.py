@@ -1,6 +1,6 @@
 """Runs with 20 and 30 digits, compared with elementary solutions.
 
-These motions are sums of a few exponentials. For such motions, the last terms of a series are a
+An elementary solution is a sum of a few exponentials, for which the last terms of the series are a
 poor estimate of the omitted terms.
 """
 
@@ -119,7 +119,7 @@ def test_a_needle_has_all_its_digits_and_knows_it(lone, turned):
 
 
 def test_a_path_of_thirty_digits_knows_how_many_are_right():
-    """Check that the median ratio of estimated to true error is near 1. Single ratios scatter."""
+    """Check that the median ratio of estimated to true error is near 1."""
     with mp.workdps(60):
         paths = [kr.solve(scene, list(TIMES), "taylor", digits=30) for scene in free_tops()]
         ratios = sorted(path.error / off(path) for path in paths)

@@ -95,7 +95,7 @@ def test_the_grid_has_all_that_can_be_and_no_more():
 def least_energy(body, **words):
     with pytest.raises(ValueError, match=r"no start has energy = -100\.0") as caught:
         kr.starts(body, energy=-100, n=3, **words)
-    return float(re.search(r"there is ([-+.\de]+)$", str(caught.value))[1])
+    return float(re.search(r"this value is ([-+.\de]+)$", str(caught.value))[1])
 
 
 @pytest.mark.parametrize("body", [ASYMMETRIC, TURNED, CONE, WATER, ROUND])
@@ -160,7 +160,7 @@ def test_a_grid_of_two_begins_where_the_apex_turns_back(energy, vertical):
         ({"n": 3, "vertical": "1"}, TypeError, "vertical must be a number"),
         ({"n": 3, "body": kr.scenes.thesis}, TypeError, "body must be a kreisel.Body"),
         ({"n": 3, "gravity": (0, 0, 1)}, TypeError, "gravity must be a number"),
-        ({"grid": (1, 1, 1), "energy": -3.9}, ValueError, "make the grid finer"),
+        ({"grid": (1, 1, 1), "energy": -3.9}, ValueError, "use a finer grid"),
         ({"n": 3, "vertical": 1e200}, ValueError, r"vertical = 1e\+200 is too large"),
         ({"n": 3, "vertical": -1e90}, ValueError, r"vertical = -1e\+90 is too large"),
         ({"n": 3, "energy": 1e308}, ValueError, r"energy = 1e\+308 is too large"),
@@ -175,7 +175,7 @@ def test_starts_refuse(words, exception, message):
 
 def test_a_start_of_the_very_least_energy_is_one():
     asked = {"body": TOP.body, "vertical": 1.0, "n": 0}
-    with pytest.raises(ValueError, match="the least energy there is") as refused:
+    with pytest.raises(ValueError, match="the smallest energy with this value is") as refused:
         kr.starts(energy=-5.0, **asked)
     least = float(str(refused.value).split()[-1])
     assert kr.starts(energy=least, **asked).shape == (0,)
@@ -256,7 +256,7 @@ def test_cells_cover_a_sphere_and_are_halved_across_their_longer_side():
 def test_the_least_energy_is_that_of_the_lower_of_two_hollows():
     for side in (1.0, -1.0):
         body = kr.Body(1.0, (1.0, 2.0, 2.5), (0.0, 0.0, side * 1e-5))
-        with pytest.raises(ValueError, match="the least energy there is") as refused:
+        with pytest.raises(ValueError, match="the smallest energy with this value is") as refused:
             kr.starts(body, energy=-5.0, vertical=1.0, n=1)
         least = float(str(refused.value).split()[-1])
         assert least == pytest.approx(1.0 / 5.0 - 9.81e-5, abs=2e-7) or least == pytest.approx(

@@ -1,4 +1,4 @@
-"""Independence of ensemble members: neither bits nor failures of a member depend on others."""
+"""Independence of ensemble members: the results and failures of a member depend on no other."""
 
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 

@@ -107,7 +107,7 @@ def test_words_of_many_are_refused_for_one():
 
 def test_verbs_for_one_top_say_so():
     for verb in (kr.start, lambda tops: kr.compare(tops, 1), kr.events.separatrix):
-        with pytest.raises(TypeError, match=r"kreisel.Scene, .* take one member by its index"):
+        with pytest.raises(TypeError, match=r"kreisel.Scene, .* select one member by its index"):
             verb(MIXED)
     with pytest.raises(TypeError, match="not an iterator"):
         kr.stream(MIXED, iter([1.0]))

@@ -52,7 +52,7 @@ def test_words_that_vary_are_kept_as_they_were_given():
     assert np.array_equal(np.ravel(few.coords["tilt"]), TILT[1:])
     assert np.array_equal(TOP.vary(momentum=EACH).coords["momentum"], EACH)
     assert repr(tops) == "<Ensemble of shape (5, 3): spin 0 .. 20, tilt 0 .. 1>"
-    assert repr(TOP.vary(spin=3)) == "<Ensemble of shape (): all alike>"
+    assert repr(TOP.vary(spin=3)) == "<Ensemble of shape (): all equal>"
     with pytest.raises(TypeError):
         tops.coords["spin"] = TILT
 
@@ -169,7 +169,7 @@ REFUSED = {
     r"^damping\[1\] = \(0.0, -1.0, 0.0\): damping must not be neg": {
         "damping": [(0, 0, 0), (0, -1, 0)]
     },
-    r"^do|^the shapes .* do not broadcast to one: momentum \(4,\), gravity \(3,\)": {
+    r"^do|^the shapes .* cannot be broadcast together: momentum \(4,\), gravity \(3,\)": {
         "gravity": [1, 2, 3]
     },
     r"damping must be 3 numbers, or 1, or an array whose last": {"damping": [1, 2]},
@@ -193,13 +193,13 @@ def test_the_first_that_is_refused_is_named(said):
 OTHERS = {
     "tilt[1] = 4.0: tilt must lie between 0 and pi": lambda: TOP.vary(tilt=[0, 4]),
     "tilt[0] = 190.0: tilt must lie between 0 and 180": lambda: TOP.vary(tilt=[190], degrees=True),
-    "top[0]: no precession is steady": lambda: TOP.vary(spin=[0, 40], tilt=0.5, steady=True),
-    "the least spin with one is": lambda: kr.Ensemble.spinning(BODY, [40, 1], 1.0, steady=True),
-    "spinning is for a symmetric body": lambda: kr.Ensemble.spinning(CORNER, 1.0),
-    "body[1]: spinning is for a symmetric": lambda: kr.Ensemble.spinning(
+    "top[0]: there is no steady precession": lambda: TOP.vary(spin=[0, 40], tilt=0.5, steady=True),
+    "the smallest spin with one is": lambda: kr.Ensemble.spinning(BODY, [40, 1], 1.0, steady=True),
+    "spinning needs a symmetric body": lambda: kr.Ensemble.spinning(CORNER, 1.0),
+    "body[1]: spinning needs a symmetric": lambda: kr.Ensemble.spinning(
         kr.Bodies(1, [(1, 1, 1), (1, 1.2, 1.4)], (0, 0.1, 0.1)), 1.0
     ),
-    "steady=True goes with neither": lambda: TOP.vary(spin=1, precession=1, steady=True),
+    "steady=True cannot be combined with": lambda: TOP.vary(spin=1, precession=1, steady=True),
     "steady=True goes with spin and tilt": lambda: TOP.vary(momentum=EACH, steady=True),
     "fast chooses between two": lambda: TOP.vary(spin=[1, 2], fast=True),
     "momentum and spin both describe the start": lambda: TOP.vary(momentum=EACH, spin=1),

@@ -42,7 +42,7 @@ def of_every_kind(scene):
 
 
 def changes(values, times):
-    """Return where each interval with a sign change starts, and the sign after the change."""
+    """Return the index at which each interval with a sign change starts, and the sign after it."""
     at = np.flatnonzero(values[1:] * values[:-1] < 0)
     return times[at], np.sign(values[at + 1])
 
@@ -222,7 +222,7 @@ def test_what_the_docstring_shows_runs():
         (lambda: events.crossing({"m_x": 0, "1": 3}), ValueError, "the function is constant"),
         (lambda: events.crossing(7), TypeError, "function must be a component, as 'apex_z', or"),
         (lambda: events.crossing({"m_x": 1}, np.inf), ValueError, "value must be finite"),
-        (lambda: events.crossing(len), TypeError, "no polynomial can be taken through .*len"),
+        (lambda: events.crossing(len), TypeError, "the polynomial of .*len"),
         (lambda: events.nutation(direction=2), ValueError, "direction must be 1, -1 or 0, not 2"),
         (lambda: events.nutation(max_count=0), ValueError, "max_count must be at least 1"),
         (lambda: events.nutation(terminal=1), TypeError, "terminal must be True or False, not 1"),
@@ -239,12 +239,12 @@ def test_what_the_docstring_shows_runs():
         (
             lambda: kr.solve(GENERAL, 1, "rk4", step=0.1, events=[]),
             ValueError,
-            "of method=.taylor., and .rk4. has none",
+            "of method=.taylor.; .rk4. computes none",
         ),
         (
             lambda: kr.solve(LAGRANGE, 1, "exact", events=[events.loop()]),
             ValueError,
-            "and 'exact' has none",
+            "'exact' computes none",
         ),
         (
             lambda: kr.solve(LAGRANGE, 1, "geometric", error=1e-3, events=[events.loop()]),
@@ -254,7 +254,7 @@ def test_what_the_docstring_shows_runs():
         (
             lambda: kr.solve(GENERAL, 1, events=["loop"]),
             TypeError,
-            "events must be a list of what kreisel.events makes",
+            "events must be a list of events from kreisel.events",
         ),
         (lambda: events.crossing("apexz"), ValueError, "did you mean 'apex_z'"),
         (lambda: events.crossing("omega_y"), ValueError, "did you mean 'body_velocity_y'"),
@@ -270,7 +270,11 @@ def test_what_the_docstring_shows_runs():
             ValueError,
             "no series of 'velocity'.* 'body_velocity_y'",
         ),
-        (lambda: events.crossing("frame_Tz"), ValueError, "no series of 'frame', .* some of q, m,"),
+        (
+            lambda: events.crossing("frame_Tz"),
+            ValueError,
+            "no series of 'frame', .* these have: q, m,",
+        ),
         (lambda: events.crossing("nutation", 0.3), ValueError, "'apex_z', which is its cosine"),
         (lambda: events.extremum("energy"), ValueError, "'energy', .* constant"),
         (lambda: events.crossing("kinetic", 1), ValueError, "kreisel.events.kinetic"),
@@ -329,7 +333,7 @@ def test_threads_find_the_same():
 
 @pytest.mark.parametrize("want", [("nutation",), ("energy", "apex"), ("m",)])
 def test_events_are_found_whatever_is_wanted(want):
-    """Check that events that need the heading do not depend on the quantities in want=."""
+    """Check that events which depend on the heading are found whatever quantities want= names."""
     looked_for = [events.nutation(), events.crossing({"apex_x": 1.0})]
     times = np.linspace(0, 20, 11)
     whole = kr.solve(GENERAL, times, events=looked_for)

@@ -72,7 +72,7 @@ def test_a_number_gives_one_state_with_the_same_bits():
 
 @pytest.mark.parametrize("name", ["tilted", "hanging"])
 def test_rates_are_those_of_the_axis(name):
-    """Check that in a period the apex returns to its height and turns by precession * period."""
+    """Check that after a period the apex is at the same height, rotated by precession * period."""
     scene = SCENES[name]
     top = kr.exact(scene)
     axis = top(np.linspace(0.0, top.period, 2001)).apex
@@ -149,7 +149,7 @@ def test_scenes_without_a_closed_form_are_refused():
         kr.solve(kr.scenes.asymmetric, 1, method="exact")
     assert kr.exact(kr.scenes.asymmetric.replace(gravity=0.0))(1e6).q.shape == (1, 4)
     with pytest.raises(
-        ValueError, match=r"no closed form is known for the map at the step 0.1 .* of a separatrix"
+        ValueError, match=r"no known closed form for the step 0.1 .* of a separatrix"
     ):
         kr.exact(
             THESIS.replace(attitude=(1, 1e-14, 0, 0), momentum=(0, 0, 0)),
@@ -165,7 +165,11 @@ def test_scenes_without_a_closed_form_are_refused():
     [
         (lambda: kr.exact(3), TypeError, "scene must be"),
         (lambda: kr.exact(THESIS, step=0.1), ValueError, "step needs map"),
-        (lambda: kr.exact(THESIS, map="rk4", step=0.1), ValueError, "the map with a closed form"),
+        (
+            lambda: kr.exact(THESIS, map="rk4", step=0.1),
+            ValueError,
+            "the only map with a closed form",
+        ),
         (lambda: kr.exact(THESIS, map="bobenko_suris"), TypeError, "step must be a number"),
         (
             lambda: kr.exact(THESIS, map="bobenko_suris", step=0.0),
@@ -202,7 +206,7 @@ def test_wrong_words_are_refused(call, error, match):
 
 
 def test_of_many_tops_the_same_times_are_refused_as_of_one():
-    """Check that t = 2^54 is refused. A double cannot resolve the heading of this top there."""
+    """Check that t = 2^54 is refused, because a double cannot resolve the heading at this time."""
     slow = kr.Scene(kr.Body(1.0, (1.0, 1.0, 0.5), (0.0, 0.0, 0.0)), momentum=(0.0, 0.0, 0.5))
     for top in kr.exact(slow), kr.exact([slow]):
         top(math.nextafter(2.0**54, 0.0))

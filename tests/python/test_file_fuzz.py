@@ -1,8 +1,8 @@
 """Random files: each file is either read correctly or refused with a message.
 
 Valid files are mutated: bytes are flipped, cut and doubled, and words are replaced. If a file has a
-checksum, the checksum is recomputed. The environment variable KREISEL_CALLS has the same meaning as
-in test_api_fuzz.
+checksum, the checksum is recomputed. The environment variable KREISEL_CALLS sets the number of
+examples, as in test_api_fuzz.
 """
 
 import io
@@ -114,7 +114,7 @@ def bent_head(draw, head):
 
 
 def read_and_use(read, use):
-    """Read a file, and use what was read."""
+    """Read a file, and use the path, run or scene in it."""
     try:
         found = read()
         use(found)

@@ -65,7 +65,7 @@ def test_a_gif_has_at_most_128_colours(tmp_path):
 
 def test_a_gif_shows_the_colours_of_its_film(tmp_path):
     film = PATH.animate(tmp_path / "top.gif", speed=255, fps=1, size=200)
-    drawn = np.asarray(next(made._images(film)).convert("RGB")).astype(int)
+    drawn = np.asarray(next(made._render_images(film)).convert("RGB")).astype(int)
     with Image.open(tmp_path / "top.gif") as image:
         shown = np.asarray(image.convert("RGB")).astype(int)
     assert np.abs(shown - drawn).max() <= 80 and np.abs(shown - drawn).mean() < 0.5

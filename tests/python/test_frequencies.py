@@ -5,7 +5,7 @@ import math
 import kreisel as kr
 import numpy as np
 import pytest
-from kreisel._analysis.frequencies import _lines
+from kreisel._analysis.frequencies import _strongest_lines
 from tops import FREE, GENERAL, LAGRANGE
 
 TOP = kr.scenes.asymmetric
@@ -51,7 +51,7 @@ def test_frequencies_of_random_tops(gravity):
 
 
 def top_near_a_pole(rng, side):
-    """Return a random top. Its apex approaches a pole to within a distance of 1e-7 to 0.15 rad."""
+    """Return a random top whose apex passes a pole at a distance of 1e-7 to 0.15 rad."""
     i1 = rng.uniform(0.5, 2)
     height = rng.choice([1, -1]) * rng.uniform(0.1, 1)
     body = kr.Body.symmetric(1, i1, rng.uniform(0.1, 2 * i1), height, unphysical=True)
@@ -96,7 +96,7 @@ def test_mean_rates_do_not_depend_on_the_density_of_states(states):
 
 
 def test_a_path_whose_errors_hide_the_side_of_the_pole_has_no_mean_rates():
-    """Check that mean rates are NaN if the errors of rk4 decide on which side a pole is passed."""
+    """Check that mean rates are NaN if errors determine on which side the apex passes a pole."""
     exact = kr.exact(kr.scenes.thesis)
     t = np.linspace(0, 60 * exact.period, 4001)
     through = kr.frequencies(kr.solve(kr.scenes.thesis, t, "taylor"))
@@ -142,7 +142,9 @@ def test_lines_add_up_to_the_way_of_the_apex():
 def test_lines_that_were_put_in_are_found():
     t = np.linspace(-3.0, 997.0, 5000)
     rates, parts = np.array([1.7, -0.31, 2.9]), np.array([0.5, 0.25j, -1e-9])
-    found, amplitudes, rest = _lines(t, np.exp(1j * np.multiply.outer(t, rates)) @ parts, 3)
+    found, amplitudes, rest = _strongest_lines(
+        t, np.exp(1j * np.multiply.outer(t, rates)) @ parts, 3
+    )
     assert np.abs(found - rates).max() < 1e-9 and np.abs(found - rates)[:2].max() < 1e-15
     assert np.abs(amplitudes - parts).max() < 1e-13 and rest < 1e-13
 
@@ -161,7 +163,7 @@ def test_a_chaotic_path_leaves_a_rest():
 
 
 def test_rates_that_cannot_be_told_are_none():
-    """Check a top without mean rates: its axis passes the pole irregularly on either side."""
+    """Check that a top whose axis passes the pole irregularly on either side has no mean rates."""
     found = kr.frequencies(kr.solve(kr.scenes.asymmetric_regular, np.linspace(0, 2000, 20001)))
     assert math.isnan(found.precession) and math.isnan(found.spin) and found.nutation > 1.0
     assert np.isfinite(found.lines).all() and found.rest < 1e-3
@@ -215,8 +217,8 @@ EVEN = kr.solve(GENERAL, np.linspace(0, 10, 101))
         (EVEN, 0, "n must be at least 1"),
         (EVEN, 2000, "n must be at most the number of states, 101"),
         (EVEN[:63], 2, "at least 64 states, not 63"),
-        (kr.solve(GENERAL, np.linspace(1, 3, 80) ** 2), 2, "equally far apart in time"),
-        (kr.solve(GENERAL, np.ones(80)), 2, "equally far apart in time"),
+        (kr.solve(GENERAL, np.linspace(1, 3, 80) ** 2), 2, "equally spaced in time"),
+        (kr.solve(GENERAL, np.ones(80)), 2, "equally spaced in time"),
         (kr.solve(GENERAL.replace(damping=0.1), np.linspace(0, 1, 80)), 2, "damped"),
         (kr.solve(GENERAL, np.linspace(0, 1, 80), want=["energy"]), 2, "want"),
     ],

@@ -77,12 +77,12 @@ def test_whichever_run_is_ended_leaves_a_state(most, end):
 
 
 def turning_over():
-    """Return a free body near its middle axis, whose error is largest where it turns over."""
+    """Return a free body that flips over, at which times its error is largest."""
     return kr.Scene(kr.Body(1, (1, 1.7, 2.5), (0, 0, 0)), momentum=(1e-6, 2, 1e-6), gravity=0.0)
 
 
 def test_the_error_is_of_the_states_the_choice_of_all_the_way():
-    """Check a path, an ensemble, a part of a path, a loaded path, and a path of attitudes only."""
+    """Check `error` and `choice` of a path, an ensemble, a part of a path and a loaded path."""
     scene, times = turning_over(), [10.0, 20.0, 39.0]
     steered = {"method": "geometric", "error": 1e-5}
     path = kr.solve(scene, times, **steered)
@@ -240,7 +240,7 @@ def test_a_top_that_hangs_at_rest_but_for_roundings_is_no_error():
 
 
 def test_a_step_too_large_on_the_way_is_tried_smaller():
-    """Check a first trial step so large that takahashi_imada4 fails after some steps."""
+    """Check that the search continues if takahashi_imada4 fails with the first trial step."""
     inertia = (
         (10.437340318241358, -0.4022846743539838, -0.55360749190751),
         (-0.4022846743539838, 18.44618605609903, -2.3071714201043183),
@@ -303,7 +303,7 @@ class Search:
     def refine(self, steps, error):
         return steps + 1
 
-    def refusal(self, why):
+    def unmet_error(self, why):
         return ValueError(why)
 
 

@@ -31,7 +31,7 @@ def test_an_interrupted_comparison_keeps_its_rows(made):
     with pytest.raises(kr.CompareInterrupted) as stopped:
         kr.compare(TOP, 1.0, progress=stop, **WORDS)
     rows = min(made, 5)
-    assert str(stopped.value) == f"interrupted: {rows} of 5 runs were made at least once"
+    assert str(stopped.value) == f"interrupted: {rows} of 5 runs were completed"
     whole = kr.compare(TOP, 1.0, **WORDS)
     again = pickle.loads(pickle.dumps(stopped.value))
     for table in (stopped.value.table, again.table):
@@ -54,7 +54,7 @@ soon = threading.Timer(0.5, send)
 
 @pytest.mark.parametrize("truth, when", [("exact", "progress=send"), ("rk4", "")])
 def test_ctrl_c_ends_a_comparison(truth, when):
-    """Interrupt either a very long run after a short run, or the reference solution."""
+    """Check that Ctrl-C ends a comparison during a long run and during the reference solution."""
     done = python(
         SEND
         + f"""

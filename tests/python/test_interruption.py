@@ -18,7 +18,7 @@ TOP = kr.scenes.asymmetric
 
 def test_a_limit_of_steps_ends_a_run():
     with pytest.raises(
-        kr.Error, match=r"largest number of steps.*rk4 got to t = 0.1 of 1 in 10 steps"
+        kr.Error, match=r"largest number of steps.*rk4 reached t = 0.1 of 1 in 10 steps"
     ) as failure:
         kr.solve(GENERAL, [0, 0.055, 1], "rk4", step=0.01, max_steps=10)
     error = failure.value
@@ -139,7 +139,7 @@ def test_progress_is_told_the_end(run):
 
 
 def test_a_call_that_is_refused_leaves_the_time_alone():
-    """Check that a call during a run is refused, and that `t` stays at the start until the end."""
+    """Check that calls during a run are refused, and that `t` changes only when the run ends."""
     run, seen = kr.start(TOP, "rk4", step=1e-3), []
 
     def tell(t):
@@ -159,7 +159,7 @@ def test_a_call_that_is_refused_leaves_the_time_alone():
 
 @pytest.mark.parametrize("pieces", [1, 2, 4])
 def test_ctrl_c_between_two_pieces_keeps_the_path(monkeypatch, pieces):
-    """Check that the path is kept if Ctrl-C arrives while Python code runs, and not the core."""
+    """Check that the path is kept if Ctrl-C arrives between two calls of the core."""
     record, done = kr.start(TOP)._record.__func__, []
 
     def record_or_stop(self, times, progress):
@@ -215,9 +215,9 @@ except kr.Interrupted as stopped:
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs signals")
 @pytest.mark.parametrize("kind", STOPS)
 def test_ctrl_c_stops_everything_that_runs(kind):
-    """Check that the signal ends calls that would otherwise not end.
+    """Check that SIGINT ends each call that would otherwise run very long.
 
-    The time until they end is measured by validation/benchmarks/omission_costs.py.
+    The delay is measured by validation/benchmarks/omission_costs.py.
     """
     done = python(INTERRUPTED, STOPS[kind], timeout=120)
     assert done.returncode == 0 and done.stdout, done.stderr

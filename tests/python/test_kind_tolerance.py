@@ -22,7 +22,7 @@ def random_axes_body(moments, com, random):
 
 @pytest.mark.parametrize("size", [0.4, 1e-2, 1e-4, 1e-7, 1e-11])
 def test_a_turned_lagrange_top_is_one(size):
-    """Check rotated bodies. The closer the moments are, the further rounding rotates the axis."""
+    """Check that Lagrange tops stay Lagrange tops if the axes of their description are rotated."""
     random = np.random.default_rng(3)
     for sign in (1, -1) * 100:
         body = random_axes_body((1 + sign * size, 1 + sign * size, 1), (0, 0, sign * 0.7), random)
@@ -128,7 +128,7 @@ def test_a_top_that_leans_by_next_to_nothing_falls(size, words):
     scene = kr.Scene(body, momentum=(0, push, 0), attitude=(1, lean, 0, 0))
     with pytest.raises(ValueError, match="leans or moves by less than 1e-70"):
         kr.exact(scene)
-    with pytest.raises(ValueError, match="'exact' does not apply: no closed form tells when"):
+    with pytest.raises(ValueError, match="'exact' does not apply: no closed form can resolve when"):
         kr.solve(scene, 1, "exact")
     falls = -np.log(size)
     path = kr.solve(scene, [falls - 5, falls + 1.5])

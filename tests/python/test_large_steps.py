@@ -48,8 +48,8 @@ def error(scene, method, step):
 def test_bobenko_suris4_takes_what_its_series_can():
     """Check that a step h is refused if h^2 * 2 |E| or h^2 times the largest torque exceeds 1.
 
-    The energy E and the torque are divided by I1, and E excludes the spin. E is the energy that the
-    map conserves. At such steps it differs from the true energy by a few per cent.
+    The energy E and the torque are divided by I1, and E excludes the spin. E is the modified energy
+    that the map conserves. It differs from the true energy by a few per cent at such steps.
     """
     taken = 0
     for scene, step in random_bodies(200, ["lagrange"], 1):
@@ -92,7 +92,7 @@ def test_a_modified_kick_has_a_largest_turn_and_weight(method, kinds, most):
 
 
 def test_takahashi_imada4_takes_any_step_of_a_fast_lagrange_top():
-    """Check large steps of a fast top. The drift is exact, so only the torque causes errors."""
+    """Check the errors of large steps of a fast top, whose drift is exact."""
     scene = kr.scenes.thesis.replace(momentum=(20.0, -40.0, 400.0))
     assert error(scene, "takahashi_imada4", 0.1) < 1e-3
     assert error(scene, "takahashi_imada4", 0.5) < 0.2

@@ -20,13 +20,13 @@ VALUES = [MANY, MANY.tolist(), ROWS, ROWS.tolist(), LONG, [LONG] * 5000, {1: LON
 
 
 class Quantity(np.ndarray):
-    """An array with a unit, as in astropy. The array may have dimension 0."""
+    """An array with a unit, like a Quantity of astropy; its dimension may be 0."""
 
     unit = "min"
 
 
 class QuantityWithUnit:
-    """A number whose unit is dropped by numpy, as in pint."""
+    """A number with a unit that NumPy drops, like a Quantity of pint."""
 
     units = "minute"
 
@@ -197,5 +197,5 @@ def test_a_tolerance_is_told_to_be_below_rounding_where_it_is():
 def test_the_rounding_itself_is_not_below_rounding():
     for tol, said in ((ROUNDING, False), (0.5 * ROUNDING, True)):
         path = SimpleNamespace(tol=tol)
-        error = stop_exception("ERR_STEP", path, "it got to t = 1")
+        error = stop_exception("ERR_STEP", path, "it reached t = 1")
         assert ("below the rounding" in str(error)) == said and f"tol = {tol!r}" in str(error)

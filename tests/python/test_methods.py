@@ -25,7 +25,7 @@ def cases(wanted=lambda name, body: True, **flags):
 
 
 def leads(name, body):
-    """Return False if rounding may hide the leading error term of the method for this body."""
+    """Return True unless rounding may hide the leading error term of the method for this body."""
     return kr.methods[name].order <= 4 or body != "goryachev_chaplygin"
 
 
@@ -38,7 +38,7 @@ def test_order_is_that_of_the_table(name, body):
 
 
 def test_extrapolation_agrees_with_the_truth_of_the_orders():
-    """Compare the reference, a composition of order 8, with extrapolation, which is independent."""
+    """Compare the reference, a composition of order 8, with the method extrap."""
     for body in BODIES:
         one = kr.solve(scene(body), 2, method="kahan_li8", step=1 / 2000)
         two = kr.solve(scene(body), 2, method="extrap", tol=1e-13)
@@ -76,8 +76,7 @@ ORBITAL = "bobenko_suris4", "lagrange"
 def test_energy_neither_drifts_nor_grows(name, body):
     """Check that the energy error of symplectic methods is of size h^order and has no trend.
 
-    If the run is four times as long, the mean error changes only by a small fraction of the
-    amplitude.
+    The mean error of a run four times as long differs only by a small fraction of the amplitude.
     """
     path = kr.solve(scene(body), 8000, method=name, step=0.05, every=10)
     error = (path.energy - path.energy[0]) / np.abs(path.energy).max()
@@ -110,8 +109,7 @@ def is_compensated(name, body):
 def test_roundings_do_not_add_up(name, body):
     """Check that sums are compensated: 1e6 errors of 1e-16 would change the energy by 1e-13.
 
-    At this step the error of the method itself is smaller, so the energy shows only rounding
-    errors.
+    The error of the method itself is smaller at this step, so the energy error is due to rounding.
     """
     path = kr.solve(scene(body), 600, method=name, step=0.01, every=50)
     assert np.ptp(path.energy) < 1e-14 * np.abs(path.kinetic).max()

@@ -83,7 +83,7 @@ def test_times_between_of_a_closed_form_lie_on_both_sides():
 
 def test_a_map_has_no_states_between_its_steps():
     path = kr.exact(LAGRANGE, map="bobenko_suris", step=0.01)([3, 1])
-    with pytest.raises(ValueError, match="closed form of bobenko_suris's map"):
+    with pytest.raises(ValueError, match="closed form of bobenko_suris, a map"):
         path(0.02)
     stepped = kr.solve(LAGRANGE, 0.03, "bobenko_suris", step=0.01)
     assert len(stepped(0.02)) == 1 and path[0].t == 0.03
@@ -126,7 +126,7 @@ def test_times_between_of_events():
 @pytest.mark.parametrize(
     "t, kind, message",
     [
-        (2.1, ValueError, "t = 2.1 lies outside the path, which is of times from 0.0 to 2.0"),
+        (2.1, ValueError, "t = 2.1 lies outside the path, whose times go from 0.0 to 2.0"),
         ([1.0, -0.1], ValueError, r"t\[1\] = -0.1 lies outside"),
         (np.nan, ValueError, "finite"),
         ([[1.0]], ValueError, "shape"),
@@ -177,8 +177,8 @@ def test_some_states_are_those_of_the_path(kind, which):
 @pytest.mark.parametrize(
     "which, kind, message",
     [
-        (7, IndexError, "a path of 7 states has none of the number 7"),
-        (-8, IndexError, "number -8"),
+        (7, IndexError, "a path of 7 states has no state of index 7"),
+        (-8, IndexError, "index -8"),
         ([7], IndexError, "out of bounds"),
         ([True], IndexError, "boolean"),
         ("q", TypeError, "its quantities are attributes"),

@@ -112,7 +112,7 @@ def test_circles_on_the_globe_are_the_heights_between_which_the_apex_stays():
 
 
 def test_a_picture_leaves_no_room_empty():
-    """Check that the globe and the two charts fill the picture. The charts share a time axis."""
+    """Check that the globe and the two charts, which share a time axis, fill the picture."""
     picture = kr.plot(CUSPS)
     picture.figure.draw_without_rendering()
     globe, above, below = (axes.get_tightbbox() for axes in picture)
@@ -162,13 +162,13 @@ def test_what_cannot_be_drawn_is_refused():
     with pytest.raises(ValueError, match="a path without states cannot be drawn"):
         kr.plot(kr.solve(GENERAL, []))
     for paths in [], [CUSPS] * 9:
-        with pytest.raises(ValueError, match="a list of 1 to 8 paths, not of"):
+        with pytest.raises(ValueError, match="a list of up to 8 paths, not of"):
             kr.plot(paths)
     with pytest.raises(TypeError, match=r"path must be a kreisel\.Path or a list of them"):
         kr.plot("top")
     with pytest.raises(TypeError, match=r"path\[1\] must be a kreisel\.Path"):
         kr.plot([CUSPS, GENERAL])
-    with pytest.raises(AttributeError, match=r"keeps what want=\('energy',\) asked for"):
+    with pytest.raises(AttributeError, match=r"only the quantities of want=\('energy',\)"):
         kr.plot(kr.solve(GENERAL, [1.0], want=("energy",)))
 
 
@@ -238,7 +238,7 @@ def test_a_film_runs_the_way_of_its_path(tmp_path):
 
 
 def test_the_needle_of_a_film_begins_where_the_body_ends():
-    figure = next(CUSPS.animate(fps=1, size=50)._figures())
+    figure = next(CUSPS.animate(fps=1, size=50)._draw_frames())
     assert figure.axes[0].get_aspect() == kr.plot(CUSPS)[0].get_aspect() == 1.0
     lines = [line.get_xydata() for line in figure.axes[0].lines]
     (needle,) = [line for line in lines if len(line) == 2]
@@ -385,14 +385,14 @@ def test_paths_may_be_given_one_after_the_other():
     axes = kr.plot(CUSPS)
     assert tuple(kr.plot(CUSPS, axes)) == tuple(kr.plot(CUSPS, axes=axes)) == tuple(axes)
     for more, words in (((CUSPS, axes), {}), ((axes,), {"axes": axes})):
-        with pytest.raises(TypeError, match="paths one after the other or in a list, and axes by"):
+        with pytest.raises(TypeError, match="paths as arguments or as one list, and axes as"):
             kr.plot(CUSPS, *more, **words)
 
 
 def test_a_picture_says_what_makes_a_file():
     picture = kr.plot(CUSPS)
     for name in ("savefig", "save"):
-        with pytest.raises(AttributeError, match=r"picture\.figure\.savefig\(file\) makes a file"):
+        with pytest.raises(AttributeError, match=r"picture\.figure\.savefig\(file\) writes a file"):
             getattr(picture, name)
     with pytest.raises(AttributeError, match=r"a picture has no 'title'$"):
         picture.title  # noqa: B018  reading the attribute raises
@@ -406,13 +406,13 @@ BLOCK = kr.Body.cuboid((0.1, 0.2, 0.3), pivot=(0.5, 0, -0.4))
 
 def corners_of_film(film):
     """Return the projected corners of the faces of the body in the first frame of a film."""
-    (solid,) = next(film._figures()).axes[0].collections
+    (solid,) = next(film._draw_frames()).axes[0].collections
     return np.concatenate([path.vertices for path in solid.get_paths()])
 
 
 @pytest.mark.parametrize("heading", [0.0, 1.0, 3.0, -2.0])
 def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
-    """Check that a film shows the lever. The eye is beside the axis, which would hide the lever."""
+    """Check that a film shows the lever between the fixed point and the wheel."""
     scene = kr.Scene.from_euler(WHEEL, angles=(heading, 1.2, 0.0), rates=(0, 0, 200), gravity=9.81)
     film = kr.solve(scene, 0.1).animate(fps=1, size=100)
     ends = film._apex[0]
@@ -425,7 +425,7 @@ def test_a_film_shows_a_wheel_at_the_end_of_its_lever(heading):
 
 def test_a_film_shows_a_block_on_a_lever_that_begins_at_the_fixed_point():
     scene = kr.Scene(BLOCK, attitude=(0.8, 0.6, 0, 0), momentum=(0, 0, 0.1))
-    figure = next(kr.solve(scene, 1.0).animate(fps=1, size=100)._figures())
+    figure = next(kr.solve(scene, 1.0).animate(fps=1, size=100)._draw_frames())
     levers = [line.get_xydata() for line in figure.axes[0].lines if len(line.get_xydata()) == 2]
     (lever,) = [line for line in levers if not line[0].any()]
     (needle,) = [line for line in levers if line[0].any()]
@@ -465,7 +465,7 @@ def test_plots_take_so_many_paths_and_round_ticks():
         for axis in (chart.xaxis, chart.yaxis):
             assert isinstance(axis.get_major_locator(), MaxNLocator)
             assert axis.get_major_locator().tick_values(0, 13).tolist() == [0, 5, 10, 15]
-    with pytest.raises(ValueError, match=f"a list of 1 to {MOST} paths, not of {MOST + 1}"):
+    with pytest.raises(ValueError, match=f"a list of up to {MOST} paths, not of {MOST + 1}"):
         kr.plot([path] * (MOST + 1))
 
 

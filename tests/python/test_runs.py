@@ -52,8 +52,8 @@ def test_streams_need_not_end():
 @pytest.mark.parametrize(
     "t, words, kind, message",
     [
-        (5.0, {}, ValueError, "a stream needs its times"),
-        (math.inf, {}, ValueError, "a stream needs its times"),
+        (5.0, {}, ValueError, "a stream needs times"),
+        (math.inf, {}, ValueError, "a stream needs times"),
         (math.nan, {"method": "strang", "step": 0.1, "every": 1}, ValueError, "t must be finite"),
         ([2.0, 1.0], {}, ValueError, "goes back"),
         ("abc", {}, TypeError, "t must be"),
@@ -231,7 +231,7 @@ def test_a_fresh_run_has_cost_nothing():
 
 
 def test_results_and_runs_say_how_they_are_changed(tmp_path):
-    """Check that assignments raise an error. If ignored, they would make later results wrong."""
+    """Check that assignments raise an error instead of being ignored."""
     tops = kr.scenes.asymmetric.scatter(3, momentum=0.1)
     source = kr.Source.grid(TOP, gravity=[1.0, 2.0])
     swept = kr.sweep(source, 1.0, folder=tmp_path)
@@ -241,8 +241,8 @@ def test_results_and_runs_say_how_they_are_changed(tmp_path):
         (kr.solve(tops, [1.0]), "solve again"),
         (kr.reduce(tops, [1.0], {"nutation": "max"}), "solve again"),
         (kr.section(tops, n=2), "solve again"),
-        (swept, "kreisel.sweep computes"),
-        (source, "make another"),
+        (swept, "kreisel.sweep are read-only"),
+        (source, "construct a new"),
         (kr.exact(kr.scenes.cusps), "momentum"),
         (path, "momentum"),
     ]:

@@ -83,7 +83,7 @@ def test_equal_words_of_another_type_are_checked_anew():
         kr.solve(GENERAL, 1, "strang", step=True)
     assert kr.solve(GENERAL, 1, "strang", step=np.array(1.0)).step == 1.0
     assert kr.solve(GENERAL, 1, want=iter(["spin"])).want == ("spin",)
-    with pytest.raises(ValueError, match="names no quantity"):
+    with pytest.raises(ValueError, match="contains no quantity"):
         kr.solve(GENERAL, 1, want=iter([]))
 
 

@@ -115,7 +115,7 @@ def test_a_top_whose_event_does_not_come_is_told():
     assert section.status_names.tolist() == ["ERR_EVENT", "OK", "ERR_EVENT"]
     assert section.count.tolist() == [0, 10, 0] and section.failed.tolist() == [0, 2]
     assert section.reached[0] == pytest.approx(50) and len(section.t) == 10 == len(section.energy)
-    assert "0 of 10 came by t = 50, after waiting for 50" in section.message(0)
+    assert "0 of 10 events found by t = 50, after waiting for 50" in section.message(0)
     with pytest.raises(kr.Error, match=r"top\[0\], the first of 2 of 3") as failure:
         section.check()
     assert failure.value.paths is section and len(failure.value.path) == 0
@@ -132,9 +132,9 @@ def test_every_kind_of_top_has_sections(scene):
 
 @pytest.mark.parametrize("name", ["spin", "body_velocity_x", "body_momentum_z", "apex_z"])
 def test_one_component_alone_is_looked_for(name):
-    """Check events of one component alone. The spin, for example, depends on the apex.
+    """Check events of a single component that depends on another quantity, as the spin on the apex.
 
-    The apex must be computed before the first check for events.
+    The other quantity must be computed before the first check for events.
     """
     turning = kr.events.extremum(name)
     met = kr.solve(TOPS[0], 40, events=[turning]).events
@@ -160,7 +160,7 @@ def test_progress_and_interruption():
     ("words", "said"),
     [
         ({"tops": [LAGRANGE]}, "tops must be a kreisel.Ensemble"),
-        ({"event": "nutation"}, "events must be a list of what kreisel.events makes"),
+        ({"event": "nutation"}, "events must be a list of events from kreisel.events"),
         ({"event": kr.events.nutation(max_count=3)}, "leave max_count and terminal out"),
         ({"event": kr.events.nutation(terminal=True)}, "leave max_count and terminal out"),
         ({"n": 0}, "n must be at least 1"),

@@ -73,7 +73,7 @@ def data_without_quantities(value):
 
 
 def same(a, b):
-    """Return True if two values are equal. Arrays must be equal bit by bit and read-only."""
+    """Return True if two values are equal; arrays must be bitwise equal and read-only."""
     if isinstance(a, np.ndarray):
         bits = (a.dtype, a.shape, a.tobytes()) == (b.dtype, b.shape, b.tobytes())
         return bits and not b.flags.writeable
@@ -157,7 +157,7 @@ def test_what_is_no_file_is_refused(tmp_path):
 
 @pytest.fixture
 def parts(tmp_path):
-    """Return the members of a saved path with events and 20 digits."""
+    """Return the arrays in the archive of a path with events and 20 digits."""
     kr.solve(TOP, 20.0, digits=20, events=[LOWEST]).save(tmp_path / "good")
     with zipfile.ZipFile(tmp_path / "good") as archive:
         return {info.filename: archive.read(info) for info in archive.infolist()}

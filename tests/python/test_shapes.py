@@ -192,7 +192,7 @@ def test_a_turn_may_be_a_rotation_of_scipy():
     rotation = Rotation.from_rotvec((0.1, -0.7, 0.4))
     body = kr.Body.cone(1, 2, (0, 0, 0), mass=1)
     np.testing.assert_allclose(body.turn(rotation).com, rotation.apply(body.com), atol=1e-15)
-    with pytest.raises(ValueError, match="a single one"):
+    with pytest.raises(ValueError, match="a single rotation"):
         body.turn(Rotation.concatenate([rotation, rotation]))
 
 

@@ -40,7 +40,7 @@ def test_a_request_that_is_asked_again_is_the_same():
 
 def test_the_heading_is_left_out_where_nothing_needs_it():
     def leaves_heading(method="taylor", **more):
-        return solve_options.parse_options(TOP, method, **more).leave_heading
+        return solve_options.parse_options(TOP, method, **more).can_skip_heading
 
     assert leaves_heading(want=("energy",)) and leaves_heading(want=("nutation", "energy"))
     assert (
@@ -52,4 +52,4 @@ def test_the_heading_is_left_out_where_nothing_needs_it():
         "strang", want=("energy",), step=0.1
     )
     watched = kr.start(TOP, want=["energy"], events=kr.events.nutation())
-    assert not watched._options.leave_heading
+    assert not watched._options.can_skip_heading

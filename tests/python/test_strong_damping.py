@@ -1,7 +1,7 @@
 """Damping that is far stronger than all other torques.
 
-The number of steps depends on the slow motion and not on the damping. Every public function agrees
-with independent solutions.
+The tests check that the number of steps is determined by the slow motion, not by the damping, and
+that every public function agrees with independent solutions.
 """
 
 import math

@@ -84,7 +84,7 @@ def test_a_killed_worker_loses_only_its_own_part(tmp_path, hashes, moment):
     flag, place = str(tmp_path / "killed"), tmp_path / "runs"
     with (
         ProcessPoolExecutor(2, SPAWN, initializer=kill_once, initargs=(flag, moment)) as pool,
-        pytest.raises(RuntimeError, match=r"broken, with [1-5] parts left.*the same call"),
+        pytest.raises(RuntimeError, match=r"failed with [1-5] parts left.*repeating the call"),
     ):
         run_sweep(place, executor=pool)
     left = kr.read_sweep(place)
@@ -158,7 +158,9 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(
 
     monkeypatch.setattr(runner, "_PROGRESS_SECONDS", 0.0)
     pool = executor and executor(1)
-    with pytest.raises(kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; the same") as told:
+    with pytest.raises(
+        kr.SweepInterrupted, match=r"[0-3] of 5 parts are left; repeating the call"
+    ) as told:
         run_sweep(tmp_path, executor=pool, progress=stop)
     found = told.value.sweep
     assert f"interrupted: {len(found.missing)} of 5" in str(told.value) and found.present

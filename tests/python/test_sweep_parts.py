@@ -27,7 +27,7 @@ def test_parts_up_to_the_last_can_be_requested(tmp_path, parts, done):
     [(range(-1, 2), "-1 to 2"), (range(3, 5), "3 to 5"), (range(5, 9), "5 to 9")],
 )
 def test_parts_outside_the_plan_raise(tmp_path, parts, said):
-    with pytest.raises(ValueError, match=f"^parts must be among 0 to 4, not {said}$"):
+    with pytest.raises(ValueError, match=f"^parts must lie between 0 and 4, not {said}$"):
         sweep_small(tmp_path, parts=parts)
     with pytest.raises(TypeError, match="parts must be a range of numbers"):
         sweep_small(tmp_path, parts=range(3, 0, -1))
@@ -36,8 +36,8 @@ def test_parts_outside_the_plan_raise(tmp_path, parts, said):
 @pytest.mark.parametrize(
     ("n", "said"),
     [
-        (9, r"^8 of 9 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8; the same call"),
-        (10, r"^9 of 10 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8, \.\.\.; the same call"),
+        (9, r"^8 of 9 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8; repeating the call"),
+        (10, r"^9 of 10 parts are missing: 1, 2, 3, 4, 5, 6, 7, 8, \.\.\.; repeating the call"),
     ],
 )
 def test_the_error_lists_the_first_eight_missing_parts(tmp_path, n, said):
@@ -49,7 +49,7 @@ def test_a_part_is_read_by_its_number(tmp_path):
     found = sweep_small(tmp_path, parts=range(1, 2))
     assert found.part(1)["top"].tolist() == [1] and list(found.part(1)) == list(found.columns)
     for i in (0, 2, 4):
-        with pytest.raises(IndexError, match=f"^part {i} is not there: there are 1 parts$"):
+        with pytest.raises(IndexError, match=f"^there is no part {i}: the sweep has 1 parts$"):
             found.part(i)
     with pytest.raises(ValueError, match="the number of a part must be at least 0"):
         found.part(-1)
@@ -80,7 +80,7 @@ def test_a_truncated_part_is_computed_again_with_a_warning(tmp_path, size):
     file.write_bytes(b"PAR1" if size is None else data[:size])
     found = kr.read_sweep(tmp_path)
     assert found.verify() == {"done": [0, 1, 3], "damaged": [2]}
-    with pytest.raises(ValueError, match=r"part-000002\.parquet is damaged; the same call"):
+    with pytest.raises(ValueError, match=r"part-000002\.parquet is damaged; repeating the call"):
         found.check()
     with pytest.warns(UserWarning, match=r": part 2 computed again, damaged$"):
         sweep_small(tmp_path)

@@ -181,7 +181,7 @@ def test_any_bytes_in_the_place_of_a_part_are_replaced(tmp_path, content):
     found = kr.read_sweep(tmp_path)
     assert found.verify() == {"done": [0, 1, 3, 4], "damaged": [2]}
     for read in (found.check, lambda: found["status"], lambda: found.part(2)):
-        with pytest.raises(ValueError, match=r"part-000002.* the same call of kreisel\.sweep"):
+        with pytest.raises(ValueError, match=r"part-000002.* repeating the call of kreisel\.sweep"):
             read()
     with pytest.warns(UserWarning, match=r": part 2 computed again, damaged$"):
         run_sweep(tmp_path)
@@ -212,7 +212,7 @@ def test_a_partial_sweep_leaves_out_damaged_parts(tmp_path):
     whole = {name: made[name].reshape(-1) for name in ("top", "status", "nutation_max")}
     files = [tmp_path / f"part-{i:06}.parquet" for i in range(PARTS)]
     files[0].write_bytes(flip_bit(files[0].read_bytes(), 8000))
-    with pytest.raises(ValueError, match=r"(?s)part-000000.* is damaged.*; the same call"):
+    with pytest.raises(ValueError, match=r"(?s)part-000000.* is damaged.*; repeating the call"):
         kr.read_sweep(tmp_path).to_pandas()
     files[1].write_bytes(bytes(100))
     files[3].unlink()

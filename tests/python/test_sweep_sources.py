@@ -10,7 +10,10 @@ from sweeps import TOP
     ("said", "words"),
     [
         ("t must be a number or a list of times", {"t": [[1.0, 2.0]]}),
-        ("max_wait must be a number, which all", {"t": None, "task": "section", "max_wait": [1.0]}),
+        (
+            "max_wait must be a number, the same for all",
+            {"t": None, "task": "section", "max_wait": [1.0]},
+        ),
         ("solve has no argument 'max_wait': it has t, method, step, ", {"t": 1, "max_wait": 3.0}),
     ],
 )
@@ -36,7 +39,7 @@ def test_the_length_of_a_source_is_its_number_of_tops():
     source = kr.Source.grid(TOP, gravity=[0.5, 1.0, 1.5])
     assert source[-3] == source[0] and source[2].gravity == 1.5
     for i in (3, -4):
-        with pytest.raises(IndexError, match=f"^there is no top {i} among 3$"):
+        with pytest.raises(IndexError, match=f"^index {i} is out of range for 3 tops$"):
             source[i]
     random = kr.Source.random(TOP, 3, gravity=(0, 1))
     assert source[2:1].size == 0 and random[2:1].size == 0 and random[3:].size == 0
@@ -84,11 +87,11 @@ def test_columns_of_components_are_joined(tmp_path):
     [
         ("exactly one of the tables grid, random, scatter, columns, and there is none", ""),
         ("columns, not grid and random", "[grid]\nspin = [1]\n[random]\nn = 4\n"),
-        ("spin has no n: it goes", "[grid]\nspin = { from = 1, to = 2 }\n"),
-        ("spin has no from: it goes", "[grid]\nspin = { n = 3 }\n"),
-        ("spin has no to: it goes", "[grid]\nspin = { n = 3, from = 1 }\n"),
+        ("spin has no n: give the first", "[grid]\nspin = { from = 1, to = 2 }\n"),
+        ("spin has no from: give the first", "[grid]\nspin = { n = 3 }\n"),
+        ("spin has no to: give the first", "[grid]\nspin = { n = 3, from = 1 }\n"),
         (r"unknown key in \[scatter\]: 'spin'", "[scatter]\nn = 3\nspin = 3\n"),
-        ("events are tables ", "[grid]\nspin = [1]\n[events]\nevent = 'loop'\n"),
+        ("events must be tables ", "[grid]\nspin = [1]\n[events]\nevent = 'loop'\n"),
     ],
 )
 def test_a_plan_has_one_table_of_tops(tmp_path, said, table):

@@ -158,7 +158,7 @@ def test_a_plan_in_a_file_equals_the_plan_of_the_same_arguments(tmp_path, text, 
         (ValueError, "section has no argument 't'", {"task": "section", "t": 1}),
         (ValueError, "section has no argument 'events'", {"task": "section", "events": LOW}),
         (ValueError, "without 0", {"task": "oli", "t": 0}),
-        (ValueError, "which all tops of a sweep share", {"task": "oli", "t": np.ones((4, 5, 2))}),
+        (ValueError, "the same for all tops of a sweep", {"task": "oli", "t": np.ones((4, 5, 2))}),
         (ValueError, "direction must be six", {"task": "oli", "t": 1, "direction": [1, 2]}),
         (ValueError, "tol must be", {"task": "oli", "t": 1, "tol": -1}),
         (ValueError, "max_steps must be", {"task": "oli", "t": 1, "max_steps": -1}),
@@ -179,7 +179,7 @@ def test_invalid_arguments_raise_before_anything_runs(tmp_path, error, said, wor
 
 def test_a_damped_top_has_no_indicator(tmp_path):
     source = kr.Source.grid(TOP, damping=[(0, 0, 0), (1, 1, 1)])
-    with pytest.raises(ValueError, match="a damped top has no such indicator"):
+    with pytest.raises(ValueError, match="a damped top has no indicator of chaos"):
         kr.sweep(source, 1, folder=tmp_path / "runs", task="oli")
     assert not (tmp_path / "runs").exists()
 
@@ -191,7 +191,7 @@ def test_ctrl_c_keeps_stored_parts_and_the_same_call_resumes(tmp_path, monkeypat
             raise KeyboardInterrupt
 
     monkeypatch.setattr(runner, "_PROGRESS_SECONDS", 0.0)
-    with pytest.raises(kr.SweepInterrupted, match="the same") as told:
+    with pytest.raises(kr.SweepInterrupted, match="repeating the call") as told:
         kr.sweep(SOURCE, folder=tmp_path / "stopped", part_size=4, progress=stop, **words)
     assert told.value.sweep.present and told.value.sweep.missing
     for name in ("stopped", "whole"):

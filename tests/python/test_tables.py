@@ -119,8 +119,8 @@ def test_csv_has_units_where_asked(path, tmp_path):
     [
         (["nutaton"], {}, ValueError, "did you mean 'nutation'"),
         (["energy_error"], {}, ValueError, "unknown quantity"),
-        ([["nutation"]], {}, TypeError, r"by their names, .* not \['nutation'\]"),
-        ([3], {}, TypeError, "by their names"),
+        ([["nutation"]], {}, TypeError, r"must be names, .* not \['nutation'\]"),
+        ([3], {}, TypeError, "quantities must be names"),
         ([], {"degrees": "yes"}, TypeError, "degrees must be True or False, not 'yes'"),
         ([], {"unwrap": 1}, TypeError, "unwrap must be True or False"),
     ],

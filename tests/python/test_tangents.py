@@ -119,7 +119,7 @@ def test_what_has_no_tangents_says_so():
         kr.solve(scene, 1.0, want=["q"], **every)
     with pytest.raises(ValueError, match="leave out events"):
         kr.solve(scene, 1.0, events=[kr.events.nutation()], **every)
-    with pytest.raises(TypeError, match="take one member by"):
+    with pytest.raises(TypeError, match="select one member by"):
         kr.solve(scene.vary(gravity=np.linspace(1.0, 2.0, 3)), 1.0, **every)
     with pytest.raises(TypeError, match="tangents must be names"):
         kr.solve(scene, 1.0, tangents=3)

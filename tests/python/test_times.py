@@ -143,16 +143,16 @@ def test_the_way_back_is_told_by_the_first_time_that_is_not_the_start():
         (np.float64(-2.0), True),
         (-math.inf, True),
     ):
-        assert times.direction(t)[0] is back
+        assert times.parse_direction(t)[0] is back
     for given, back in (([0.0, -1.0, -2.0], True), ([0.0, 0.0], False), ([0.0, 2.0, 3.0], False)):
-        told, t = times.direction(iter(given))
+        told, t = times.parse_direction(iter(given))
         assert told is back and list(t) == given
 
 
 def test_rows_of_times_from_an_iterator_that_begin_with_the_start_lead_on():
-    told, _ = times.direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
+    told, _ = times.parse_direction(iter([np.array([0.0, 1.0]), np.array([2.0])]))
     assert told is False
-    assert times.direction(iter([np.array([0.0, -1.0])]))[0] is True
+    assert times.parse_direction(iter([np.array([0.0, -1.0])]))[0] is True
 
 
 def test_a_machine_that_does_not_tell_its_memory_has_enough(monkeypatch):

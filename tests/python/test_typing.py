@@ -73,7 +73,7 @@ def test_type_checkers_know_the_names_of_the_core():
 
 
 def test_the_names_are_written_as_the_tables_say():
-    written = (ROOT / "python/kreisel/_utils/literals.py").read_text()
+    written = (ROOT / "python/kreisel/_utils/quantity_attributes.py").read_text()
     assert run(ROOT / ".ci/names") == written, (
-        "write it: .ci/names >python/kreisel/_utils/literals.py"
+        "write it: .ci/names >python/kreisel/_utils/quantity_attributes.py"
     )

@@ -50,7 +50,11 @@ def test_moments_about_the_centre_of_mass_are_said_by_name():
             "exactly one .*, not both",
         ),
         ({"inertia": None}, ValueError, "exactly one of inertia and inertia_about_com, not none"),
-        ({"com": None}, TypeError, "com is missing: the centre of mass, seen from the fixed point"),
+        (
+            {"com": None},
+            TypeError,
+            "com is missing: give the centre of mass relative to the fixed point",
+        ),
         ({"inertia": None, "inertia_about_com": (1, 2)}, ValueError, "inertia_about_com must be 3"),
         ({"unphysical": 1}, TypeError, "unphysical must be True or False, not 1"),
         (
@@ -152,7 +156,7 @@ def test_bodies_passed_as_unphysical_do_not_warn():
 
 
 def test_the_flag_is_kept_by_physical_bodies():
-    """Check that physical bodies keep the flag, so that families of bodies cause no warning."""
+    """Check that physical bodies keep unphysical=True, and so cause no warnings."""
     one = kr.Body(1, (3, 3, 1), (0, 0, 0.5), unphysical=True)
     assert one.unphysical and dataclasses.replace(one, com=(0, 0, 5)).unphysical
     assert pickle.loads(pickle.dumps(one)).unphysical
@@ -256,7 +260,7 @@ def test_a_rounded_body_has_the_equations_of_its_moments():
 
 
 def test_the_page_refuses_rounded_bodies():
-    with pytest.raises(ValueError, match="the page has no tolerance of the inertia"):
+    with pytest.raises(ValueError, match="the viewer does not support a tolerance"):
         kr.view(kr.Scene(ROUNDED[0], (0, 0, 1)), open=False)
 
 

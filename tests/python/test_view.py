@@ -20,7 +20,7 @@ TOP = kr.scenes.thesis
 
 
 def test_the_page_may_run_its_own_script_and_ask_nobody():
-    """Check that the page may run only its own script, and may make no requests."""
+    """Check that the viewer may run only its own script, and may make no requests."""
     page = kr.view(TOP, open=False).html
     (told,) = re.findall(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">', page)
     policy = dict(part.split(" ", 1) for part in told.split("; "))
@@ -47,7 +47,7 @@ def test_steps_of_whole_millionths_are_taken(step):
 def test_methods_that_the_page_has_not_are_refused(name):
     if name not in ("auto", *kr.methods):
         pytest.skip("needs GSL")
-    with pytest.raises(ValueError, match=f"the page has no '{name}'"):
+    with pytest.raises(ValueError, match=f"the viewer has no '{name}'"):
         kr.view(TOP, methods=name, open=False)
 
 
@@ -73,7 +73,7 @@ def test_what_is_left_out_is_by_the_scene():
     [
         (kr.solve(TOP, 1.0, "rk4", step=0.02, every=10), 0.02),
         (kr.solve(TOP, np.arange(5) * 0.25), 0.25),  # because taylor has no fixed step
-        # a step that is too short for the page
+        # a step that is too short for the viewer
         (kr.solve(TOP, np.arange(5) * 0.25, "rk4", step=2.5e-7), 0.25),
     ],
 )
@@ -91,7 +91,7 @@ def test_a_path_that_cannot_be_played_is_refused(times):
 
 @pytest.fixture
 def browser_addresses(monkeypatch):
-    """Replace the browser, and return the addresses opened in it."""
+    """Replace the browser, and return the list of addresses that are opened."""
     found = []
     monkeypatch.setattr(webbrowser, "open", lambda address: found.append(address) or True)
     return found
@@ -129,7 +129,7 @@ def test_a_notebook_shows_the_page_itself(browser_addresses, monkeypatch, shell,
 
 @pytest.fixture
 def home(tmp_path, monkeypatch):
-    """Provide an empty home directory and a small page, without a browser."""
+    """Provide an empty home directory and a small viewer, without a browser."""
     monkeypatch.setattr(view, "_PAGE", tmp_path / "viewer.html")
     (tmp_path / "viewer.html").write_text(
         2 * '<script type="application/json" id="scene">null</script>', encoding="utf-8"
@@ -160,7 +160,7 @@ def test_a_page_plays_even_times_to_a_hundredth_of_a_tick(t, plays):
         track = view.view(path, open=False).scene["tracks"][0]
         assert track["step"] == round(t[-1] / (len(t) - 1), 9) and track["name"] == "taylor"
         return
-    with pytest.raises(ValueError, match="the page plays states at equal intervals"):
+    with pytest.raises(ValueError, match="the viewer plays states at equal intervals"):
         view.view(path, open=False)
 
 
@@ -209,7 +209,7 @@ def test_pages_stand_where_the_system_keeps_what_can_be_made_again(
     for name, value in words.items():
         monkeypatch.setenv(name, value.format(home))
     monkeypatch.setattr(sys, "platform", system)
-    found = view._folder()
+    found = view._viewer_folder()
     monkeypatch.setattr(sys, "platform", "linux")
     assert found == home / place and found.is_dir()
 
@@ -218,14 +218,14 @@ def test_pages_stand_in_a_temporary_folder_where_there_is_no_other(home, monkeyp
     (home / "file").write_text("")
     monkeypatch.setenv("XDG_CACHE_HOME", str(home / "file"))
     monkeypatch.setattr(tempfile, "tempdir", str(home))
-    found = view._folder()
+    found = view._viewer_folder()
     assert found.parent == home and found.name.startswith("kreisel-") and found.is_dir()
 
 
 def test_an_installation_without_a_page_says_so(home):
     os.unlink(home / "viewer.html")
     with pytest.raises(
-        FileNotFoundError, match=r"without its page, .*viewer\.html: run `make page`"
+        FileNotFoundError, match=r"without its viewer, .*viewer\.html: run `make viewer`"
     ):
         view.view(TOP, open=False).html  # noqa: B018  reading the attribute raises
     assert not Path(home / ".cache").exists()

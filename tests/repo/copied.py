@@ -39,9 +39,9 @@ class House:
         self.write(recipe, name, old[:at] + text + old[at:])
 
     def build(self):
-        """Build the core and the extension in the way that takes the least time to compile.
+        """Build the core and the extension without optimization, which compiles fastest.
 
-        There is no optimization, and on x86_64 only one set of instructions.
+        On x86_64, only the base instruction set is built.
         """
         cmake = run(sys.executable, "-m", "pybind11", "--cmakedir").strip()
         options = ["-DKREISEL_PYTHON=ON", "-DKREISEL_TESTS=OFF", "-DCMAKE_BUILD_TYPE=Debug"]

@@ -1,7 +1,7 @@
 """The layers of ARCHITECTURE.md, and the files that each file uses.
 
-A C file uses the files that it includes. A Python file, or a script of the page, uses the files
-that it imports anywhere.
+A C file uses the files that it includes. A Python file, or a script of the viewer, uses the files
+that it imports, also inside functions.
 """
 
 import ast
@@ -97,7 +97,7 @@ TOPS = (ROOT / "tests/repo", ROOT / "tests/viewer", ROOT / "tests/python", ROOT 
 
 
 def module(words):
-    """Return a list with the file of a module of the project, or [] if a module is external."""
+    """Return a list with the file of a module, or an empty list if the module is external."""
     for top in TOPS:
         for path in (top.joinpath(*words).with_suffix(".py"), top.joinpath(*words, "__init__.py")):
             if words and path.is_file() and is_ours(path):

@@ -1,8 +1,8 @@
 """Results of the C library, compared with files in tests/c.
 
-golden.txt contains the exact bits of the algebraic methods. kernels.txt contains the exact bits of
-each instruction set, and snapshot.txt contains numbers to six digits. `.ci/snapshots` rewrites
-golden.txt and snapshot.txt.
+golden.txt contains hashes of the algebraic methods' states. kernels.txt contains hashes of the
+results on each instruction set, and snapshot.txt contains numbers to six digits. `.ci/snapshots`
+rewrites golden.txt and snapshot.txt.
 """
 
 import pytest

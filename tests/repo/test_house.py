@@ -111,7 +111,7 @@ STRICT = ["-std=c99", "-ffp-contract=off", "-Wmissing-prototypes", *WARNINGS, f"
 
 
 def test_the_page_s_code_has_no_warnings(tmp_path):
-    """Compile with warnings as errors the file that otherwise only zig compiles.
+    """Compile wasm.c, which otherwise only zig compiles, with warnings as errors.
 
     .ci/test compiles all other files in the same way.
     """
@@ -179,7 +179,7 @@ def functions(file):
 
 
 def of_docstring(node):
-    """Return the number of lines of the docstring of `node`. These lines do not count."""
+    """Return the number of lines of the docstring of `node`."""
     first = node.body[0]
     return first.end_lineno - first.lineno + 1 if ast.get_docstring(node) else 0
 

@@ -16,7 +16,7 @@ def test_table_of_methods():
 def test_costs_are_told_beside_those_of_the_first_top(monkeypatch):
     peers = [100e-9, 200e-9, 400e-9]
     costs = {name: [3 * cost for cost in peers] for name in kr.methods} | {"rk4": peers}
-    monkeypatch.setattr(table_of_costs, "_costs", lambda _: costs)
+    monkeypatch.setattr(table_of_costs, "_measure_costs", lambda _: costs)
     told = page_of_methods(kr.methods)
     assert "here one was\n100 ns on the first top" in told
     assert "| strang | 2 | 3.0 | 3.0 | 3.0 |" in told and "| rk4 | 4 | 1.0 | 1.0 | 1.0 |" in told

@@ -1,6 +1,6 @@
 """The recipes of ARCHITECTURE.md, each followed in a copy of the tree.
 
-Changes beyond a recipe must not be necessary. The recipes of the page are tested in
+A recipe must list all necessary changes. The recipes of the viewer are tested in
 tests/viewer/test_page_recipes.py, and the recipe of a part of the report in
 tests/report/test_parts.py.
 """
@@ -133,7 +133,7 @@ def test_its_own_test_passes(house):
 
 
 def test_no_reference_is_counted_without_the_lock_of_python(house):
-    """Check a build without NDEBUG, in which pybind11 checks that the lock of Python is held."""
+    """Check that a build without NDEBUG works, in which pybind11 checks that the GIL is held."""
     (extension,) = (house.folder / "python/kreisel").glob("_core*.so")
     assert b"PyGILState_Check" in extension.read_bytes()
     tests = [f"tests/python/test_{name}.py" for name in OF_THREADS]

@@ -1,7 +1,7 @@
 """Tests of third-party software.
 
 The tests check versions and hashes of the packages that pip installs, licences, and a .venv from
-another checkout. They also check that the page makes no requests.
+another checkout. They also check that the viewer makes no network requests.
 """
 
 import importlib.metadata
@@ -108,4 +108,4 @@ def test_a_foreign_environment_is_not_touched(checkout):
 def test_an_environment_of_ours_that_was_moved_is_made_anew_and_told(checkout):
     (checkout / ".venv/requirements.txt").write_text("numpy\n")
     done = need(checkout)
-    assert "making .venv and build anew" in done.stdout and not (checkout / ".venv").exists()
+    assert "recreating .venv and build" in done.stdout and not (checkout / ".venv").exists()

@@ -73,7 +73,7 @@ def need_gsl():
 
 
 def core_sources(csrc=CSRC):
-    """Return the sources of the library, except the adapters to GSL and the file of the page."""
+    """Return the sources of the library, except the adapters to GSL and wasm.c."""
     return sorted(
         file for file in csrc.rglob("*.c") if file.parent.name != "gsl" and file.name != "wasm.c"
     )

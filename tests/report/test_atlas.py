@@ -82,7 +82,7 @@ def test_a_stiff_top_keeps_its_attitude_under_exact_drift():
 
 
 def test_a_run_that_turns_too_fast_for_its_steps_tells_so():
-    """Check a needle that the midpoint rule accelerates, with both steps to the same attitude."""
+    """Check the verdict on a needle that the midpoint rule accelerates alike with both steps."""
     cell = examine_case("shape: needle, I3/I1 = 1e-8")["implicit_midpoint"]
     assert cell["verdict"] == "lost" and cell["fastest"] * cell["step"] > 100
 
@@ -111,7 +111,7 @@ def test_verdicts(error, shown, per_turn, expected):
 
 
 def test_what_the_data_do_not_determine_is_lost_not_right():
-    """Check a body on the unstable axis, where one rounding error makes any attitude possible."""
+    """Check the verdict on an unstable body, whose attitude a rounding error can change by pi."""
     shown_by = verdicts.find_sign(1.0, 0.0, 64, (10.0, 100.0, 0.0))
     assert shown_by == "rounding" and verdicts.choose_verdict(1.0, 10.0, shown_by) == "lost"
 
@@ -122,7 +122,7 @@ def test_a_tolerance_allows_what_was_asked_for():
 
 
 def test_an_error_within_the_requested_tolerance_is_as_asked():
-    """Check errors near the tolerance. The second run matters only for errors above the tolerance.
+    """Check that the second run changes only the verdicts on errors above the tolerance.
 
     Only the verdict "right" is better than "as asked".
     """
@@ -148,7 +148,7 @@ def test_taylor_is_not_called_degraded_for_meeting_its_tolerance():
 
 
 def test_what_the_second_run_shows_is_the_error():
-    """Check the estimate: two runs whose error is C h^p differ by C h^p (1 - 2^-p)."""
+    """Check the error estimate if the runs with steps h and h / 2 have the errors C h^p."""
     for order in (1, 2, 4, 8):
         assert verdicts.estimate_error(1e-3 * (1 - 2.0**-order), order) == pytest.approx(
             1e-3, rel=1e-12
@@ -196,7 +196,7 @@ def mirror(who, problem, scene, times, setting):
 
 
 def twist(who, problem, scene, times, setting):
-    """Rotate by 0.2 rad about e3, which conserves energy and both momenta."""
+    """Rotate the states by 0.2 rad about e3, which changes neither energy nor momenta."""
     q, m, *counts = who.run(problem, scene, times, setting)
     jump = (np.cos(0.1), 0.0, 0.0, np.sin(0.1))
     return np.array([*q[:1], *(kr.quaternion.multiply(p, jump) for p in q[1:])]), m, *counts
@@ -205,7 +205,7 @@ def twist(who, problem, scene, times, setting):
 @pytest.mark.parametrize("name", FAULTY)
 @pytest.mark.parametrize("fault", [heavier, late, mirror, twist])
 def test_gross_faults_are_wrong_in_silence_in_every_method(fault, name):
-    """Check that no method whose own error is below the fault is called right."""
+    """Check that results with a fault larger than the method's own error are never called right."""
     sound = {cell["method"]: cell for cell in atlas_cells.make_cells(CASES[name])}
     for cell in atlas_cells.make_cells(CASES[name], with_fault(fault)):
         method = cell["method"]
@@ -234,7 +234,7 @@ def test_small_faults_are_found_where_the_method_is_exact_enough(method):
 
 
 def test_a_lost_kick_is_found():
-    """Omit gravity in one interval, which has a fixed length or the length of a step."""
+    """Check that the omission of gravity in one interval or one step is found."""
     case, method = CASES[FAULTY[0]], atlas_cells.make_method_candidate(kr.methods["suzuki4"])
 
     def losing(seconds):

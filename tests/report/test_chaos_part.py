@@ -16,7 +16,7 @@ SIZE = {"orbits": 12, "crossings": 20, "turning": 6, "swings": 60, "side": 6}
 
 
 def test_the_ten_regions_differ():
-    """Check the orders of the critical values. Only two regions, with g < 1 and g > 1, agree."""
+    """Check that the order of the critical values differs between regions, except for one pair."""
     kinds = [
         tuple(kind for _, kind in kowalewski.critical_values(g, h)) for g, h in kowalewski.REGIONS
     ]
@@ -74,7 +74,7 @@ def test_a_section_of_kowalewskis_top_has_every_K():
 
 
 def test_frequencies_tell_regular_motions():
-    """Check that most motions at 2 % are regular.
+    """Check that most motions of the top whose moments are 2 % apart are regular.
 
     Also check that all orbits in a chain of islands have the same rotation number.
     """

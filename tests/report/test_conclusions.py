@@ -63,7 +63,7 @@ def run(scene, method, seconds):
 
 
 def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
-    """Check a win, two ties, a loss, and a scene that no peer solves."""
+    """Check the conclusions for a win, two ties, a loss, and a scene that only kreisel solves."""
     rows = []
     for scene, own, peer in (
         ("won", 1.0, 1.34),
@@ -84,7 +84,7 @@ def test_times_within_a_third_of_each_other_are_a_tie_and_no_victory():
         f"taylor ({2 * n}). {2 * n} cases are ties: "
     )
     assert "ahead at 1e-3 rad (taylor and heyoka)" in said.split("ties: ")[1].split(". ")[0]
-    lost = said.split("A peer is faster for ")[1]
+    lost = said.split("Another integrator is faster for ")[1]
     assert lost.count("lost at") == n and lost.count(" at ") == n
     (tie,) = [one for one in fastest.run_races(rows, ["ahead"]) if one[1] == 1e-3]
     assert (

@@ -1,4 +1,4 @@
-"""Tests that files survive if their writers are killed, and that a partly written file is found."""
+"""Tests that killed writers leave intact files, and that the test detects a partly written file."""
 
 import random
 

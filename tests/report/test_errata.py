@@ -1,4 +1,4 @@
-"""Tests of each erratum: the text is wrong by the stated error, and the correction is right."""
+"""Tests of each erratum: the thesis is wrong by the stated error, and the correction is right."""
 
 import kreisel as kr
 import numpy as np
@@ -54,7 +54,7 @@ def test_c_does_not_become_right_with_smaller_steps():
 def test_c_is_not_seen_in_the_scene_of_the_thesis():
     """Check that the erratum on c has no effect on the scene of the thesis.
 
-    The scene has a0 = e3, so <m, p> / g equals <m, a>, and g = p = 1 before scaling.
+    In this scene a0 = e3, hence <m, p> / g equals <m, a>, and g = p = 1 before scaling.
     """
     course = solve_truth(SCENE, np.linspace(0, 20, 21))
     assert course.axial_momentum == pytest.approx(course.vertical_momentum, abs=1e-10)

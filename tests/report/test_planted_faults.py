@@ -1,6 +1,7 @@
-"""Tests of faults added to every method: the atlas must call the results wrong in silence.
+"""Tests that the atlas detects faults that are added to every method.
 
-An error that both runs share cannot be observed by a user.
+Such a result must get the verdict "wrong in silence", because a user cannot observe an error that
+both runs share.
 """
 
 import re
@@ -132,7 +133,7 @@ def test_sound_runs_are_not_silent(family):
 @pytest.mark.parametrize("fault", SIZES)
 @pytest.mark.parametrize("family", [name for name in ALL if name != "2 steps a turn"])
 def test_what_both_runs_are_off_by_is_silent(family, fault):
-    """Check that a fault in both runs is silent if the error of the method is far below the fault.
+    """Check that a fault in both runs is "wrong in silence" if it far exceeds the method's error.
 
     Faults within the requested tolerance are exceptions.
     """
@@ -158,7 +159,7 @@ def test_what_grows_with_the_error_is_never_silent(family):
 
 
 def test_a_step_as_long_as_half_a_turn_is_known_beforehand():
-    """Check that at two steps per turn an unnoticed fault comes with a report of the large step."""
+    """Check that the verdict mentions the large step if a turn has only two steps."""
     by_fault = find_cells("2 steps a turn")
     for fault in ("1e-3", "1"):
         for cell in by_fault[fault].values():
@@ -199,7 +200,7 @@ def late():
 
 @pytest.mark.parametrize("fault", [*FAULTS, "time"])
 def test_a_jump_to_the_wrong_place_is_silent_however_late(fault):
-    """Check that late faults are silent unless rounding of the initial values explains them."""
+    """Check that late faults are "wrong in silence" unless rounding of the start explains them."""
     told_by_data = fault in ("sound", "1e-9", "tenfold")
     assert silent(late()[fault]) != told_by_data
 

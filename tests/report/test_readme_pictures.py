@@ -39,7 +39,7 @@ def test_sections_are_drawn_of_all_tops_on_their_energy(tmp_path):
 
 def test_the_page_is_photographed(tmp_path):
     need("chromium", "npm")
-    # Runs in a separate process. A process can run only one playwright, and the tests of the page
+    # Runs in a separate process. A process can run only one playwright, and the tests of the viewer
     # may already use it in this process.
     subprocess.run([sys.executable, page_picture.__file__, tmp_path / "page.png"], check=True)
     assert (tmp_path / "page.png").stat().st_size > 50_000

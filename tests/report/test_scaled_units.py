@@ -28,7 +28,7 @@ def test_scaled_units_are_those_of_the_cuboid():
 
 
 def test_scaled_units_leave_time_and_attitudes():
-    """Check that scaling does not change the attitudes at equal times. Time is not scaled."""
+    """Check that scaling changes neither the times nor the attitudes."""
     body = kr.Body.cuboid(half=(0.3, 0.3, 2.5), pivot=(0, 0, -2.5), density=3.0)
     scene = kr.Scene(body, momentum=(10, 3, 1), gravity=9.81)
     scaled = scaled_units(body).into(scene)

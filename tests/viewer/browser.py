@@ -1,4 +1,4 @@
-"""Helpers of the page's tests: opening the page without a network, presets, drags, and queries."""
+"""Helpers of the viewer's tests: opening it without a network, presets, drags, and queries."""
 
 import json
 
@@ -13,16 +13,16 @@ WIDE, PHONE, SMALL = (1280, 800), (390, 780), (720, 420)  # sizes of windows [pi
 COARSE = 0.25  # screen pixels per page pixel, for tests that do not look at the picture
 UPRIGHT = "Lagrange's top"  # the preset shown when a test of the shared page begins
 PRESETS = [p["name"] for p in json.loads((ROOT / "python/viewer/presets.json").read_text())]
-TICKS = 1_000_000  # the page counts time in ticks; number of ticks per unit of time
+TICKS = 1_000_000  # the viewer counts time in ticks; number of ticks per unit of time
 LEVEL = [each for each in _core.quantities if each["doubles"] == 1 and not each["turns"]]
-# names of the quantities that the page records
+# names of the quantities that the viewer records
 MEASURES = [*(each["name"] for each in LEVEL), "error", "modified_energy"]
 TRACE = 2048  # largest number of points in a trace
 ROD_SIDES = 12  # number of sides of the cross section of a rod, which is a polygon
 
 
 def wait_for(page, condition, arg=None):
-    """Wait until `condition` holds in the page. A function is called with the argument `arg`."""
+    """Wait until `condition` holds in the viewer; a function is called with the argument `arg`."""
     page.evaluate(
         f"""(arg) => new Promise((done, fail) => {{
             const end = performance.now() + 30000;
@@ -48,9 +48,9 @@ def is_trouble(message):
 
 
 def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
-    """Open the page in a new window with `scale` screen pixels for each pixel of the page.
+    """Open the viewer in a new window with `scale` screen pixels for each pixel of the viewer.
 
-    The attribute `troubles` of the page collects console messages and network requests.
+    The attribute `troubles` of the viewer collects console messages and network requests.
     """
     how = {"viewport": make_viewport(size), "device_scale_factor": scale, **how}
     context = browser.new_context(offline=True, **how)
@@ -72,7 +72,7 @@ def visit(browser, file=PAGE, size=WIDE, fragment="", scale=COARSE, **how):
 
 
 def load(page, preset=UPRIGHT, **changes):
-    """Load a preset, change some values, and stop at the start."""
+    """Load a preset, change some of its values, and stop at its start."""
     loaded = page.evaluate(
         """([name, changes]) => {
         const preset = kreisel.presets.find((preset) => preset.name === name);
@@ -80,7 +80,7 @@ def load(page, preset=UPRIGHT, **changes):
     }""",
         [preset, changes],
     )
-    assert loaded, f"the page has no preset {preset}, or refuses {changes}"
+    assert loaded, f"the viewer has no preset {preset}, or refuses {changes}"
 
 
 def advance(page, t):
@@ -88,7 +88,7 @@ def advance(page, t):
 
 
 def wait_until_time(page, t):
-    """Wait until the page, after a jump in time, shows the time `t`."""
+    """Wait until the viewer, after a jump in time, shows the time `t`."""
     wait_for(page, f"kreisel.page.clock === {t} * {TICKS} && kreisel.page.goal === null")
 
 
@@ -116,7 +116,7 @@ def read_scene(page):
 
 
 def list_changes(before, after):
-    """Return the keys in which two scenes differ, except name and text."""
+    """Return the keys, except name and text, whose values differ between two scenes."""
     return {key for key in before if before[key] != after[key]} - {"name", "about"}
 
 
@@ -125,7 +125,7 @@ def read_clock(page):
 
 
 def read_states(page):
-    """Return (t, q, m) for each top of the page."""
+    """Return (t, q, m) for each top of the viewer."""
     return page.evaluate("kreisel.readStates()")
 
 
@@ -141,7 +141,7 @@ def read_record(page, top, name):
 
 
 def read_message(page):
-    """Return the message that the page shows."""
+    """Return the message that the viewer shows."""
     return page.locator("#words").inner_text()
 
 
@@ -156,7 +156,7 @@ def count_colours(page):
 
 
 def scene_in_python(given, second=False):
-    """Return a scene of the page as a kreisel.Scene."""
+    """Return a scene of the viewer as a kreisel.Scene."""
     body = given["body"]
     if "half" in body:
         made = kr.Body.cuboid(**body)

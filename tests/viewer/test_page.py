@@ -1,4 +1,4 @@
-"""Tests that the page computes the same states as Python, works offline and saves files."""
+"""Tests that the viewer computes the same states as Python, works offline and saves files."""
 
 import csv
 import gzip
@@ -32,7 +32,7 @@ from browser import (
 )
 from toolbox import need
 
-ALGEBRAIC = [  # methods that use only + - * / sqrt give the same bits everywhere
+ALGEBRAIC = [  # methods that use only + - * / sqrt give bitwise equal states everywhere
     "bobenko_suris",
     "bobenko_suris2",
     "strang",
@@ -179,7 +179,7 @@ def test_presets_keep_their_integrals(page, preset):
 
 
 def heights_until(page, end):
-    """Return the heights of all tops at whole times, as cosines of the nutation."""
+    """Return the cosine of the nutation of all tops at each whole unit of time."""
     told = page.evaluate(
         """(end) => Array.from({length: end + 1}, (_, t) => {
             kreisel.advance(t);
@@ -269,7 +269,7 @@ def test_a_bad_link_says_so(page, link):
 
 
 def test_python_snippet_runs(page):
-    program, names = page.get_by_label("The same in Python").input_value(), {}
+    program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program, names)
     assert names["scene"] == scene_in_python(read_scene(page))
     advance(page, 100)

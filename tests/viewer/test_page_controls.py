@@ -1,6 +1,6 @@
 """Tests of controls and keys, found by their accessible names.
 
-Each control must change only the value that it shows.
+A control must change only the value that it shows.
 """
 
 import kreisel as kr
@@ -187,7 +187,7 @@ def test_buttons_and_keys(page):
         and "Principal axes" in page.locator("#keys").inner_text()
     )
     page.keyboard.press("z")
-    # the page behind the open list does not change
+    # the viewer behind the open list does not change
     assert page.evaluate("kreisel.page.tops.length") == 4
     page.keyboard.press("Escape")
     page.keyboard.press("z")

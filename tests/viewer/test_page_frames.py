@@ -1,10 +1,10 @@
-"""Tests that the page fits its frame: a window, a phone, a notebook, or a page of the site."""
+"""Tests that the viewer fits its frame: a window, a phone, a notebook, or a page of the site."""
 
 import pytest
 from browser import PAGE, PHONE, WIDE, advance, load, make_viewport, visit, wait_for
 
 FRAMES = [*((width, 480) for width in range(320, 1281, 32)), (798, 600), (768, 1024), (780, 390)]
-SITE = (736, 480)  # size of the frame in which the site shows the page
+SITE = (736, 480)  # size of the frame in which the site shows the viewer
 # Lists the items of the toolbar that leave the frame, overlap a neighbour, or are clipped.
 BROKEN = """(() => {
     const frame = document.querySelector('main').getBoundingClientRect();

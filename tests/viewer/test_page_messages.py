@@ -29,7 +29,7 @@ REFUSED = [
 
 
 def read_everything(page):
-    """Return everything that a refusal must not change: scene, time, states, and undo history."""
+    """Return the scene, time, states and undo history, which a refusal must not change."""
     return page.evaluate(
         "[kreisel.page.scene, kreisel.page.clock, kreisel.readStates(), kreisel.page.undoStack]"
     )

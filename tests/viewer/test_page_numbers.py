@@ -40,7 +40,7 @@ def open_exercise(page, ask):
 
 
 def read_numbers(page):
-    """Return the numbers shown over the picture, each with the note below it."""
+    """Return pairs of a number that is shown over the picture and the note below the number."""
     return dict(
         page.evaluate("""(kreisel.view.isDirty = true,
             [...document.querySelectorAll('#numbers div')].map((box) => [
@@ -108,7 +108,7 @@ def test_a_start_that_cannot_be_is_refused_in_words(page, start):
 def test_too_little_spin_for_steady_precession_is_told(page):
     before, start = read_scene(page), {"tilt": 30, "spin": 1, "precession": "slow"}
     page.evaluate("start => kreisel.page.load({...kreisel.page.scene, start})", start)
-    assert "no precession is steady" in page.locator("#words").inner_text()
+    assert "no steady precession" in page.locator("#words").inner_text()
     assert read_scene(page) == before
 
 
@@ -409,7 +409,7 @@ def test_numbers_have_units(page):
 
 
 def list_round_times(page, *asks):
-    """Return how long one precession takes, in each of several exercises."""
+    """Return the duration of one precession in each of several exercises."""
     found = []
     for ask in asks:
         load(page, "Fast precession")

@@ -1,4 +1,4 @@
-"""Tests that the texts of presets tell the truth on tops without a closed form and on methods."""
+"""Tests that the texts of presets are true about tops without a closed form and about methods."""
 
 import kreisel as kr
 import numpy as np
@@ -123,7 +123,7 @@ def test_each_method_has_its_own_step_or_all_have_both(page):
     own.check()
     assert page.evaluate(steps) == [0.01, 0.2]
     advance(page, 2)
-    program, names = page.get_by_label("The same in Python").input_value(), {}
+    program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program.replace(", 100, ", ", 2, "), names)
     ends = [[2, *end.attitude, *end.momentum] for end in names["ends"]]
     assert ends == read_states(page)

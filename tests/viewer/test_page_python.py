@@ -67,7 +67,7 @@ def test_view_in_a_notebook_and_on_the_command_line(tmp_path):
     assert "cusps" in shown.html
     assert shown._repr_html_().startswith('<iframe srcdoc="&lt;!doctype html&gt;')
     done = CliRunner().invoke(cli.main, ["view", "dzhanibekov", "--save", str(tmp_path / "a.html")])
-    assert done.exit_code == 0 and "turns over" in (tmp_path / "a.html").read_text()
+    assert done.exit_code == 0 and "flips over" in (tmp_path / "a.html").read_text()
 
 
 FORBIDDEN = """async () => {
@@ -120,7 +120,7 @@ def test_view_refuses(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match="equal intervals"):
         kr.view(kr.solve(kr.scenes.thesis, [0.1, 0.3], "rk4", step=0.01), open=False)
     monkeypatch.setattr(view, "_PAGE", tmp_path / "none.html")
-    with pytest.raises(FileNotFoundError, match="make page"):
+    with pytest.raises(FileNotFoundError, match="make viewer"):
         _ = kr.view(kr.scenes.thesis, open=False).html
 
 
@@ -133,7 +133,7 @@ def test_states_travel_without_loss():
     )
 
 
-# The same in Python
+# The equivalent Python program
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_states_travel_without_loss():
 )
 def test_the_program_gives_the_states_of_the_page(page, preset, changes):
     load(page, preset, **changes)
-    program, names = page.get_by_label("The same in Python").input_value(), {}
+    program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program, names)
     advance(page, 100)
     now = np.array(read_states(page))[:, 1:]
@@ -162,7 +162,7 @@ def test_the_program_gives_the_states_of_the_page(page, preset, changes):
 
 def test_the_program_knows_a_body_given_by_numbers(page):
     page.evaluate("s => kreisel.page.load(s)", kr.view(kr.scenes.asymmetric, open=False).scene)
-    program, names = page.get_by_label("The same in Python").input_value(), {}
+    program, names = page.get_by_label("Equivalent Python program").input_value(), {}
     exec(program, names)
     advance(page, 100)
     (end,) = names["ends"]

@@ -18,7 +18,7 @@ PRESET = """  {
 
 @pytest.fixture(scope="module")
 def other(browser, tmp_path_factory):
-    """Build the page of a copy of the tree with an additional preset and quantity."""
+    """Build the viewer of a copy of the tree with an additional preset and quantity."""
     need("npm")
     house = House(tmp_path_factory.mktemp("house"))
     add_quantity(house)

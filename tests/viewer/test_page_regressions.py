@@ -35,7 +35,7 @@ def read_start(page):
 
 
 def wait_two_frames(page):
-    """Wait until the page has drawn two frames."""
+    """Wait until the viewer has drawn two frames."""
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 

@@ -27,7 +27,7 @@ FRAMES = """new Promise((done) => {
 
 @pytest.fixture
 def chosen(page):
-    """Return the page, and restore the colour scheme of the system after the test."""
+    """Return the viewer, and restore the colour scheme of the system after the test."""
     yield page
     page.emulate_media(color_scheme="light")
     page.get_by_label("Light or dark").select_option("")

@@ -257,7 +257,7 @@ def test_a_path_that_is_lost_is_told(page):
     path = kr.solve(kr.scenes.thesis, 1, "rk4", step=0.1, every=1)
     page.evaluate("given => kreisel.page.load(given)", kr.view(path, open=False).scene)
     page.evaluate("kreisel.page.setValue('gravity', 2)")
-    assert "The path belonged to another motion" in page.locator("#words").inner_text()
+    assert "The path belongs to another motion" in page.locator("#words").inner_text()
     page.get_by_role("button", name="Undo").click()
     assert len(read_scene(page)["tracks"]) == 1
 

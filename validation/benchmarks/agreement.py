@@ -38,7 +38,7 @@ def random_moments(rng):
 
 
 def permute(rng, *vectors):
-    """Apply one random permutation to the components of all vectors."""
+    """Return the top with its body axes relabelled by a random permutation."""
     order = rng.permutation(3)
     return [np.asarray(v)[order] for v in vectors]
 
@@ -203,7 +203,7 @@ def check_events(reference):
 
 
 def apex_range(scene):
-    """Return the range of the height of the apex, but at least the rounding error of a height."""
+    """Return the range of the apex height along a path, but at least its rounding error."""
     path = kr.solve(scene, np.linspace(0, 3, 50), digits=20)
     return max(float(np.ptp(path.apex[:, 2])), 1e-16)
 

@@ -4,9 +4,9 @@
 
 The overhead is the time of a call minus the time of the core's own work: making a top, recording
 its states and freeing it. The core's own work is measured in C by call_overhead.c. Every case is
-timed in a separate process. The processes run alternately with this kreisel and with the kreisel of
-the other interpreter. In each round, the fastest of 25 repeats counts. The result is the median
-over the rounds, in microseconds.
+timed in a separate process. With --beside, the processes alternate between this kreisel and the one
+installed for OTHER_PYTHON. In each round, the fastest of 25 repeats counts. The result is the
+median over the rounds, in microseconds.
 """
 
 import argparse
@@ -113,7 +113,7 @@ def main(argv=None):
 
 
 def format_row(name, own, calls):
-    """Return a row: the times of the core and of the call, the overhead, and a verdict."""
+    """Return a table row: times of the core and of the call, the overhead, and a verdict."""
     shares = [None if own is None else call - own for call in calls]
     cells = [own, *(cell for pair in zip(calls, shares, strict=True) for cell in pair)]
     text = "".join(" " * 8 if cell is None else f"{cell:8.2f}" for cell in cells)

@@ -1,10 +1,10 @@
-"""Python calls within the package in one call of a public function, after a warm-up.
+"""The number of Python calls inside the package for one call of a public function.
 
     python -m validation.benchmarks.calls_profile [CASE ...]
 
-Returns to a file are counted too. A return is a call into a file that was used before, with calls
-into other files in between. Calls of numpy, the standard library and the core are not counted, and
-neither are calls on other threads.
+The function is called once before the count. Returns to a file are counted too: calls into a file
+that was used before, after calls into other files. Calls of numpy, the standard library and the
+core, and calls on other threads, are not counted.
 """
 
 import argparse
@@ -44,7 +44,7 @@ def solve_ensemble() -> Callable[[], object]:
 
 
 def sweep_part() -> object:
-    """Compute a sweep of one part and read a column of it."""
+    """Compute a sweep of one part, and read one of its columns."""
     spin, tilt = np.linspace(0, 20, 10), np.linspace(0.1, 1, 10)
     source = kr.Source.grid(kr.scenes.sleeping, spin=spin, tilt=tilt)
     with tempfile.TemporaryDirectory() as folder:

@@ -3,10 +3,10 @@
     python -m validation.benchmarks.closed_form_accuracy [--full] [--header]
 
 The reference states of the tops in exact_cases are computed by quadrature in 50 digits. Some tops
-are also computed by heyoka in 128 bits, to check the quadrature. The k-th state of the
-Bobenko-Suris map is compared with the map in 113 bits. Attitude errors are angles [rad]. Momentum
-errors are relative to the largest momentum that the energy of the top allows. With --full, 20,000
-tops are run.
+are also computed by heyoka in 128-bit arithmetic, to check the quadrature. The k-th state of the
+Bobenko-Suris map is compared with the map in 113-bit arithmetic. Attitude errors are angles [rad].
+Momentum errors are relative to the largest momentum that the energy of the top allows. With --full,
+20,000 tops are run.
 """
 
 import argparse
@@ -102,7 +102,7 @@ def print_cases():
 
 
 def check_quadrature():
-    """Compare the quadrature with heyoka in 128 bits."""
+    """Compare the quadrature with heyoka in 128-bit arithmetic."""
     names = ("tilted", "upside down", "disc", "unstable sleep, leaning 1e-2", "free")
     print("quadrature against heyoka in 128 bit at t = 7:")
     for name in names:
@@ -116,7 +116,7 @@ def check_quadrature():
 
 
 class QuadMap:
-    """The Bobenko-Suris map in 113 bits, computed by exact_map.c."""
+    """The Bobenko-Suris map in 113-bit arithmetic, computed by exact_map.c."""
 
     def __init__(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -127,7 +127,10 @@ class QuadMap:
         )
 
     def __call__(self, jobs):
-        """Return the states after k steps as 7 mpmath numbers each, for (case, step, list of k)."""
+        """Return the states after k steps, for jobs (case, step, list of k).
+
+        A state has 7 mpmath numbers.
+        """
         lines = []
         for (i1, i3, lever, q, m), step, ks in jobs:
             numbers = (i1, i3, lever, step, *cases.normalize(q), *m)
@@ -166,7 +169,9 @@ def print_maps(tops, most):
     ks = [k for k in (1, 10, 1000, 30000, 1000000) if k <= most]
     jobs = [(cases.LAGRANGE[name], step, ks) for name, step in cases.MAPS]
     at = ", ".join(map(str, ks))
-    print(f"the map, named cases: attitude errors at k = {at}; the largest momentum error")
+    print(
+        f"Bobenko-Suris map, named cases: attitude errors at k = {at}; the largest momentum error"
+    )
     for (name, step), job, states in zip(cases.MAPS, jobs, quad(jobs), strict=True):
         print_row(name, f"step {step:5g}", map_errors(job, states))
     print_random_maps(quad, tops)
@@ -177,7 +182,7 @@ def print_random_maps(quad, tops):
     found = [map_errors(job, states) for job, states in zip(jobs, quad(jobs), strict=True)]
     refused = sum(rows is None for rows in found)
     attitude = np.array([max(error for error, _ in rows) for rows in found if rows])
-    print(f"the map, {tops} random tops, k = 1, 10, 1000")
+    print(f"Bobenko-Suris map, {tops} random tops, k = 1, 10, 1000")
     print(f"  ({refused} refused near a separatrix):")
     print(
         f"  attitude  median {np.median(attitude):.1e}  99 % {np.quantile(attitude, 0.99):.1e}  "
@@ -235,7 +240,7 @@ def parse_options(argv):
         description=__doc__.splitlines()[0],
     )
     parser.add_argument(
-        "--full", action="store_true", help="20,000 tops, the map to k = 1e6; minutes"
+        "--full", action="store_true", help="20,000 tops, and k up to 1e6; takes minutes"
     )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--header", action="store_true", help="print tests/c/exact_truth.h")

@@ -81,7 +81,7 @@ class KreiselTimer:
         return self.loops.bench_map_state(self.scene, ctypes.c_double(0.01), BATCH)
 
     def has_equal_bits(self):
-        """Return True if single states and batches have equal bits on every instruction set."""
+        """Return True if single states and batches are bitwise equal on every instruction set."""
 
         def bits(call, isa):
             assert call(isa) > 0
@@ -133,7 +133,9 @@ def make_calls(loops, scene, heyoka, is_lagrange):
             f"a state, {name}": partial(ours.time_state, isa),
             f"a state of 4096, {name}": partial(ours.time_batch, isa),
         }
-    return ours, calls | ({"a state of the map": ours.time_map_state} if is_lagrange else {})
+    return ours, calls | (
+        {"a state of the Bobenko-Suris map": ours.time_map_state} if is_lagrange else {}
+    )
 
 
 def print_scene(loops, name, rounds):
@@ -142,7 +144,7 @@ def print_scene(loops, name, rounds):
     ours, calls = make_calls(loops, scene, heyoka, exact_cases.is_lagrange(case))
     seconds = run_rounds(calls, rounds)
     same = ours.has_equal_bits()
-    print(f"\n{name}: best of {rounds} rounds; equal bits on every instruction set: {same}")
+    print(f"\n{name}: best of {rounds} rounds; bitwise equal on every instruction set: {same}")
     for word, found in seconds.items():
         ratio = min(seconds[TO_END if word.startswith("set-up") else A_STATE]) / min(found)
         print_row(word, found, None if word.startswith("heyoka") else ratio)

@@ -1,6 +1,7 @@
 """Compilation of the core as in CMakeLists.txt, plus functions that users cannot call.
 
-Benchmarks and studies add sources, choose instruction sets, or change numbers of terms.
+Benchmarks and studies add source files, choose instruction sets, or change the numbers of terms of
+the series.
 """
 
 import ctypes
@@ -37,7 +38,10 @@ def isa_files():
 
 
 def size_options(file, options):
-    """Return the options of baseline files, which are optimized for size if other sets exist."""
+    """Return the compiler options of the baseline kernels.
+
+    They are optimized for size if other instruction sets exist.
+    """
     return SMALL.get(file.name, ()) if "-DKR_WITH_AVX2" in options else ()
 
 

@@ -3,11 +3,12 @@
     python -m validation.benchmarks.ensemble_speed [throughput threads large single]
 
 Random tops of one body are solved to t = 100 in two threads. Every program runs at several
-tolerances. In each round, all runs are timed in turn. Times are per top. They are interpolated to
-equal median attitude errors of a sample of the tops. The reference is a series with 30 digits. In
-each round, the time of heyoka's batches of eight is compared with kreisel's time. The median of
-this ratio over the rounds is graded. `must` and `stretch` are the required and the desired ratio.
-SciPy solves only a few tops on one thread. Its time is halved, as if two threads shared the tops.
+tolerances. In each round, all runs are timed in turn. Times per top are interpolated to equal
+median attitude errors, which are measured on a sample of the tops. The reference is a series with
+30 digits. In each round, the time of heyoka's batches of eight is compared with kreisel's time. The
+median of this ratio over the rounds is printed with the required ratio `must` and the desired ratio
+`stretch`. SciPy solves only a few tops on one thread. Its time is halved, as if two threads shared
+the tops.
 """
 
 import argparse
@@ -110,7 +111,7 @@ def print_comparison(what, told, bounds):
 def threads(options):
     """Print the speedups by two threads, and by two simultaneous calls on one thread each.
 
-    The second speedup is the largest that the machine allows.
+    The second speedup is the largest that the machine allows, because the calls share no work.
     """
     cases = {"asymmetric": ("taylor", Setting(tol=1e-9)), "Lagrange": ("exact", Setting())}
     for kind, (method, setting) in cases.items():

@@ -5,10 +5,9 @@
 Random tops of several families are solved to random times up to 100 in both directions, for targets
 from 1e-3 to 1e-10. The true attitude error on [0, t] is compared with the target. The reference is
 the Taylor series with 30 digits. On ten of every hundred scenes, the reference is checked against
-heyoka with 60 digits. The price compares numbers of torque evaluations. It is the number used,
-including trial runs, divided by the number that the largest sufficient step needs. A refusal is
-called needless if the Taylor series in doubles has a rounding error of less than a third of the
-target.
+heyoka with 60 digits. The printed price is the number of torque evaluations, including trial runs,
+divided by the number that a run with the largest sufficient step needs. A refusal is called
+needless if the Taylor series in doubles has a rounding error of less than a third of the target.
 """
 
 import argparse
@@ -47,7 +46,7 @@ def random_body(rng, kind):
 
 
 def ordinary(rng):
-    """Draw a top of a random kind.
+    """Draw a top of a random kind, with moderate moments and rates.
 
     One top in five starts within 0.01 of the upright or hanging position. One in ten is ten times
     as fast as the others, and one in ten is a hundred times slower.
@@ -117,7 +116,7 @@ def near_a_rod(rng):
 
 
 def lively(rng):
-    """Draw an asymmetric body with nearly enough energy to turn over, where motion is chaotic."""
+    """Draw an asymmetric body with almost enough energy to flip over, whose motion is chaotic."""
     body = random_body(rng, "asymmetric")
     lever = body.mass * np.linalg.norm(body.com)
     momentum = rng.normal(size=3) * np.sqrt(lever * max(body.moments))
@@ -193,7 +192,7 @@ def run_error(case, times, truth, steps):
 
 
 def fewest_steps(case, times, truth, steps):
-    """Return the fewest steps with which the chosen method meets the target, within 5 %.
+    """Return the smallest number of steps with which the chosen method meets the target, to 5 %.
 
     Step numbers up to about 4 * `steps` are tried.
     """
@@ -264,9 +263,10 @@ def print_row(name, cases):
 
 
 def print_summary(cases):
-    """Print a row per family and one for all cases, and return the share that meets its target.
+    """Print a row per family and one for all cases, and return the fraction of successes.
 
-    The share of needless refusals and the price are returned too.
+    A success is an error that meets its target. The fraction of needless refusals and the price are
+    returned too.
     """
     print(
         "  family             tried refused needless  over  worst/target  true/est.   price   alone"

@@ -1,4 +1,5 @@
-/* The Bobenko-Suris map in 113 bits, with the exact total twist (csrc/methods/bobenko_suris.h).
+/* The Bobenko-Suris map in 113-bit arithmetic, with the exact total twist
+ * (csrc/methods/bobenko_suris.h).
  *
  * An input line has I1, I3, lever, step, q, m, the number of indices k, and the ascending indices.
  * The output has one line with q and m for each k. Needs gcc and libquadmath. */

@@ -59,7 +59,7 @@ def load_literature_top(name):
 
 
 def order(extent):
-    """Compare the observed order in q and m with the nominal order, from tilted starts."""
+    """Compare the observed orders in q and m with the nominal order, for tops that start tilted."""
     for name, method in kr.methods.items():
         bodies = [
             body
@@ -168,7 +168,7 @@ def energy_drift(scene, end, method, step):
 
 
 def gni(extent):
-    """Compare the energy errors of suzuki4 with the published table."""
+    """Compare the energy errors of suzuki4 with a published table."""
     scene = load_literature_top("gni_asymmetric_heavy_top").to_scene()
     table = PUBLISHED["gni_asymmetric_heavy_top"]["table"]
     steps = [float(h) for h in table if h != "what"]
@@ -184,7 +184,7 @@ def gni(extent):
 
 
 def simo_wong(extent):
-    """Compare the energy errors at the published step with the published energy errors."""
+    """Compare energy errors with those published by Simo and Wong, at the same step."""
     scene = load_literature_top("simo_wong_fast_top").to_scene()
     step = np.radians(26) / 50.0
     errors = {

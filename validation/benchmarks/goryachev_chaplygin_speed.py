@@ -3,7 +3,8 @@
     python -m validation.benchmarks.goryachev_chaplygin_speed [--tops 10000] [--checked 2000]
 
 The moments are exactly 4 : 4 : 1, with the axes in any order, and the momenta are horizontal.
-Everything else is drawn and measured as in validation/benchmarks/kowalewski_speed.py.
+All other values are drawn as in validation/benchmarks/kowalewski_speed.py, and the same quantities
+are measured.
 """
 
 import kreisel as kr

@@ -1,4 +1,4 @@
-"""Reference states for tests/c/test_goryachev_chaplygin.c, by heyoka in 128 bits.
+"""Reference states for tests/c/test_goryachev_chaplygin.c, by heyoka in 128-bit arithmetic.
 
     python -m validation.benchmarks.goryachev_chaplygin_truth > tests/c/goryachev_chaplygin_truth.h
 

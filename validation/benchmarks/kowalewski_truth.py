@@ -1,4 +1,4 @@
-"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, from heyoka in 128 bits.
+"""Reference states of Kowalewski tops for tests/c/test_kowalewski.c, by 128-bit heyoka.
 
     python -m validation.benchmarks.kowalewski_truth > tests/c/kowalewski_truth.h
 
@@ -43,7 +43,7 @@ class Top(NamedTuple):
 
 
 def draw_body(ratio, number, rng):
-    """Draw the inertia of ratio : ratio : 1, its unit, a centre of mass, gravity and an attitude.
+    """Draw moments ratio : ratio : 1, their unit, a centre of mass, gravity and an attitude.
 
     The order of the axes and the sign of gravity vary. The centre of mass lies on one of the two
     equal axes or between them.
@@ -84,7 +84,7 @@ def draw(number, rng):
 
 
 def integrator():
-    """Return an integrator of heyoka that serves every top."""
+    """Compile one integrator of heyoka for all tops, and return it."""
     fp = hy.real128
     return hy.taylor_adaptive(
         build_general_system(fp),
@@ -96,7 +96,7 @@ def integrator():
 
 
 def follow(move, top):
-    """Return the attitude and the momentum at `top.time`, as mpmath numbers."""
+    """Integrate to `top.time`, and return the attitude and the momentum as mpmath numbers."""
     fp = hy.real128
     move.pars[:] = round_to(compute_coefficients(top), fp)
     move.state[:] = round_to(start_state(top), fp)

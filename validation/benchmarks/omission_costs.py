@@ -100,7 +100,7 @@ def print_omissions(rounds):
 
 
 def output_cases():
-    """Yield cases with less output: the name, the complete run, the reduced run, any bounds."""
+    """Yield cases with less output as (name, complete run, reduced run, optional bounds)."""
     ends, few = np.array([0.0, END]), np.linspace(0, END, 1000)
     yield (
         "attitude, in C: want nutation and energy at the end",
@@ -129,7 +129,7 @@ def output_cases():
 
 
 def problem_cases():
-    """Yield cases with less to compute: the name, the complete run and the reduced run."""
+    """Yield cases with less computation as (name, complete run, reduced run)."""
     symmetric, ends = kr.scenes.thesis, np.array([0.0, END])
     still, body = symmetric.replace(gravity=0.0), symmetric.body
     i1, i2, i3 = body.inertia
@@ -154,7 +154,7 @@ def problem_cases():
 
 
 def make_step_run(scene):
-    """Return a call that takes the same number of steps for every scene, enough for timing."""
+    """Return a call that makes a fixed number of steps, so many that it can be timed."""
     return compiled_core.make_recording_call(
         compiled_core.scene_bytes(scene), "taylor", np.array([1e5]), most=1000
     )

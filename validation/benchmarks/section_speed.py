@@ -3,10 +3,11 @@
     python -m validation.benchmarks.section_speed [time frequencies layer]
 
 `time` computes sections of 100 asymmetric tops with 500 crossings, in one thread and in two
-threads. All tops have the same energy and vertical momentum. Their cost is compared with the costs
-of runs without events and of events on individual tops. `time` also draws a million starts.
-`frequencies` compares the frequencies of random Lagrange tops with the closed form. `layer`
-compares swings along the separatrix with Melnikov's integral. `must` is the required result.
+threads. All tops have the same energy and vertical momentum. The cost of the sections is compared
+with the costs of runs without events and of event searches for individual tops. `time` also
+measures the time to draw a million starts. `frequencies` compares the frequencies of random
+Lagrange tops with the closed form. `layer` compares swings along the separatrix with Melnikov's
+integral. `must` is the required result.
 """
 
 import argparse

@@ -74,7 +74,7 @@ def print_steps(scene, rounds):
 
 
 def print_recording(scene, rounds):
-    """Print the time with all steps kept over the time with none, in Python with new memory."""
+    """Print the ratio of the times of runs that record all steps and no steps, in Python."""
     problem = load_problem(scene)
     print(f"\n{scene}: time with {STEPS} states over time with none, from Python, in new memory")
     for who in list_contenders(problem):
@@ -91,7 +91,7 @@ def print_recording(scene, rounds):
 
 
 def print_recording_in_c(rounds):
-    """Print the time with all steps kept over the time with none, in C with reused memory."""
+    """Print the ratio of the times of runs that record all steps and no steps, in C."""
     if not (shutil.which("cmake") and shutil.which("cc")):
         print("\nrecording in C needs cmake and cc")
         return

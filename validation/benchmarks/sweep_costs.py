@@ -1,9 +1,10 @@
-"""The costs of a sweep, compared with ensembles without files, and of planning and interrupting it.
+"""The run time and memory of a sweep, and the time to plan, interrupt and verify it.
 
     python -m validation.benchmarks.sweep_costs [cost memory plan stop check]
 
-`must` is the required result. `cost` computes the same tops part by part, with and without files.
-In each round, both computations are timed in turn. The files are written to --folder.
+`must` is the required result. `cost` computes the same tops part by part, once as a sweep and once
+as ensembles without files. In each round, both computations are timed in turn. The files are
+written to --folder.
 """
 
 import argparse
@@ -142,7 +143,7 @@ def time_interrupt(what, command, said, parts=None):
 
 
 def check(options):
-    """Print how fast parts are verified."""
+    """Print the rate at which parts are verified."""
     with tempfile.TemporaryDirectory(dir=options.folder) as folder:
         found = run_sweep(f"{folder}/runs", options.tops)
         size = sum(file.stat().st_size for file in Path(found.folder).iterdir())

@@ -1,4 +1,4 @@
-"""The time that tangents add to a run.
+"""The additional run time for tangents.
 
     python -m validation.benchmarks.tangent_costs [scalar ensemble heyoka rate]
 

@@ -3,10 +3,10 @@
     python -m validation.benchmarks.taylor_speed [ratios long digits dense]
 
 All calls run alternately in one process, and times are medians. Errors are attitude errors at the
-end. The reference is the series with 30 digits, which is first checked against heyoka in 128 bits.
-`must` and `stretch` are the required and the desired ratio. heyoka integrates seven equations, not
-in compact mode. Each program uses the loosest tolerance for which this and all tighter runs meet
-the error target.
+end. The reference is the series with 30 digits, which is first checked against heyoka in 128-bit
+arithmetic. `must` and `stretch` are the required and the desired ratio. heyoka integrates seven
+equations, not in compact mode. Each program uses its loosest tolerance at which, and below which,
+all runs meet the error target.
 """
 
 import argparse
@@ -95,10 +95,10 @@ def make_real128_run(name, t, tol):
 
 
 def median_times(calls, rounds=41):
-    """Return the median time of the first call, and this time multiplied by the others' ratios.
+    """Return the median time of the first call, and estimates of the times of the other calls.
 
-    The calls are interleaved. The ratio of a call's time to the first call's is a median over the
-    rounds.
+    The estimate is the first time multiplied by the median ratio of both times over the rounds, in
+    which all calls are interleaved.
     """
     about = [min(timing.time_once(call) for _ in range(2)) for call in calls]
     (first, *others), _ = timing.time_in_turn(calls, about, rounds)
@@ -108,7 +108,7 @@ def median_times(calls, rounds=41):
 
 @functools.cache
 def make_ladder(make, name, t, tightest, **words):
-    """Return the runs from loose to tight, with the largest error of this and tighter runs."""
+    """Return pairs (run, largest error of this and all tighter runs), from loose to tight."""
     runs = [make(name, t, tol, **words) for tol in (*TOLERANCES, tightest)]
     errors = [attitude_error(name, t, run()) for run in runs]
     return list(zip(runs, np.maximum.accumulate(errors[::-1])[::-1], strict=True))

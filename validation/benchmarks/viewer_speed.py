@@ -1,11 +1,11 @@
-"""The size and speed of the interactive page, in headless Chromium with software rendering.
+"""The size and speed of the interactive viewer, in headless Chromium with software rendering.
 
     python -m validation.benchmarks.viewer_speed
 
-The steps of a frame cover 1/60 of a unit of time. Each time is the median of its repetitions,
-followed by the largest. For drags, the program also prints the 99th percentile, and the longest
-time that the page's own thread works for one event. Durations also contain waiting for the
-processor on a busy machine.
+Each frame advances the motion by 1/60 of a unit of time. For each time, the median and the largest
+of several repetitions are printed. For drags, the program also prints the 99th percentile, and the
+longest time that the viewer's own thread works for one event. Durations also contain waiting for
+the processor on a busy machine.
 """
 
 import argparse
@@ -92,7 +92,7 @@ def open_page(browser):
 
 
 def time_first_picture(browser):
-    """Return the time until the first picture, and the working time of the page's own thread."""
+    """Return the time until the first picture, and the working time of the viewer's own thread."""
     page = browser.new_context(viewport=WINDOW, offline=True).new_page()
     session = page.context.new_cdp_session(page)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
@@ -118,7 +118,7 @@ def print_spread(what, took, worked):
 
 
 def time_drag_events(browser, page, *held):
-    """Return the duration of each event of a drag, and the work of the page's own thread."""
+    """Return the duration of each event of a drag, and the time that the viewer's thread works."""
     browser.start_tracing(page=page, categories=["devtools.timeline"])
     page.evaluate(HELD, [*held, EVENTS])
     events = [
@@ -131,7 +131,7 @@ def time_drag_events(browser, page, *held):
 
 
 def time_drag(page):
-    """Move the green tip 100 times, and return the frames and milliseconds until each is drawn."""
+    """Return the frames and milliseconds until each of 100 drags of the momentum is drawn."""
     page.evaluate(WATCH)
     x, y = page.evaluate("kreisel.locate('tip')")
     page.mouse.move(x, y)
@@ -159,7 +159,7 @@ def main(argv=None):
         browser = tool.chromium.launch(executable_path=shutil.which("chromium"), args=SOFTWARE)
         took, worked = zip(*(time_first_picture(browser) for _ in range(7)), strict=True)
         print_row("ready", took, "ms", 0)
-        print_row("ready, work of the page's thread", worked, "ms", 0)
+        print_row("ready, work of the viewer's thread", worked, "ms", 0)
         page = open_page(browser)
         page.evaluate(READY)
         for pair in PAIRS:

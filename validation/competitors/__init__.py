@@ -1,1 +1,1 @@
-"""Programs that kreisel is compared with, timing, and the machine."""
+"""Programs that kreisel is compared with, timing, and a description of the machine."""

@@ -1,4 +1,4 @@
-"""Integration of many tops of one body, by ensembles of kreisel and by peers in their best setting.
+"""Integration of many tops of one body, by kreisel and by other integrators.
 
 For given tops, a setting and a number of threads, each program prepares a call. The call can be
 repeated, and returns the attitudes at the end, (n, 4). With heyoka, seven equations with the
@@ -95,7 +95,7 @@ def make_ensemble_call(tops, setting, threads):
 def make_scipy_call(tops, setting, threads):
     """Return a call in which SciPy integrates one top after another.
 
-    Python uses one thread. The time may be divided by the number of threads, because several
+    SciPy runs on one thread. Its time may be divided by the number of threads, because several
     processes could share the tops.
     """
     runs = [
@@ -160,7 +160,8 @@ PEERS = (
 def select_movers(tops, each=1):
     """Return the programs that can integrate these tops, kreisel first.
 
-    With `each` > 1, the programs keep only every `each`-th setting, counted from the tightest.
+    If `each` > 1, only every `each`-th setting of each program is used, counted from the tightest
+    setting.
     """
     closed = (CLOSED,) if tops.problem.symmetric else ()
     return [

@@ -34,10 +34,10 @@ class Run:
 
 
 def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
-    """Return the runs of all programs at all settings, with their errors and times.
+    """Run all programs at all settings, and return the runs with their errors and times.
 
     All calls are timed in turn, from loose to tight settings, so that compared calls run at almost
-    the same time. Errors are measured on the tops with known truths.
+    the same time. Errors are measured on the tops that have reference solutions.
     """
     asked = [
         (place / len(who.settings), who, setting, who.tops(tops))
@@ -61,7 +61,7 @@ def measure_runs(tops, movers, truths, rounds, threads=2, tick=lambda: None):
 
 
 def sample_errors(q, truths):
-    """Return the median, 90 % quantile and maximum of the errors, for tops with known truths."""
+    """Return the median, 90 % quantile and maximum of the errors of the tops with references."""
     known = min(len(q), len(truths))
     sizes = attitude_errors(q[:known], truths[:known])
     return [float(np.quantile(sizes, part)) for part in (0.5, 0.9, 1.0)]
@@ -81,15 +81,15 @@ def group_by_mover(found):
 
 
 def tightest_common_error(own, other):
-    """Return the smallest error that both programs reach and do not exceed at tighter settings."""
+    """Return the smallest error that both programs reach, and stay below at tighter settings."""
     return NEAR * max(own[-1].middle, other[-1].middle)
 
 
 def seconds_at(target, own):
     """Return the seconds per top at a median error, for each round, or nan if it is not reached.
 
-    The error of a setting is taken as the largest of this and all tighter settings. An error above
-    that of the loosest setting costs as much as the loosest setting.
+    The error of a setting is defined as the largest error of this and all tighter settings. For an
+    error larger than that of the loosest setting, the time of the loosest setting is returned.
     """
     errors = np.maximum.accumulate([run.middle for run in own][::-1])[::-1]
     kept = [0, *(i for i in range(1, len(own)) if errors[i] < errors[i - 1])]

@@ -31,7 +31,7 @@ def describe_cores():
 
 
 def compiler_version():
-    """Return the compilers that built the extension, as recorded in the extension's file."""
+    """Return the compilers that built the extension, according to its object file."""
     made = re.findall(
         rb"(GCC|clang version)(?:: \([^)\0]*\))? ([\d.]+)", compiled_core.FILE.read_bytes()
     )
@@ -48,7 +48,7 @@ def commit_name():
 
 
 def fingerprint(*more):
-    """Return a description of everything on which findings depend.
+    """Return a description of all conditions on which measurements depend.
 
     The description contains the compiled core, the Python code, the references, the machine, the
     versions, and `more`.
@@ -78,7 +78,7 @@ def describe_machine():
 
 
 def is_of_gsl(name):
-    """Return True if kreisel offers the method for comparison only."""
+    """Return True for a method of GSL, which kreisel contains for comparison only."""
     return name.startswith("gsl_")
 
 

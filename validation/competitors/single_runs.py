@@ -1,10 +1,10 @@
-"""Runs of one top at one setting, by all methods of kreisel and by two peers.
+"""Runs of one top at one setting, by all methods of kreisel and by two other integrators.
 
-A contender, which is a method or a peer, makes runs. The method `solve()` of a run is timed, and
-returns the attitude at the end. `attitude()` converts this attitude to the principal axes.
-`record(times)` returns attitudes and momenta. `steps` is the number of steps. `evaluations` is the
-number of evaluations of the right-hand side or of the torque. Either is None if the method has no
-such number. `setup` is the duration of the preparation [s], or None if there is none.
+A contender is a method or another integrator, and creates runs. The method `solve()` of a run is
+timed, and returns the attitude at the end. `attitude()` converts this attitude to the principal
+axes. `record(times)` returns attitudes and momenta. `steps` is the number of steps. `evaluations`
+is the number of evaluations of the right-hand side or of the torque. Either is None if the method
+has no such number. `setup` is the duration of the preparation [s], or None if there is none.
 """
 
 import math
@@ -28,7 +28,7 @@ DOP853_STAGES = 12
 
 @dataclass(frozen=True)
 class Setting:
-    """The control of a run: a step, a tolerance, or neither for a closed form."""
+    """The control parameter of a run: a step, a tolerance, or neither for a closed form."""
 
     step: float = None
     tol: float = None
@@ -204,12 +204,12 @@ class Contender:
 
 
 def control_of(method):
-    """Return the control of a method: "step", "tol", or "" for a closed form."""
+    """Return the name of a method's control parameter: "step", "tol", or "" for a closed form."""
     return "" if method.exact else "tol" if method.adaptive else "step"
 
 
 def choose_setting(method, step, tol):
-    """Return the setting that the method needs, from a step and a tolerance."""
+    """Return the setting with `step` or with `tol`, depending on which of both the method needs."""
     return {"step": Setting(step=step), "tol": Setting(tol=tol)}.get(control_of(method), Setting())
 
 

@@ -28,7 +28,7 @@ def time_once(call):
 
 
 def time_sample(call, seconds):
-    """Return the seconds of one call that takes about `seconds`."""
+    """Return the run time of a call that takes about `seconds` [s]."""
     number = max(1, math.ceil(SAMPLE / seconds))
     with pause_gc():
         begin = perf_counter()
@@ -38,7 +38,7 @@ def time_sample(call, seconds):
 
 
 def time_in_turn(calls, seconds, rounds, tick=lambda: None):
-    """Return samples of each call, one per round, and True if Ctrl-C ended the rounds early.
+    """Return the times of each call in all rounds, and True if Ctrl-C ended the rounds early.
 
     `seconds` is the approximate duration of each call.
     """
@@ -54,7 +54,10 @@ def time_in_turn(calls, seconds, rounds, tick=lambda: None):
 
 
 def best_times(calls, rounds, trials=1):
-    """Return the shortest time of each call over the rounds, because other load only adds time."""
+    """Return the shortest time of each call.
+
+    Other load on the machine can only add time.
+    """
     about = [min(time_once(call) for _ in range(trials)) for call in calls]
     samples, interrupted = time_in_turn(calls, about, rounds)
     if interrupted:

@@ -16,9 +16,9 @@ LEAST = 1e-17  # value drawn for an error of zero
 
 
 def collect_lines(groups, quantity, cost):
-    """Return the costs and errors of each method from loose to tight, and limits of the axes.
+    """Return each method's costs and errors, from loose to tight settings, and axis limits.
 
-    Both results are empty if no costs and errors are known.
+    Both results are empty if there are no measurements.
     """
 
     def cost_and_error(row):
@@ -65,7 +65,7 @@ def set_frame(axes, label, floor, limits, cost, ticks=8):
 
 
 def draw_family(lines, family, peers, label, floor, limits, cost):
-    """Draw one family coloured and named, peers in the text colour, and other methods in grey."""
+    """Draw one family coloured and named, `peers` in the text colour, and other methods in grey."""
     with plt.rc_context(STYLE):
         figure, axes = make_panel()
         styles = choose_line_styles(family, peers)
@@ -83,7 +83,7 @@ def draw_family(lines, family, peers, label, floor, limits, cost):
 
 
 def draw_families(groups, families, quantity, label, cost, floor=None):
-    """Yield a panel per family. `families` is {title: (methods of the family, peers to show)}."""
+    """Yield a panel per family. `families` is {title: (methods, other integrators)}."""
     lines, limits = collect_lines(groups, quantity, cost)
     for title, (family, peers) in families.items():
         if any(name in lines for name in family):
@@ -91,7 +91,7 @@ def draw_families(groups, families, quantity, label, cost, floor=None):
 
 
 def find_leaders(lines):
-    """Return the methods that are the fastest to reach some error."""
+    """Return the methods each of which is the fastest at some error."""
     errors = {y for points in lines.values() for y in points[1]}
     return {
         min(
@@ -105,7 +105,7 @@ def find_leaders(lines):
 
 
 def select_leaders(groups, methods, quantities_and_costs):
-    """Return the members of `methods` that are leaders in a figure, except closed forms."""
+    """Return the fastest methods among `methods`, except closed forms."""
     found = set()
     for quantity, cost in quantities_and_costs:
         lines, _ = collect_lines(groups, quantity, cost)
@@ -118,7 +118,7 @@ def select_leaders(groups, methods, quantities_and_costs):
 def draw_overview(groups, named, peers, quantity, label, cost, floor=None):
     """Draw all methods in one panel: `named` coloured, `peers` in the text colour, others grey.
 
-    A method of `named` has the same colour and marker in every panel with the same `named`.
+    Panels with the same list `named` give each method the same colour and marker.
     """
     lines, limits = collect_lines(groups, quantity, cost)
     if not lines:

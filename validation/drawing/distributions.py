@@ -1,4 +1,4 @@
-"""Figures of the fraction of tops with at most a given error, with a line for each method."""
+"""Figures of the cumulative distribution of errors over many tops, with a line for each method."""
 
 import numpy as np
 
@@ -47,7 +47,7 @@ def draw_distributions(errors, family, peers):
 
 
 def label_positions(errors, styles):
-    """Return the positions of the names, ordered by error, each below the previous position."""
+    """Return label positions, ordered by error, so that no two labels overlap."""
     ends = sorted(
         (float(np.quantile(np.maximum(errors[name], LEAST), NAMED_AT)), name)
         for name in styles

@@ -14,7 +14,7 @@ ROW, WIDTH, NAMES, TOP, RIGHT = 0.21, 10.2, 2.75, 1.0, 0.55  # [inch], as wide a
 
 @dataclass(frozen=True)
 class Square:
-    """The content of one square: the power of ten of the error, or only a mark."""
+    """The content of one square: the power of ten of the error, and a mark, or only a mark."""
 
     row: str
     column: str

@@ -10,8 +10,8 @@ ELEVATION = 20.0  # elevation of the eye above the horizontal plane [degrees]
 def project(points, elevation=ELEVATION, azimuth=0.0):
     """Return the coordinates across, up and towards the eye of points (..., 3).
 
-    The direction to the eye is given by the elevation above the horizontal plane and by the azimuth
-    about the vertical [degrees].
+    The eye lies at an elevation above the horizontal plane and at an azimuth about the vertical
+    [degrees].
     """
     e, a = np.radians((elevation, azimuth))
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)

@@ -56,7 +56,7 @@ def make_panel(height=3.1, width=4.9):
 
 
 def format_tick(x, _=None):
-    """Return a tick label in the form of the tables: 1e-9."""
+    """Return a tick label such as 1e-9, in the same form as in the tables."""
     if 0.001 < x < 1e4:
         return f"{x:g}"
     return f"{x:.0e}".replace("e-0", "e-").replace("e+0", "e")
@@ -130,7 +130,7 @@ def label_ends(axes, ends):
 def choose_line_styles(family, peers):
     """Return the colour and the marker of each line of a panel.
 
-    Lines of peers are dashed, in the text colour and with hollow markers.
+    Lines of `peers`, the other integrators, are dashed, in the text colour and with hollow markers.
     """
     own = [name for name in family if name not in peers]
     found = {

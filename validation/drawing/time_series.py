@@ -1,4 +1,4 @@
-"""Figures of errors over time in a run, with a colour for each kind of method."""
+"""Figures of the error over time, with a colour for each kind of method."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ def choose_colours(kinds):
 def draw_time_series(lines, quantity, label, colours):
     """Draw a quantity of each line over time.
 
-    A line has `method` and `kind`, and lists of `t` and of the quantity.
+    A line is a mapping with `method`, `kind`, and lists of `t` and of the quantity.
     """
     with plt.rc_context(STYLE):
         figure, axes = make_panel(4.2)

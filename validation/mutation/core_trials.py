@@ -1,7 +1,7 @@
 """Trials of mutants of the core, which is built for the baseline instruction set.
 
-The C tests run first, in order of their duration. They run again under sanitizers. The tests in
-Python run last. Only files that include the changed file are recompiled.
+The C tests run first, in order of their duration, then the C tests under sanitizers, and then the
+tests in Python. Only files that include the changed file are recompiled.
 """
 
 import os
@@ -37,7 +37,10 @@ def list_sources(root):
 
 
 def list_mutants(root, only=""):
-    """Return the mutants of all files except the public header, which has only declarations."""
+    """Return the mutants of all files of the core except the public header.
+
+    The header contains only declarations.
+    """
     folder = root / "csrc"
     files = [file for file in sorted(folder.rglob("*.[ch]")) if file != folder / "kreisel.h"]
     names = [file.relative_to(root).as_posix() for file in files if file.parent.name != "gsl"]

@@ -61,8 +61,8 @@ def measure_core(tests):
 def build_with_counters(tree, objects):
     """Compile with branch counters, and without optimization, which would merge branches.
 
-    Code that is generated for each order, or inlined in several places, is one function here. The
-    counters are atomic because of threads.
+    Code that is generated for each order, or inlined in several places, is counted as one function.
+    The counters are atomic because of threads.
     """
     cmake = [sys.executable, "-m", "pybind11", "--cmakedir"]
     pybind11 = subprocess.run(cmake, capture_output=True, text=True, check=True).stdout.strip()

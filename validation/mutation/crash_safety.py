@@ -2,9 +2,9 @@
 
     python -m validation.mutation.crash_safety [--times 400] [--seed S]
 
-Processes that save repeatedly are killed with SIGKILL at a random moment. Each process alternately
-writes two contents over an old content. Afterwards the file must have one of these three contents.
-A leftover temporary file must have a name that no user file has.
+Processes that save repeatedly are killed with SIGKILL at a random moment. Each process overwrites a
+file alternately with two contents. After the kill, the file must have its old content or one of
+these two. A leftover temporary file must have a reserved name.
 """
 
 import argparse
@@ -28,7 +28,7 @@ LONGEST = 3.0  # longest delay before the kill, in multiples of the duration of 
 
 
 def make_writers(folder):
-    """Return {name: (file, two ways to write the file)} for all writers."""
+    """Return {name: (file, two functions that write it)} for all writers."""
     top, other = kr.scenes.asymmetric, kr.scenes.kowalewski
     runs, paths, views = [], [], []
     for scene in (top, other):
@@ -51,7 +51,7 @@ def make_writers(folder):
 
 
 def write_contents(file, ways):
-    """Return the contents that each of the two ways writes, and the longest time of a write [s]."""
+    """Return the contents that a writer's two functions produce, and the longest time [s]."""
     contents, longest = [], 0.0
     for write in ways:
         begin = time.perf_counter()
@@ -84,7 +84,7 @@ def kill_writer(file, ways, seconds):
 
 
 def inspect_file(file, contents):
-    """Remove the temporary files beside a file, and return the file's state and their number."""
+    """Return the state of a file and the number of temporary files beside it, which are removed."""
     beside = {name for name in os.listdir(file.parent) if JUNK.fullmatch(name)}
     for name in beside:
         os.unlink(file.parent / name)
@@ -93,7 +93,7 @@ def inspect_file(file, contents):
 
 
 def count_outcomes(file, ways, times, chance):
-    """Kill a writer `times` times and count the states of its file and the leftovers.
+    """Kill a writer `times` times, and count the states of its file and the leftover files.
 
     Unexpected files, and writers that ended before they were killed, are counted too.
     """

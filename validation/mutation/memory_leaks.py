@@ -24,7 +24,7 @@ TIMES = [0.0, 0.5, 1.0]
 
 
 def list_calls(folder):
-    """Return all calls by name: successful calls, refused calls, and calls that fail half-way."""
+    """Return all calls by name: calls that succeed, are refused, or fail during the run."""
     return constructor_calls() | run_calls(folder) | attribute_calls() | error_calls()
 
 
@@ -80,7 +80,7 @@ def default_step(method):
 
 
 def solve_for(name):
-    """Solve a scene for a path that has the attribute `name`."""
+    """Solve a scene with the options that provide the path's attribute `name`."""
     if name.startswith(("tangents", "conditioning")):
         columns = ("start", "moments", "com", "gravity", "mass")
         return kr.solve(SYMMETRIC, TIMES, "taylor", tangents=columns)

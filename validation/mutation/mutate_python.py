@@ -110,7 +110,7 @@ def mutate_statement(node, text, span):
 
 
 def is_docstring_or_yield(node):
-    """Return True if a statement is a docstring or a yield."""
+    """Return True if a statement is a docstring or a yield, which are not dropped."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant | ast.Yield)
 
 

@@ -1,4 +1,4 @@
-"""Trials of mutants of the package, by the tests that run the changed line.
+"""Trials of mutants of the package: only the tests that execute the changed line are run.
 
 Fast tests that run few lines come first. Tests in a browser are left out.
 """
@@ -43,7 +43,7 @@ def list_mutants(root, only=""):
 def list_test_modules(root):
     """Return the test modules that are used to kill mutants.
 
-    Tests of style are left out. They would detect that the text has changed, and not its effect.
+    Style tests are left out, because they detect a change of the text and not of its effect.
     """
     files = [file for name in FOLDERS for file in sorted((root / "tests" / name).glob("test_*.py"))]
     kept = [file for file in files if file.name not in SLOW + ELSEWHERE]
@@ -89,7 +89,7 @@ class Trial:
     def select_tests(self, mutant):
         """Return the tests that may kill a mutant, with their times [s].
 
-        The tests with the lowest costs come first, then all others.
+        Tests with a low cost (ModuleUsage.rank_tests) come first.
         """
         lines, at_import = {mutant.line}, mutate_python.lines_run_at_import(mutant.text)
         if is_general := mutant.line in at_import:  # every test that uses the file may be affected

@@ -1,6 +1,6 @@
 """A pytest plugin that sets the running test as coverage context, and writes durations [s].
 
-All parameter sets of a test share a context. Set-up and tear-down have no context.
+All parameter sets of a test share one context. Fixtures run without a context.
 """
 
 import json

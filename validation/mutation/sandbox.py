@@ -22,7 +22,7 @@ class TrialError(Exception):
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on a mutant (killed, survived, unbuilt or same), the test, and its seconds."""
+    """The verdict on a mutant: killed, survived, unbuilt or same; the test, and its time [s]."""
 
     word: str
     by: str = ""
@@ -48,7 +48,7 @@ def copy_tree(root, to):
 
 
 def make_ignore(root):
-    """Return a filter that excludes build products, some of them at the top level only."""
+    """Return a filter for shutil.copytree that excludes build products."""
     anywhere = shutil.ignore_patterns("node_modules", "__pycache__", "*.so")
     at_the_top = shutil.ignore_patterns(*LEFT_OUT)
 

@@ -40,7 +40,7 @@ def parse_line(line):
 
 
 def format_table(ledger, mutants):
-    """Return the lines of the final table: the share of killed mutants, and the survivors."""
+    """Return the lines of the final table: the fraction of killed mutants, and the survivors."""
     words = {m.name: ledger.get_outcome(m) for m in mutants}
     counts = Counter(words.values())
     lines = [f"{counts[word]:6} {text}" for word, text in WORDS.items()]

@@ -45,7 +45,7 @@ COURSES = {"attitude": "attitude error [rad]", "energy": "energy error, relative
 
 @dataclass(frozen=True)
 class Atlas:
-    """The findings of this part: the cells, and the runs of the stiff needle."""
+    """The data of the stability atlas: the cells, and the runs of the stiff needle."""
 
     cells: list
     needle_lines: list
@@ -64,7 +64,7 @@ def load_findings(problems, store):
 
 
 def column_names(found):
-    """Return the names of the methods that ran, followed by those of the peers."""
+    """Return the names of the methods that ran, followed by the other integrators."""
     ran = {cell["method"] for cell in found}
     return [name for name in (*kr.methods, *single_runs.RECORDERS) if name in ran]
 
@@ -95,10 +95,10 @@ def family_contexts(found):
 
 
 def describe_cell(cell):
-    """Return (verdict, message) for a cell that needs a note, and None for other cells.
+    """Return (verdict, message) if the cell needs a note, otherwise None.
 
-    A note is needed if the run stopped, was refused or is wrong in silence, or if an adaptive run
-    is lost.
+    A cell needs a note if its run stopped, was refused, or is wrong without a sign, or if an
+    adaptive run is lost.
     """
     verdict = cell["verdict"]
     if verdict in ("stopped", "refused"):

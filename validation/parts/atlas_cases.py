@@ -1,7 +1,7 @@
 """The cases of the stability atlas: stiff and extreme tops, and extreme steps.
 
-The length of a run is counted in turns. A turn is 2 pi divided by the angular velocity at the start
-or by the pendulum frequency, whichever is larger. A case may define its own rate.
+The length of a run is counted in turns. The time of a turn is 2 pi divided by the larger of the
+initial angular velocity and the pendulum frequency. A case may define another rate.
 """
 
 from collections.abc import Callable
@@ -48,7 +48,7 @@ def general(moments=(1.0, 0.8, 0.5), com=(0.3, -0.2, 0.6)):
 
 
 def scene_factory(body, tilt=0.5, **start):
-    """Return a function that makes the scene, for `Case.scene`."""
+    """Return a function that creates the scene, for the field `Case.scene`."""
     words = {"attitude": tilt_attitude(tilt)} | start
     return lambda: kr.Scene(body(), **words)
 

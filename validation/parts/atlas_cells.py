@@ -1,7 +1,7 @@
-"""The cells of the stability atlas: every method and every peer on every case.
+"""The cells of the stability atlas: every method and every other integrator on every case.
 
-A cell is the result of one method on one case. Each cell is run twice, with the requested and with
-a finer setting. The verdict on the cell follows from both runs and from the reference solution.
+A cell is the result of one method on one case. Each cell is run twice, with the requested setting
+and with a finer one. Its verdict follows from both runs and from the reference solution.
 """
 
 from collections.abc import Callable
@@ -19,14 +19,14 @@ from . import verdicts
 
 TOL, FINER_TOL = 1e-9, 1e-11
 LOOKS = 16
-# Beyond these angles a peer takes more than about a second [rad].
+# Beyond these angles another integrator takes more than about a second [rad].
 LONGEST = {"heyoka": 1e5, "scipy_dop853": 600.0}
 MARKS = {"ERR_NOT_FINITE": verdicts.BLOW_UP, "ERR_CONVERGENCE": verdicts.NOT_CONVERGED}
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A method or a peer that can run a cell.
+    """A method of kreisel, or another integrator, that can run a cell.
 
     `run` takes problem, scene, times and a setting. It returns attitudes in the principal axes,
     momenta in space, and the numbers of steps and evaluations.
@@ -55,7 +55,7 @@ def make_peer_candidate(name):
 
 
 def list_candidates(scene, radians):
-    """Return all methods that suit the scene, and the peers that can run as far as `radians`."""
+    """Return the methods and other integrators that suit the scene and can run to `radians`."""
     found = [make_method_candidate(method) for method in kr.methods.values() if method.suits(scene)]
     return found + [
         who for who in map(make_peer_candidate, single_runs.RECORDERS) if radians <= who.longest
@@ -95,13 +95,13 @@ def describe_failure(error):
     """Return the verdict, mark and message of a run that raised an exception."""
     if isinstance(error, ValueError):
         return {"verdict": "refused", "mark": verdicts.REFUSED, "message": str(error)}
-    status = getattr(error, "status", None)  # errors of peers have no status
+    status = getattr(error, "status", None)  # errors of other integrators have no status
     mark = MARKS.get(status, verdicts.STOPPED)
     return {"verdict": "stopped", "mark": mark, "message": str(error)}
 
 
 def make_cell(case, problem, scene, who, true, end, step):
-    """Return the cell of one method or peer on one case."""
+    """Return the cell of one method or other integrator on one case."""
     asked, finer = choose_settings(case, who, step)
     cell = {"method": who.name, "step": asked.get("step"), "tol": asked.get("tol"), "end": end}
     times = step * np.unique(np.linspace(0, round(case.turns * case.steps), LOOKS + 1).round())
@@ -119,7 +119,10 @@ def drop_attitude(cell):
 
 
 def make_cells(case, who=list_candidates):
-    """Return the cells of a case, one per method. Every cell reports a scene that is invalid."""
+    """Return the cells of a case, one per method.
+
+    If the scene is invalid, every cell reports the error.
+    """
     about = {"family": case.family, "case": case.name, "turns": case.turns}
     try:
         scene = case.scene()

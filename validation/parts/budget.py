@@ -32,7 +32,7 @@ BUDGETS = {
 
 @dataclass(frozen=True)
 class Task:
-    """One finding to compute. The finding is not stored if `key` is None."""
+    """A task that computes one finding. The finding is not stored if `key` is None."""
 
     key: str | None  # key under which the finding is stored
     make: Callable
@@ -53,13 +53,13 @@ class Clock:
         return late
 
     def describe_missing(self):
-        """Return a sentence on the skipped findings, or an empty string."""
+        """Return a sentence about the skipped findings, or an empty string if there are none."""
         number = "1 finding" if self.missed == 1 else f"{self.missed} findings"
         return f"{number} skipped for lack of time; run again to add them" if self.missed else ""
 
 
 def run_tasks(tasks, store, budget, bar):
-    """Run the tasks without a stored result, in order, and return what is missing."""
+    """Run the tasks without a stored result, in order, and return a note on skipped tasks."""
     clock = Clock(budget)
     task_bar = bar.add_task("", total=sum(task.weight for task in tasks))
     try:

@@ -1,7 +1,7 @@
 """Order and chaos: sections, a chaotic layer, frequencies and Lyapunov exponents.
 
-The sections show tops from integrable to chaotic, and the ten regions of Kowalewski's top. The
-chaotic layer along a separatrix is compared with Melnikov's theory.
+One figure shows sections of tops from integrable to chaotic, another the ten regions of
+Kowalewski's top. The chaotic layer along a separatrix is compared with Melnikov's theory.
 """
 
 from functools import partial
@@ -86,7 +86,7 @@ def measure_frequencies(orbits):
 
 
 def measure_exponents(size):
-    """Return the table and the map of Lyapunov exponents."""
+    """Return the table and the image of Lyapunov exponents."""
     table = [
         lyapunov_exponents.summarize_exponents(name, size["orbits"]) for name in section_data.BODIES
     ]

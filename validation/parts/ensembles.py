@@ -1,6 +1,6 @@
-"""Many tops at once: their cost at equal error, and a map of released symmetric tops.
+"""Ensembles: the time per top at equal error, and an image of released symmetric tops.
 
-The peers are heyoka in batches, GSL and SciPy.
+The other integrators are heyoka in batches, GSL and SciPy.
 """
 
 from dataclasses import asdict
@@ -34,7 +34,7 @@ ABOUT = {
 def compute_sleeping_map(side):
     """Return the greatest nutation of released symmetric tops, (spin, tilt) [rad].
 
-    An upright top with a spin above 4 [T^-1] sleeps.
+    A symmetric top with a spin above 4 [T^-1] is a sleeping top when upright.
     """
     top = kr.Body.symmetric(mass=1.0, i1=1.0, i3=0.5, height=1.0, unphysical=True)
     spin, tilt = np.linspace(0.0, FASTEST, side), np.linspace(LEAST, LARGEST, side)
@@ -70,7 +70,7 @@ def load_findings(problems, store):
 
 
 def compare_at_equal_error(groups):
-    """Yield the time per top of kreisel [us] and the ratios of the peers, for each target."""
+    """Yield, for each target, kreisel's time per top [us] and the others' times relative to it."""
     own = groups[ensemble_runs.SERIES.name]
     peers = {name: runs for name, runs in groups.items() if name not in ensemble_runs.OWN}
     for target in (*TARGETS, equal_error.tightest_common_error(own, peers[ensemble_runs.HEYOKA])):

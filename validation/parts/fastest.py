@@ -5,7 +5,7 @@ from rich.table import Table
 from .formatting import format_digits, format_milliseconds, format_power
 from .scene_runs import group_by_method
 
-# The peers in the tables, with their titles.
+# The other integrators in the tables, with their titles.
 REFERENCES = {"heyoka": "heyoka", "gsl_rk8pd": "GSL rk8pd", "scipy_dop853": "SciPy DOP853"}
 TARGETS = (1e-3, 1e-6, 1e-9, 1e-12)  # targets for the attitude error [rad]
 # A method reaches a target if attitude and energy error meet it and the next tighter run
@@ -35,7 +35,7 @@ def fastest_reaching(rows, target):
 
 
 def fastest_row(rows, scene, target, wanted):
-    """Return the fastest row that reaches the target, among methods with `wanted(method)`."""
+    """Return the fastest row that reaches the target and for which `wanted(row)` is true."""
     hits = [
         hit
         for own in group_by_method(rows, scene).values()
@@ -45,7 +45,7 @@ def fastest_row(rows, scene, target, wanted):
 
 
 def run_races(rows, scenes):
-    """Yield the scene, the target, and the fastest rows of kreisel and of a peer."""
+    """Yield the scene, the target, and the fastest rows of kreisel and of another integrator."""
     for scene in scenes:
         for target in TARGETS:
             own = fastest_row(rows, scene, target, lambda row: not row.peer)
@@ -77,12 +77,12 @@ def times_to_targets(rows, scene):
 
 
 def list_references(methods):
-    """Return {name: title} of the peers in the tables that have run."""
+    """Return {name: title} of the other integrators that have run and appear in the tables."""
     return {name: title for name, title in REFERENCES.items() if name in methods}
 
 
 def summarize_races(rows, scenes):
-    """Yield the fastest method of kreisel and the times of the peers, by scene and target."""
+    """Yield kreisel's fastest method and the times of other integrators, by scene and target."""
     known = list_references({row.method for row in rows})
 
     def seconds(scene, target, name):

@@ -1,4 +1,4 @@
-"""Formatting of numbers and lists as text, for the page and its tables."""
+"""Formatting of numbers and lists as text, for the report and its tables."""
 
 from collections import Counter
 

@@ -1,4 +1,4 @@
-"""Frequencies for the part on chaos: the rotation of orbits, and errors of kr.frequencies."""
+"""Frequencies for the part on chaos: rotation numbers of orbits, and errors of kr.frequencies."""
 
 import kreisel as kr
 import numpy as np
@@ -9,11 +9,11 @@ LONG, STATES = 600.0, 4096  # duration and states of a path for frequencies
 
 
 def measure_rotation(orbits, name):
-    """Return the axial momentum, the rotation per nutation and its change, for each motion.
+    """Return, for each motion, the axial momentum, the rotation per nutation, and its change.
 
-    The axial momentum is taken at the section point closest to spin angle 0. The rotation of the
-    apex between two lowest points is given in turns, without whole turns. The change is the
-    difference of the rotation between both halves of the run.
+    The axial momentum is taken at the section point closest to spin angle 0. The rotation is that
+    of the apex between two lowest points, in turns, without whole turns. The change is the
+    difference between both halves of the run.
     """
     tops = kr.starts(
         section_data.make_body(name),

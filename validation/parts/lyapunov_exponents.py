@@ -1,4 +1,4 @@
-"""Lyapunov exponents for the section on chaos: a map over energy and vertical momentum.
+"""Lyapunov exponents for the part on chaos: an image over energy and vertical momentum.
 
 A table lists the exponents with their standard errors.
 """

@@ -1,7 +1,8 @@
 """Savings in time and memory from computations and output that a run omits.
 
-For each method, the savings from omitting gravity and the general form of a body are measured. For
-each scene, every omission of the plan is measured separately, by runs with and without it.
+For each method, the time saved by omitting gravity, and by the form for symmetric bodies, is
+measured. For each scene, every omission of the plan is measured separately, by runs with and
+without the omission.
 """
 
 from dataclasses import dataclass, replace
@@ -56,7 +57,7 @@ class OmissionFindings:
 
 
 def make_asymmetric(problem):
-    """Return the top with slightly perturbed equal moments, so that no symmetry is used."""
+    """Return a top whose equal moments are slightly perturbed, so that methods use no symmetry."""
     i1, i2, i3 = problem.inertia
     return replace(problem, user=None, inertia=(i1, i2 * UNEQUAL, i3)).to_scene()
 
@@ -83,7 +84,7 @@ def measure_forms(rounds):
 
 
 def path_bytes(path):
-    """Return the bytes that a path keeps: the wanted quantities, or eight numbers per state."""
+    """Return the size of a path [bytes]: the recorded quantities, or eight numbers per state."""
     return len(path) * path.plan.bytes
 
 
@@ -92,7 +93,7 @@ def bytes_with_quantities(path):
 
 
 def list_omissions(problem, end):
-    """Yield (omission, run without the omission, run with it). A run returns its bytes."""
+    """Yield (omission, run without the omission, run with it). A run returns its size [bytes]."""
     scene = problem.to_scene()
     times, step = np.linspace(0.0, end, STATES), end / (4 * STATES)
 

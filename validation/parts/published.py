@@ -1,4 +1,4 @@
-"""Published problems: numbers from the literature, compared with kreisel and its peers.
+"""Published problems: numbers from the literature, compared with kreisel and other integrators.
 
 Reference values with 30 digits and the published numbers are stored in problems.json.
 """
@@ -132,7 +132,7 @@ def list_settings(who, steps, quick):
 
 
 def energy_times(problem, setting):
-    """Return about a thousand times at which the energy is compared: multiples of a step."""
+    """Return about a thousand multiples of a step, at which the energies are compared."""
     step = setting.step or problem.energy_end / 1000
     count = int(problem.energy_end / step + 1e-9)
     return step * np.arange(0, count + 1, max(1, count // 1000))
@@ -223,7 +223,7 @@ def conclude(rows):
 
 
 def compare_with_literature(rows):
-    """Return a clause on the smallest energy error at a published setting, or an empty string."""
+    """Return a clause that compares the smallest energy error at a published setting, if any."""
     known = [row for row in rows if row.get("energy_error") is not None]
     literature = [row for row in known if "published" in row["by"]]
     settings = {row["setting"] for row in literature}

@@ -2,7 +2,7 @@
 
 The settings are chosen so that all methods take about the same time on the first tops. Each top is
 scaled to turn at a rate of one, and all tops make the same number of turns. The reference is heyoka
-in 80 bits, whose errors are far below the differences shown.
+in 80-bit arithmetic, whose errors are far below the differences shown.
 """
 
 from functools import partial
@@ -79,7 +79,7 @@ def time_solve(problems, name, setting):
 
 
 def fit_setting(method, some):
-    """Return a setting with which the method takes the time `GIVEN`."""
+    """Return a setting at which the run time of the method is `GIVEN`."""
 
     def seconds(setting):
         return min(time_solve(some, method.name, setting)[0] for _ in range(TRIALS))
@@ -124,7 +124,7 @@ def compute_true_attitude(problem):
 
 
 def measure_kind(kind, members):
-    """Run all methods on one slice of tops after another, so that other load slows all alike."""
+    """Run all methods on each slice of tops in turn, so that other load slows all methods alike."""
     problems = draw_problems(kind, members)
     methods = [method for method in kr.methods.values() if method.suits(problems[0].user)]
     settings = {method.name: fit_setting(method, problems[:SOME]) for method in methods}

@@ -1,4 +1,4 @@
-"""The findings of a report in a file, each saved immediately so that a run can be continued.
+"""A file with the findings of a report. Each is saved immediately, so that a run can be continued.
 
 The file holds one finding per line as JSON. Its first line is the fingerprint of the conditions. If
 the conditions have changed, a new file is started.
@@ -40,7 +40,7 @@ class ResultStore:
 
 
 def write_atomic(file, text):
-    """Write a file atomically: after an interruption the previous file is intact."""
+    """Write a file atomically: if interrupted, the previous file stays intact."""
     new = file.with_name(f".{file.name}.{os.getpid()}.new")
     try:
         with new.open("w", encoding="utf-8", newline="") as out:

@@ -64,18 +64,18 @@ class Measurement:
 
 
 def turn_length(problem):
-    """Return a power of two near the time of a turn, so that the end is a multiple of the step."""
+    """Return a power of two near the time of a turn [T], so that the end is a multiple of steps."""
     return 2.0 ** round(math.log2(2 * math.pi / problem.rate))
 
 
 def energy_times(end, step):
-    """Return the times at which the energy is evaluated: about equally many for each run."""
+    """Return the times at which the energy is evaluated; their number is similar for all runs."""
     every = max(2.0 ** np.floor(np.log2(end / LOOKS)), step or 0.0)
     return every * np.arange(int(end / every) + 1)
 
 
 class SceneRuns:
-    """One scene with its truth, and the runs made so far. The timing reuses these runs."""
+    """A scene with its reference solution, and the runs made so far, which the timing reuses."""
 
     def __init__(self, problem, end, truth, budget):
         self.problem, self.end, self.budget, self.truth = problem, end, budget, truth
@@ -125,7 +125,7 @@ class SceneRuns:
         return [asdict(row) for row in rows]
 
     def measure_times(self, rows):
-        """Return the seconds of each finished run. The runs are timed one after another."""
+        """Time all finished runs, one after another, and return their times [s]."""
         return {
             row.key: timing.time_sample(self.run(row).solve, row.about)
             for row in rows
@@ -144,7 +144,7 @@ def is_enough(rows, longest):
 
 
 def make_truth_task(problem, end):
-    """Return the task that computes the truth of a scene."""
+    """Return the task that computes the reference solution of a scene."""
     return Task(truth_key(problem), partial(reference.truth_of, problem, end), 0.2)
 
 
@@ -153,7 +153,7 @@ def truth_key(problem):
 
 
 def list_tasks(problem, end, budget, store):
-    """Yield the tasks of one scene: its truth, the errors of each method, and the timing rounds."""
+    """Yield the tasks of a scene: the reference, the errors of each method, and timing rounds."""
     yield make_truth_task(problem, end)
     made = SceneRuns(problem, end, lambda: store.known[truth_key(problem)], budget)
     for who in made.contenders.values():

@@ -1,4 +1,4 @@
-"""The description of each scene on the page, and the path of its centre of mass."""
+"""The description of each scene in the report, and the path of its centre of mass."""
 
 import kreisel as kr
 import numpy as np

@@ -29,7 +29,7 @@ def compute_section(name, orbits, crossings):
 
 
 def compute_kowalewski_section(region, orbits, crossings):
-    """Return the section of motions that are evenly spaced in the fourth root of K."""
+    """Return the section of motions whose integrals K have evenly spaced fourth roots."""
     g, h = kowalewski.REGIONS[region]
     tops = kr.starts(
         kowalewski.BODY, energy=h, vertical=kowalewski.vertical_momentum(g), n=MANY * orbits, seed=1
@@ -41,7 +41,7 @@ def compute_kowalewski_section(region, orbits, crossings):
 
 
 def average_by_orbit(section, values):
-    """Return the mean over its orbit for each value."""
+    """Return an array in which each value is replaced by the mean of its orbit."""
     rows = values.reshape(len(section), -1)
     return np.repeat(rows.mean(axis=1), rows.shape[1])
 

@@ -38,7 +38,7 @@ def kind_of(method):
 
 
 def solve_or_stop(scene, times, method, step):
-    """Return the path up to the end or up to a failure, and the message of the failure if any."""
+    """Return the path up to the end or a failure, and the failure's message, if any."""
     words = choose_setting(method, step, TOL).keywords
     limit = {"max_steps": 1_000_000} if "tol" in words else {}
     try:
@@ -89,7 +89,7 @@ def load_findings(store):
 
 
 def conclude(lines):
-    """Return a sentence on the methods that conserve the energy and have accurate attitudes."""
+    """Return a sentence about the methods that conserve the energy and have accurate attitudes."""
     if not lines:
         return ""
     end = max(line["t"][-1] for line in lines if line["t"])

@@ -29,7 +29,7 @@ def compare_truths(problem, end, store):
 
 
 def load_findings(problems, store):
-    """Return a line per scene, with the results of all computations."""
+    """Return an entry per scene, with the results of all computations."""
     return [
         {
             "scene": problem.name,
@@ -54,11 +54,10 @@ def has_many_digits(way):
 
 
 def summarize_agreement(lines):
-    """Yield for each scene how well the computations agree, relative to the conditioning.
+    """Yield for each scene the largest differences between computations, over the conditioning.
 
-    The row contains the largest difference between high-precision results. It also contains the
-    largest difference of the other results, and the name of the computation that has this
-    difference.
+    A row contains the largest difference between high-precision results, the largest difference of
+    other results, and the name of the computation with this difference.
     """
     for line in lines:
         apart = [(angle / line["conditioning"], way) for way, angle in line["ways"]]

@@ -57,12 +57,12 @@ MARKS = {
 
 
 def rounding_effect(true):
-    """Return the angle by which a single rounding moves the attitude [rad]."""
+    """Return the change of the attitude due to a single rounding error [rad]."""
     return max(true["worst"], reference.ROUNDING)
 
 
 def rounding_angles(problem, true, cell, by_steps):
-    """Return the attitude errors [rad] that random and that aligned rounding errors can explain.
+    """Return the largest attitude errors due to random and to aligned rounding errors [rad].
 
     Random rounding errors occur once per step. Aligned rounding errors occur once per evaluation,
     all in one direction. A closed form does not accumulate rounding errors, so at a late time it is
@@ -76,7 +76,7 @@ def rounding_angles(problem, true, cell, by_steps):
 
 
 def tolerance_angle(true, rounding, tol, steps):
-    """Return the attitude error that a tolerance can explain [rad].
+    """Return the largest attitude error that is consistent with a tolerance [rad].
 
     Each step may have an error of the size of the tolerance. Such an error grows like a rounding
     error of the start.
@@ -87,7 +87,8 @@ def tolerance_angle(true, rounding, tol, steps):
 def estimate_error(second_run, order):
     """Return the estimate of the error from the second run [rad].
 
-    `second_run` is the difference between both runs. Order 0 means that a tolerance controls them.
+    `second_run` is the angle between the results of both runs. An order of 0 means that a tolerance
+    controls the runs.
     """
     return second_run * 2.0**order / (2.0**order - 1.0) if order else second_run
 
@@ -97,7 +98,7 @@ def find_sign(error, shown, per_turn, explained):
 
     `shown` is the error estimate. `per_turn` is the number of steps per turn, infinite for adaptive
     methods. `explained` contains the attitude errors that random roundings, aligned roundings and a
-    tolerance can explain. If both runs have the same error, nothing indicates the error, however
+    tolerance can explain. If both runs have the same error, a user cannot notice the error, however
     large the step is.
     """
     random, aligned, tolerated = explained

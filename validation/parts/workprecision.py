@@ -40,13 +40,13 @@ QUANTITIES = {
     "energy_error": "energy error, relative",
 }
 README_SCENE = "asymmetric"
-YARDSTICK = ("heyoka",)  # the peers in the small figures
+YARDSTICK = ("heyoka",)  # other integrators in the small figures
 BUSY = 0.25  # if the spread of the times is larger than this, the times should not be quoted
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """The findings of this part: problems with their end times, truths and runs."""
+    """The data of this part: problems with their end times, reference solutions and runs."""
 
     problems: list  # problems with their end times
     truths: dict  # truths by scene
@@ -74,7 +74,7 @@ def load_findings(problems, store):
 
 
 def describe_timing(rows):
-    """Return the number of timing rounds and the median spread of the times."""
+    """Return a text with the number of timing rounds and the median spread of the times."""
     counts = sorted({len(row.samples) for row in rows if row.samples})
     spreads = [row.spread for row in rows if row.samples]
     middle = statistics.median(spreads) if spreads else 0.0
@@ -176,7 +176,7 @@ def conclude(comparison):
 
 
 def is_faster(one, other):
-    """Return True if `one` reached the error and took clearly less time than `other`."""
+    """Return True if `one` reached the error in clearly less time than `other`."""
     return bool(one and (not other or fastest.TIE * one.seconds < other.seconds))
 
 
@@ -216,13 +216,13 @@ def describe_ratios(races):
     alone = sum(own is not None and peer is None for *_, own, peer in races)
     if not ratios:
         return ""
-    beside = "a peer reaches every error that kreisel reaches"
+    beside = "another integrator reaches every error that kreisel reaches"
     if alone:
-        beside = f"in {count_word(alone)} of the cases no peer reaches the error"
+        beside = f"in {count_word(alone)} of the cases no other integrator reaches the error"
     return (
-        f"The fastest peer takes {format_brief(statistics.median(ratios))} times as long in the "
-        f"median, between {format_brief(min(ratios))} and {format_brief(max(ratios))} times in all "
-        f"cases; {beside}."
+        f"The fastest other integrator takes {format_brief(statistics.median(ratios))} times as "
+        f"long in the median, between {format_brief(min(ratios))} and "
+        f"{format_brief(max(ratios))} times in all cases; {beside}."
     )
 
 
@@ -232,7 +232,7 @@ def describe_losses(races):
         for scene, target, own, peer in races
         if is_faster(peer, own)
     ]
-    return f"A peer is faster for {join_words(places)}." if places else ""
+    return f"Another integrator is faster for {join_words(places)}." if places else ""
 
 
 def describe_missing(races):
@@ -272,7 +272,7 @@ def list_files(comparison, about):
 
 
 def draw_readme_figure(comparison):
-    """Return the figure of README.md as SVG: the leading methods and the peers on one scene."""
+    """Return the figure of README.md as SVG: leading methods and other integrators on one scene."""
     scene = README_SCENE if README_SCENE in comparison.scenes else comparison.scenes[0]
     groups = scene_runs.group_by_method(comparison.rows, scene)
     peers = [name for name, rows in groups.items() if rows[0].peer]

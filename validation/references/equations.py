@@ -1,10 +1,10 @@
-"""The equations of motion for heyoka in any of its precisions, and their initial values.
+"""The equations of motion for heyoka in any precision, and their initial values.
 
 In terms of the angular velocity w in the body frame, the equations are
 
     J w' = J w x w + (q* e3 q) x lever - D w,    q' = q w / 2
 
-D is the damping along the principal axes. Its term is left out if D is zero.
+D is the damping along the principal axes. The damping term is left out if D is zero.
 
 There are seven equations: four for the attitude, and three for the angular velocity or the angular
 momentum in the body frame. For heyoka, the form with the angular velocity is the fastest. The
@@ -64,7 +64,7 @@ def compute_coefficients(problem, form="velocity", digits=40):
 
 
 def coefficients_from(J, lever, form="velocity"):
-    """Return the coefficients for moments and a lever. These may be numbers of any type."""
+    """Return the coefficients for moments and a lever, which may be numbers of any type."""
     one = J[0] / J[0]
     velocity = form == "velocity"
     to_velocity = [one if velocity else one / x for x in J]

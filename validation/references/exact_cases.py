@@ -1,4 +1,4 @@
-"""Tops for which a closed form might fail: all degenerate cases by name, and random tops."""
+"""Tops on which a closed form could fail: all degenerate cases by name, and random tops."""
 
 import math
 
@@ -232,7 +232,7 @@ MAPS = [  # (name of a top, step of the Bobenko-Suris map)
 
 
 def random_map(rng, number):
-    """Draw a top and a step of either sign. Its size is 0.003 .. 5 of the top's unit of time."""
+    """Draw a top, and a step of either sign and of size 0.003 .. 5 in the top's unit of time."""
     i1, _, lever, _, m = case = random_lagrange(rng, number)
     rate = max(float(np.linalg.norm(m)) / i1, math.sqrt(abs(lever) / i1))
     return (

@@ -1,4 +1,4 @@
-"""Tangents of closed forms at any time, which are derivatives of the state by the start.
+"""Tangents of closed forms at any time: derivatives of the state by the initial state.
 
 In the body frame the motion is periodic. After the time tau, P and M return to their initial
 values. For a symmetric body, they return up to a rotation S about the axis. By Floquet's theorem
@@ -66,7 +66,7 @@ def _cross_matrix(a: Decimals) -> Decimals:
 
 
 def _block_matrix(block: Decimals, other: Decimals | None = None) -> Decimals:
-    """Return the matrix that multiplies theta by `block` and N by `other` (default: `block`)."""
+    """Return the block-diagonal matrix with `block` for theta and `other` or `block` for N."""
     zero = _to_decimals(np.zeros((3, 3)))
     return np.block([[block, zero], [zero, block if other is None else other]])
 
@@ -194,7 +194,7 @@ def _tangents_in_body(point: _Point, start: _Point, body: _Body, path: kr.Path, 
 def _find_steady_rate(point: _Point, body: _Body) -> float | None:
     """Return the rate at which P and M rotate about the axis in the body frame.
 
-    Returns None if the motion of P and M is not such a rotation.
+    Returns None if P and M do not rotate uniformly about the axis.
     """
     rates = [np.array(rate, dtype=float) for rate in point.rates(body)]
     rate = 0.0

@@ -42,7 +42,7 @@ def vertical_momentum(g):
 def critical_values(g, h):
     """Return the critical values of K that are attained, in ascending order.
 
-    Each value is paired with a number from 1 to 3: the line of the list at the head of this file.
+    Each value is paired with the number, 1 to 3, of its formula in the docstring of this module.
     """
     parabola = (h - g * g) ** 2
     found = [(0.0, 1)] if h > g * g else []

@@ -34,7 +34,7 @@ def fit_slope(steps, errors, rounding):
 def compute_errors(path, truth):
     """Return the largest error in q and the largest relative error in m over several times.
 
-    At a single time, an error might happen to change its sign.
+    Several times are used, because an error may vanish at a single time, where it changes its sign.
     """
     apart = np.linalg.norm(path.m - truth.m) / np.linalg.norm(truth.m[-1])
     return np.array([np.linalg.norm(kr.attitude_error(path.q, truth.q)), apart])

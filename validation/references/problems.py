@@ -53,7 +53,7 @@ class Problem:
         )
 
     def to_principal_axes(self, q):
-        """Return attitudes computed by kreisel, converted to principal axes -> space."""
+        """Convert attitudes computed by kreisel to rotations of the principal axes into space."""
         return (
             np.stack(kr.quaternion.multiply(np.asarray(q).T, self.user.body.axes), -1)
             if self.user
@@ -71,12 +71,12 @@ class Problem:
 
     @property
     def fastest_rate(self):
-        """The maximum of `rate` and of the rates of decay by damping [T^-1]."""
+        """The larger of `rate` and the fastest rate of decay by damping [T^-1]."""
         return max(self.rate, *(d / j for d, j in zip(self.damping, self.inertia, strict=True)))
 
     @property
     def rate(self):
-        """The maximum of the angular velocity at the start and the pendulum frequency [T^-1]."""
+        """The larger of the initial angular velocity and the pendulum frequency [T^-1]."""
         spin = self.highest_rate(np.array(self.attitude), np.array(self.momentum))
         return max(spin, math.sqrt(math.hypot(*self.lever) / max(self.inertia)))
 
@@ -114,8 +114,8 @@ class Problem:
     def energy_error(self, q, m):
         return float(self.energy_errors(q, m).max())
 
-    def scale_to_own_units(self):
-        """Return the top in its own units of moment and rate, together with both units.
+    def scale_to_internal_units(self):
+        """Return the top in its internal units of moment and rate, together with both units.
 
         In these units, the largest moment and the rate are about one. The units are powers of two,
         so that no number is rounded.
@@ -142,14 +142,14 @@ class Problem:
 
 
 def rotate_to_body(q, v):
-    """Return q* v q for vectors in rows, which rotates from space to body."""
+    """Return q* v q for vectors in rows: the rotation from space to body."""
     w, u = q[..., :1], q[..., 1:]
     t = 2 * np.cross(v, u)
     return v + w * t + np.cross(t, u)
 
 
 def rotate_to_space(q, v):
-    """Return q v q* for vectors in rows, which rotates from body to space."""
+    """Return q v q* for vectors in rows: the rotation from body to space."""
     return rotate_to_body(q * np.array([1, -1, -1, -1]), v)
 
 

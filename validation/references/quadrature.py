@@ -1,4 +1,4 @@
-"""The Lagrange and the Euler top, by quadrature in multiprecision.
+"""Closed forms of the Lagrange and the Euler top by quadrature in multiprecision.
 
 This reference shares no formula with csrc/exact, which uses theta functions. The height of the axis
 is an elliptic function of time (Jacobi's sn). The two angles of the attitude are elliptic integrals
@@ -65,7 +65,7 @@ def attitude_of_axes(n, b, t):
 def attitude_error(truth, q):
     """Return the angle between a reference and a unit quaternion in doubles.
 
-    The signs of the quaternions must agree. If they differ, the result exceeds 7.
+    If the quaternions have opposite signs, which is an error, the result exceeds 7.
     """
     with mp.workdps(DIGITS):
         d = product(conjugate(truth), [mp.mpf(float(x)) for x in q])
@@ -247,7 +247,7 @@ class Euler:
             self._integrals(rotate(conjugate(self.relabel), body))
 
     def _order_axes(self, inertia, body):
-        """Order the axes so that axis 2 has the middle moment, and M3 is always positive.
+        """Order the axes so that axis 2 has the middle moment and M3 is positive.
 
         The attribute `relabel` rotates these axes to those of the body.
         """

@@ -171,7 +171,7 @@ def integrate(problem, times, tol=TOL):
 
 
 def truncation_size(top, term, stages):
-    """Return the size of the last `term` of a step, relative to the state.
+    """Return the size of `term`, the last Legendre coefficient of a step, relative to the state.
 
     An angular velocity below `NEGLIGIBLE` times the initial angular velocity is ignored, because
     the motion has decayed.

@@ -1,7 +1,7 @@
-"""Random tops of one body, with reference attitudes at the end, and their conditioning.
+"""Random tops of one body, with reference attitudes at the final time and their conditioning.
 
-The momenta scatter about the momentum of a scene of the report. The k-th top depends only on the
-seed and on k, so larger ensembles start with the same tops.
+The momenta are normally distributed about the momentum of a scene of the report. The k-th top
+depends only on the seed and on k, so larger ensembles start with the same tops.
 """
 
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ class TopEnsemble:
 
     @cached_property
     def starts(self):
-        """The unit attitudes and body angular velocities for peers, (n, 7)."""
+        """The initial attitudes and body angular velocities, (n, 7), for other integrators."""
         q = np.tile(np.array(self.problem.attitude, np.longdouble), (len(self), 1))
         q = q / np.sqrt((q * q).sum(-1, keepdims=True))
         velocity = rotate_to_body(q, np.array(self.momenta, np.longdouble)) / self.problem.inertia

@@ -3,11 +3,11 @@
 The solutions for the report's scenes are stored in reference.json by `python -m
 validation.references.reference`.
 
-Each solution is computed in several ways that have little in common: by two forms of the equations,
-in 128 and in 80 bits. The differences show how accurate the solution is. The conditioning is stored
-with the solution. It is the angle by which the attitude changes if all numbers of the top change by
-one rounding error of a double. These are the momentum, the attitude, the moments and the lever. No
-method in doubles can be expected to be more accurate.
+Each solution is computed in several nearly independent ways: by two forms of the equations, in
+128-bit and in 80-bit arithmetic. The differences show how accurate the solution is. The
+conditioning is stored with the solution. It is the angle by which the attitude changes if all
+numbers of the top change by one rounding error of a double. These are the momentum, the attitude,
+the moments and the lever. No method in doubles can be expected to be more accurate.
 """
 
 import argparse
@@ -36,12 +36,12 @@ ROUNDING = 2.0**-53
 # Number of times at which the conditioning is evaluated. Errors made at any time may grow.
 LOOKS = 16
 FEW = 4  # number of times for the conditioning if each reference state is expensive
-LONG = 600.0  # runs over larger angles take more than a second in 128 bits [rad]
+LONG = 600.0  # runs over larger angles take more than a second in 128-bit arithmetic [rad]
 
 
 @cache
 def build_integrator(fp, coefficients):
-    """Compile an integrator that serves every top with this number of coefficients."""
+    """Compile one integrator for all tops with this number of coefficients."""
     return hy.taylor_adaptive(
         equations.build_general_system(fp, coefficients),
         np.zeros(7, dtype=fp),
@@ -70,7 +70,10 @@ def attitude_and_momentum(problem, form, t, q, s):
 
 
 def equivalent_sphere(problem):
-    """Return a sphere under the torque of a Lagrange top. Both axes move in the same way."""
+    """Return a spherical top on which the torque of a Lagrange top acts.
+
+    The axis of the sphere moves like the axis of the Lagrange top.
+    """
     return replace(problem, inertia=problem.inertia[:1] * 3)
 
 
@@ -80,7 +83,7 @@ def integrate_states(problem, times, form="velocity", fp=hy.real128):
     The forms are `velocity`, `momentum` and, for Lagrange tops, `symmetric`: a sphere under the
     torque of the top.
     """
-    own, moment, rate = problem.scale_to_own_units()
+    own, moment, rate = problem.scale_to_internal_units()
     model = equivalent_sphere(own) if form == "symmetric" else own
     variables = "velocity" if form == "symmetric" else form
     coefficients = equations.round_to(equations.compute_coefficients(model, variables), fp)
@@ -154,7 +157,7 @@ def perturb_data(problem, nudge):
 
 def compute_conditioning(problem, times, form, fp=FINER):
     """Return the attitude change [rad] due to one rounding error in each number of the top."""
-    own, _, rate = problem.scale_to_own_units()
+    own, _, rate = problem.scale_to_internal_units()
     times = [t * rate for t in times]
     here = integrate_states(own, times, form, fp)
     moved = [integrate_states(near, times, form, fp) for near in perturb_data(own, NUDGES[fp])]
@@ -182,8 +185,9 @@ def conditioning_by_tangents(problem, times):
 def compute_truth(problem, end):
     """Return the reference solution of any scene within about a second.
 
-    The solution is computed in 128 bits, or in 80 bits if 128 bits would take longer. For a damped
-    top, an implicit method is used, because damping limits the steps of explicit methods.
+    The solution is computed in 128-bit arithmetic, or in 80-bit arithmetic if that
+    would take longer. For a damped top, an implicit method is used, because damping limits the
+    steps of explicit methods.
     """
     if problem.is_damped:
         return truth_of_damped(problem, end)
@@ -249,7 +253,7 @@ def truth_by_quadrature(problem, end):
         )
         return kind(t)[0]
 
-    own, _, rate = problem.scale_to_own_units()
+    own, _, rate = problem.scale_to_internal_units()
     times = [rate * end * (i + 1) / FEW for i in range(FEW)]
     here = [state(own, t) for t in times]
     moved = [[state(near, t) for t in times] for near in perturb_data(own, NUDGES[FINER])]
@@ -273,7 +277,7 @@ def rotate_vector(q, v):
 
 
 def compare_computations(problem, end, kept):
-    """Yield the name of each other computation, and the angle between result and truth [rad]."""
+    """Yield the name of each other computation, and the angle from its result to `truth` [rad]."""
     with mp.workdps(DIGITS):
         true = [mp.mpf(x) for x in kept["attitude"]]
     yield (
@@ -327,7 +331,7 @@ def load_truth(name, t):
 
 
 def truth_of(problem, end):
-    """Return the reference solution: stored for scenes of the report, computed for other scenes."""
+    """Return the stored reference of a scene of the report; compute it for another scene."""
     known = json.loads(FILE.read_text())["truths"].get(problem.name, {})
     return (
         known[f"{end:g}"]

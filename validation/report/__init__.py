@@ -1,1 +1,1 @@
-"""The report: a page and tables, made from the parts."""
+"""The report: an HTML page and tables, generated from the parts."""

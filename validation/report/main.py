@@ -1,4 +1,4 @@
-"""Accuracy, speed and stability of every method: a page and its tables.
+"""The command that generates the report: an HTML page and its tables.
 
 python -m validation.report [scene.toml ...] [--quick | --full] [--only PART[,...]] [--out report]
 """
@@ -84,7 +84,7 @@ def make_progress(console):
 
 
 def load_problems(files, budget):
-    """Return problems with end times: of the given files, or of the report if no file is given."""
+    """Return the problems of the given files, or those of the report, with their end times."""
     if not files:
         return [
             (load_problem(name), SHORT if budget.quick else end) for name, end in HORIZONS.items()
@@ -114,7 +114,7 @@ def run_parts(out, problems, parts, budget, console):
 
 
 def write_report(out, findings, about):
-    """Write the page and the tables, and return the names of the files."""
+    """Write the HTML page and the tables, and return the file names."""
     texts = {"index.html": page.render_page(findings, about)}
     for part, found in findings:
         texts |= dict(part.list_files(found, about))
@@ -132,7 +132,7 @@ def print_summary(console, findings):
 
 
 def make_report(asked):
-    """Make the report for the parsed options and return the exit code."""
+    """Generate the report for the parsed options, and return the exit code."""
     console, begin, budget = Console(), time.perf_counter(), BUDGETS[asked.budget]
     try:
         problems = load_problems(asked.scenes, budget)

@@ -1,4 +1,4 @@
-"""The page of the report, which contains the parts that have findings."""
+"""The HTML page of the report, which contains all parts that have findings."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ FOLDERS = [HERE / "templates", HERE.with_name("parts")]
 
 
 def load_template(name, *folders):
-    """Return a template of the report or of a part, or a template in another folder."""
+    """Return the template of the report, of a part, or in another folder."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader([*folders, *FOLDERS]),
         autoescape=True,

@@ -1,4 +1,4 @@
-"""The picture of the interactive page in README.md, taken with Debian's chromium.
+"""The picture of the interactive viewer in README.md, taken with Debian's chromium.
 
 python -m validation.report.page_picture [validation/report/page.png]
 """
@@ -10,7 +10,7 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 TARGET = Path(__file__).with_name("page.png")
-PAGE = Path(__file__).parents[2] / "python/kreisel/viewer.html"  # the page as built by `make build`
+PAGE = Path(__file__).parents[2] / "python/kreisel/viewer.html"  # built by `make build`
 SOFTWARE = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 SIZE = {"width": 1120, "height": 640}
 UNTIL = 9  # time of the motion at which the picture is taken
@@ -23,7 +23,7 @@ def take_picture(target=TARGET):
         )
         page = browser.new_page(
             viewport=SIZE, reduced_motion="reduce"
-        )  # the page must not start to move by itself
+        )  # the viewer must not start to move by itself
         page.goto(PAGE.as_uri())
         while not page.evaluate("!!window.kreisel"):
             page.wait_for_timeout(50)

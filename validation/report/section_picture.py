@@ -1,7 +1,7 @@
-"""The picture of sections in docs/theory/tangents.md: order, chaos, and islands of order.
+"""The picture of sections in docs/theory/tangents.md: regular and chaotic motion.
 
-All tops have the same body, energy and vertical momentum. A point is drawn whenever the apex is at
-its lowest, with a colour for each top. Gravity increases from panel to panel.
+All tops have the same body, energy and vertical momentum. A point is drawn at each lowest position
+of the apex, with a colour for each top. Gravity increases from panel to panel.
 
     python -m validation.report.section_picture [validation/report/section.png]
 """

@@ -1,8 +1,8 @@
 """Compositions of order 8 with other coefficients, and with the closed form as drift.
 
 Conclusion: kahan_li8 needs fewer kicks than the composition with 15 stages by Suzuki and Umeno. An
-exact free flow costs more than the kicks that it saves. Therefore the library contains neither of
-the two.
+exact free flow costs more than the kicks that it saves. Therefore the library contains neither the
+composition by Suzuki and Umeno nor an exact drift.
 
     python -m validation.studies.composition_study
 """
@@ -72,7 +72,7 @@ def run_composition(scene, half, end, steps, flow):
 
 
 def count_kicks(scene, half, end, flow, target):
-    """Return roughly the fewest kicks for which the final error meets the target."""
+    """Return approximately the smallest number of kicks whose final error meets the target."""
     truth = kr.solve(scene, end, method="taylor", tol=1e-15).q[-1]
     for steps in (round(4 * 1.08**i) for i in count()):
         if kr.attitude_error(run_composition(scene, half, end, steps, flow), truth) <= target:
@@ -80,7 +80,7 @@ def count_kicks(scene, half, end, flow, target):
 
 
 def compare_suzuki_umeno():
-    """Yield tops, and the kicks of 15 stages over those of kahan_li8 for an error of 1e-8."""
+    """Yield tops and the ratio of kicks of Suzuki-Umeno to kahan_li8, for an error of 1e-8."""
     for body in ("lagrange", "kowalewski", "asymmetric"):
         scene = tilt_scene(body)
         one, two = (
@@ -91,7 +91,7 @@ def compare_suzuki_umeno():
 
 
 def closed_form_price():
-    """Return the cost of making and evaluating a closed form, in steps of a general top."""
+    """Return the time to set up and evaluate a closed form, in units of a general top's step."""
     scene = tilt_scene("asymmetric", gravity=0.0)
     times = {}
     for _ in range(15):

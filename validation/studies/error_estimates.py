@@ -38,7 +38,7 @@ WAYS = {
 def estimate_ratio(scene, times, truth, way):
     """Return the ratio of the estimated to the true error of a path.
 
-    Return None if the path is as accurate as its number of digits allows, or if the run is refused.
+    Returns None if the run is refused, or if the error is at rounding level.
     """
     method, options = way.split()[0], WAYS[way]
     try:

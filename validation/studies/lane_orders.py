@@ -81,7 +81,11 @@ def error_quantiles(q, truth):
 
 
 def fit_tolerance(lanes, scenes, t, truth, log2_tol, order, most):
-    """Return how much to lower the tolerance to get errors of at most `most`, or None."""
+    """Find the smallest reduction of the tolerance for which the errors are at most `most`.
+
+    Returns its binary logarithm, the run and the errors, or None if no reduction in `LESS`
+    suffices.
+    """
     for less in LESS:
         run = lanes.run(scenes, t, log2_tol - less, order)
         found = error_quantiles(run(), truth)

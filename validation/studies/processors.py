@@ -5,9 +5,9 @@ Conclusion: the library contains kernels for AVX2 and AVX-512, and its baseline 
 
     python -m validation.studies.processors
 
-A processor with narrower vectors is simulated by not using the wider vectors. The last row shows
-the cost of optimizing the baseline kernels for size. The result is the shortest processor time of
-all rounds. The output is the table of README.md.
+An older processor is simulated by using only its instruction sets. The last row shows the cost of
+optimizing the baseline kernels for size. The result is the shortest processor time of all rounds.
+The output is the table of README.md.
 """
 
 import argparse

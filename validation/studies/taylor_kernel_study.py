@@ -36,7 +36,7 @@ def problem_bytes(name):
 
 
 def isas():
-    """Time each instruction set against heyoka, which always uses the best set of the machine."""
+    """Compare each instruction set with heyoka, which uses the best one of the machine."""
     kernels, plain = TaylorKernels(), TaylorKernels(plain=True)
     for name in ("thesis", "asymmetric"):
         for target, order in ((1e-3, 12), (1e-6, 16), (0, 28)):
@@ -68,9 +68,9 @@ def print_at_equal_error(kernels, plain, name, target, order):
 
 
 def headless():
-    """Print how much time is saved by omitting the heading, at equal tolerance.
+    """Print the time saved by omitting the heading, at equal tolerance.
 
-    Also print how much would still be saved if the heading were integrated separately.
+    Also print the part of this saving that would remain if the heading were integrated separately.
     """
     kernels = TaylorKernels()
     for name in ("asymmetric", "thesis"):
@@ -157,7 +157,7 @@ DEPTHS_30 = (
 
 
 def depth():
-    """Print time and error for 20 and 30 digits, with other numbers of terms and tolerances."""
+    """Print times and errors for 20 and 30 digits, for several numbers of terms and tolerances."""
     for head, last in DEPTHS_20:
         kernels, what = TaylorKernels((head, last, 20, 36)), f"20 digits: head {head} of {last}"
         print_depth(kernels, 0, what, (-66, -70, -74), 2e4)

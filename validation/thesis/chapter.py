@@ -151,7 +151,7 @@ def draw_forms(forms, scene):
 
 
 def make_units_table():
-    """Return the units of section 4.2.1 for the cuboid, as in the text and as they should be."""
+    """Return the units of section 4.2.1 for the cuboid, as printed and as corrected."""
     units = scaled_units(SCENE.body)
     scaled = units.into(SCENE)
     n, _, t = HALF
@@ -171,7 +171,7 @@ def make_units_table():
 
 
 def describe_run(results, seconds):
-    """Describe the machine, and the difference between truth and extrap in experiment 6.2."""
+    """Describe the machine, and the difference of extrap from the reference in experiment 6.2."""
     timed = results.timed
     extrap = Trajectory(kr.solve(SCENE, timed.t, method="extrap", tol=1e-13), 0)
     return machine.describe_machine() | {

@@ -1,4 +1,4 @@
-"""Errata of the thesis: the text, the correction, and the computed error of each version."""
+"""Errata of the thesis: the printed text, the correction, and the computed error of both."""
 
 from dataclasses import dataclass
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 class Erratum:
     """An erratum.
 
-    The fields `text` and `right` are the errors of the text and of the correction. `measure` says
-    how the error is defined.
+    The fields `text` and `right` are the numerical errors of the printed text and of the
+    correction. `measure` is the definition of the error.
     """
 
     number: int
@@ -21,7 +21,7 @@ class Erratum:
 
 
 def register_erratum(number, where, says, is_right, measure):
-    """Decorate a function that computes the errors of the text and of the correction."""
+    """Decorate a function that computes the errors of the printed text and of the correction."""
 
     def make_erratum(compute):
         def compute_erratum():

@@ -69,7 +69,7 @@ def which_rotation():
 def integrate_alpha():
     """Return I3 / I1 of the cuboid about the middle of its lower face, by Gauss quadrature.
 
-    The quadrature is exact here.
+    The quadrature is exact, because the integrand is a polynomial.
     """
     nodes = np.array((-1.0, 1.0)) / 3**0.5
     x, y, z = np.meshgrid(HALF[0] * nodes, HALF[1] * nodes, HALF[2] * (nodes + 1))
@@ -90,7 +90,7 @@ def moments():
 
 
 def scale_scene(i1, alpha, p):
-    """Return the scene with momentum m / i1, moments 1, 1, alpha, and weight * lever = p."""
+    """Return the scene in scaled units: momentum m / i1, moments 1, 1 and alpha, gravity p."""
     body = kr.Body(1.0, (1.0, 1.0, alpha), (0.0, 0.0, p), unphysical=True)
     return kr.Scene(
         body, momentum=np.array(SCENE.momentum) / i1, attitude=SCENE.attitude, gravity=1.0

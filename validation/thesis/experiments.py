@@ -30,10 +30,10 @@ def time_grid(step, end):
 
 @dataclass(frozen=True)
 class FourTops:
-    """The motion of the four tops (6.1.1) and the true motion, at multiples of eps2.
+    """The motions of the four tops (6.1.1) and the reference motion, at multiples of eps2.
 
-    Bobenko-Suris is red with eps1 and blue with eps2. Extrap is yellow with eps1 and green with
-    eps2.
+    Bobenko-Suris is drawn in red with the step eps1 and in blue with eps2. Extrap is drawn in
+    yellow with eps1 and in green with eps2.
     """
 
     scene: kr.Scene
@@ -52,7 +52,7 @@ class FourTops:
 
     @cached_property
     def L(self):
-        """The frame errors: of each trajectory against the truth, and of pairs as in the text."""
+        """The frame errors of each trajectory, against the reference and between pairs."""
         return {
             "BS": compute_frame_error(self.blue, self.true),
             "Ext": compute_frame_error(self.green, self.true),
@@ -66,7 +66,7 @@ class FourTops:
 
     @cached_property
     def term(self):
-        """The energy error of the blue top according to 6.1.4.
+        """The energy error of the blue top by the formula of section 6.1.4.
 
         The error is -I1 eps2/2 <a x m, p> in scaled units, minus its value at the start.
         """
@@ -76,7 +76,7 @@ class FourTops:
 
 
 def run_four_tops(scene=SCENE, end=600.0, eps1=0.01, eps2=0.2):
-    """Run experiment 6.1 with the values of the text, or with other values."""
+    """Run experiment 6.1 with the values of the thesis, or with other values."""
     ratio = round(eps2 / eps1)
     return FourTops(
         scene,
@@ -106,7 +106,7 @@ def run_failing():
 
 
 def measure_growth(end=20.0, eps=0.2):
-    """Return how the frame error depends on the term of section 6.1.5.
+    """Return the frame error and the energy term of section 6.1.5, for several tops.
 
     The rows are (gravity, factor of m, largest |term|, largest L), for several values of gravity
     and of the factor.
@@ -129,7 +129,7 @@ def measure_growth(end=20.0, eps=0.2):
 
 @dataclass(frozen=True)
 class EqualTime:
-    """Experiment 6.2: states at every fifth unit of time, all compared with the truth."""
+    """Experiment 6.2: states at every fifth unit of time, all compared with the reference."""
 
     red: Trajectory
     blue: Trajectory
@@ -173,7 +173,7 @@ def solve_in_periods(substeps, end, method=None):
 
 
 def time_period(green, rounds=9, some=40):
-    """Return the run times for five units of time by Bobenko-Suris (166 steps) and by Extrap [s].
+    """Return the run times of Bobenko-Suris (166 steps) and Extrap for five units of time [s].
 
     The run times exclude the overhead of a Python call. They are the shortest of all rounds.
     """
@@ -206,9 +206,9 @@ def run_equal_time(end=3200.0):
 
 
 def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
-    """Return, by tolerance, when Extrap's frame error first exceeds Bobenko-Suris' frame error.
+    """Return, by tolerance, the time when Extrap's frame error first exceeds Bobenko-Suris'.
 
-    Each row is (tolerance, time or None, last error).
+    Each row is (tolerance, time or None, Extrap's last error).
     """
     end, rows = timed.t[-1], []
     for tol in tolerances:
@@ -225,7 +225,10 @@ def find_crossings(timed, tolerances=(2e-8, 1e-7, 2e-7, 5e-7, 1e-6)):
 
 @dataclass(frozen=True)
 class EqualEvaluations:
-    """Experiment 6.3: equal numbers of evaluations, so Bobenko-Suris has a quarter of the step."""
+    """Experiment 6.3: both methods make the same number of evaluations of the torque.
+
+    Bobenko-Suris therefore has a quarter of the step of the other method.
+    """
 
     eps2: float
     rk4: Trajectory

@@ -1,7 +1,7 @@
 """The figures of chapter 6, redrawn.
 
-The left panel is as in the thesis. The right panel, where it helps, has a logarithmic scale, the
-truth and more methods.
+The left panel is as in the thesis. Some figures have a right panel with a logarithmic scale, the
+reference and more methods.
 """
 
 import numpy as np
@@ -50,7 +50,7 @@ def draw_frame_chart(t, L, named, end):
 
 
 def draw_frame_log(t, L, named, improved, end):
-    """Draw running maxima of errors. Zeros of an error would dominate a logarithmic scale."""
+    """Draw running maxima of errors, which have no zeros on the logarithmic scale."""
     both = [(label, L[name], colour, "-") for name, label, colour in named]
     both += [(name, error, IMPROVED[name], "--") for name, error in improved.items()]
     series = [

@@ -1,6 +1,6 @@
 """Pictures of cuboids with momentum and velocity, of rods and of traces.
 
-The pictures resemble those of the program Top Visualization.
+The pictures resemble those of Top Visualization, the program of the thesis.
 """
 
 from dataclasses import dataclass
@@ -107,7 +107,7 @@ def draw_tops(axes, tops, half, pivot, origin):
 
 
 def origin_of(side):
-    """Return the origin of the tops on one side of the picture, -0.5 or 0.5."""
+    """Return the origin of the tops in the left (-0.5) or the right (0.5) half of the picture."""
     angle = np.radians(AZIMUTH)
     return side * APART * np.array((np.cos(angle), np.sin(angle), 0.0))
 

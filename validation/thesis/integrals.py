@@ -16,7 +16,7 @@ STRETCHED = {"kowalewski": 3**0.5, "goryachev_chaplygin": 7**0.5}  # C_N over C_
 
 
 def special_scene(kind, half=0.8):
-    """Return the program's initial cuboid, adjusted to C_B = `half` as by its checkbox (5.6.6)."""
+    """Return the initial cuboid of the program, with C_B = `half` (section 5.6.6)."""
     body = kr.Body.cuboid((STRETCHED[kind] * half, half, half / 2), (0.0, 0.0, -half / 2))
     x, y, z = SCENE.momentum
     return kr.Scene(body, momentum=(x, y, z if kind == "kowalewski" else 0.0), gravity=1.0)
@@ -34,7 +34,7 @@ class FourthIntegral:
 def measure_fourth_integral(kind):
     """Return the data of figure 5.5, or of the corresponding figure for G.
 
-    Extrap is restarted every 0.1 over 300 units.
+    Extrap runs for 300 units of time, and is restarted every 0.1 units.
     """
     course = solve_with_restarts(special_scene(kind), KOWALEWSKI_STEP, KOWALEWSKI_END)
     values = getattr(course.path, kind)
@@ -42,9 +42,9 @@ def measure_fourth_integral(kind):
 
 
 def compute_k_values():
-    """Return K at the start by (C_B, units).
+    """Return {(C_B, units): K at the start}.
 
-    The text's H has I1 = 1, and does not specify the unit of time.
+    The function H of the thesis has I1 = 1, and its unit of time is not specified.
     """
     found = {}
     for half in (0.8, 1.0):
@@ -70,7 +70,7 @@ class FormResult:
 
 
 def compare_forms(scenes=(("thesis", 100.0), ("asymmetric", 30.0)), rounds=7):
-    """Compare the equations in rest frame and body frame (3.4), each with twelve variables."""
+    """Compare the equations in rest frame and body frame (3.4), both with twelve variables."""
     return [form for name, end in scenes for form in compare_forms_on(name, end, rounds)]
 
 
@@ -89,8 +89,8 @@ def compare_forms_on(name, end, rounds):
 def frozen_frame_error(interval, end=100.0, scene=SCENE):
     """Return the attitude error of a frame whose velocity is updated once per interval [rad].
 
-    M and P are exact. But within each interval, the frame rotates with the angular velocity at the
-    start of the interval. This is the drawback that the text describes.
+    M and P are exact, but within each interval the frame rotates with the angular velocity at the
+    start of the interval. The thesis describes this drawback.
     """
     exact = solve_truth(scene, np.arange(round(end / interval) + 1) * interval).path
     q = np.array(exact.q[0])

@@ -13,7 +13,7 @@ POINTS = 500
 
 
 def thin_out(t, values, points=POINTS):
-    """Return the visible points: the least and the largest value of each short interval."""
+    """Return the smallest and the largest value of each short interval of a long line."""
     n = len(t)
     if n <= 2 * points:
         return t, values

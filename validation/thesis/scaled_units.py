@@ -36,7 +36,8 @@ def scaled_units(body: kr.Body) -> Units:
 
     For the cuboid of the thesis, I1 = M (C_N^2 + 4 C_T^2) / 3. Therefore alpha = I3 is 2 C_N^2 /
     (C_N^2 + 4 C_T^2), and the factor of momenta is 1 / I1. The mass is not 1 but 3 C_T^2 / (C_N^2 +
-    4 C_T^2). The text omits this factor in p. Raises ValueError if the body is not a Lagrange top.
+    4 C_T^2). The thesis omits this factor in p. Raises ValueError if the body is not a Lagrange
+    top.
     """
     i1, _ = _lagrange_moments(body)
     length = hypot(*body.com)
@@ -46,7 +47,7 @@ def scaled_units(body: kr.Body) -> Units:
 def h_eps(path: kr.Path, step: float) -> np.ndarray:
     """Return the invariant H_eps of bobenko_suris for a step, (n,), in scaled units [T^-2].
 
-    In the notation of the text (6.1.4),
+    In the notation of the thesis (6.1.4),
 
         H_eps = |m|^2 / 2 + <p, a> + step / 2 <a x m, p>
 
@@ -61,7 +62,7 @@ def h_eps(path: kr.Path, step: float) -> np.ndarray:
 
 
 def _lagrange_moments(body: kr.Body) -> tuple[float, float]:
-    """Return the moment that two axes share, and the moment about the symmetry axis."""
+    """Return the two equal moments as one number, and the moment about the symmetry axis."""
     if body.kind != "lagrange":
         raise ValueError(
             f"the scaled units are for Lagrange tops, not for a body of kind {body.kind!r}"

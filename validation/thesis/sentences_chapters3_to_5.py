@@ -25,7 +25,7 @@ SPECIAL = {  # the construction in the text, and (each of the equal moments) / (
 def check_chapter3(forms, frozen):
     """Yield the sentences of section 3.4 on the two forms of the equations.
 
-    `frozen` is {interval: attitude error}.
+    `frozen` is {interval: attitude error of frozen_frame_error}.
     """
 
     def at_tolerance(form, tol=1e-8):
@@ -167,10 +167,10 @@ def check_fourth_integrals(k, g, values):
 
 
 def measure_discrete_rod(eps=0.05, end=20.0):
-    """Return the distance between the program's rod and the centre line, for eps and for eps / 2.
+    """Return the distance of the discrete rod from the centre line, for eps and for eps / 2.
 
-    The distance is taken at the end. In the program's rod, each frame is displaced from the
-    previous frame by eps along T.
+    The distance is measured at the end of the rod. In the discrete rod, each frame is displaced
+    from the previous frame by eps along T.
     """
     errors = []
     for h in (eps, eps / 2):
@@ -220,7 +220,7 @@ def check_traces():
 
 
 def compare_with_rk4(target=1e-3, end=100.0):
-    """Return the evaluations that rk4 and extrap need for a frame error below the target."""
+    """Return how many evaluations rk4 and extrap need for a frame error below the target."""
     true = solve_truth(SCENE, [end]).path.q[-1]
 
     def evaluations(settings):

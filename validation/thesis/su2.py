@@ -27,7 +27,7 @@ def rotate(Phi, x):
 
 
 def rotation_matrix(axis, angle):
-    """Return the matrix Phi of theorem 3.4, with the factor 2 that the text omits.
+    """Return the matrix Phi of theorem 3.4, with the factor 2 that the thesis omits.
 
     Phi^-1 X Phi then rotates by -angle.
     """
@@ -46,7 +46,7 @@ def from_quaternion(q):
 def compute_xi(form, m, a, b, c, alpha, eps, second=None):
     """Return xi_k of theorem 4.2, from m = m_(k+1), a = a_k and b = a_(k+1).
 
-    The second form of the text contains 2/c instead of 2/eps.
+    The second form in the thesis contains 2/c instead of 2/eps.
     """
     if form == 1:
         return m + c * (1 - alpha) / alpha * (b + a) / (1 + a @ b)
@@ -65,9 +65,9 @@ def make_step(m, a, eps, g):
 def run_theorem42(scaled, eps, end, c_of="a", side="left", form=1, text=False):
     """Return the attitude at the end according to theorem 4.2.
 
-    `c_of` is 'a', or 'p' as in the text. `side` is the side on which w_k multiplies the quaternion.
-    If `side` is 'inverse', g rotates from rest frame to body frame. `text` selects 2/c in the
-    second form, as printed.
+    `c_of` is 'a', or 'p' as printed. `side` is the side on which w_k multiplies the quaternion. If
+    `side` is 'inverse', g rotates from the rest frame to the body frame. If `text` is True, the
+    factor 2/c of the printed second form is used.
     """
     alpha = scaled.body.moments[2]
     g = scaled.body.mass * scaled.gravity

@@ -49,7 +49,7 @@ class Trajectory:
 
 
 def solve_truth(scene, times):
-    """Return the closed form if one exists, otherwise the solution at the tightest tolerance."""
+    """Solve by the closed form if one exists, otherwise by the tightest tolerance."""
     return Trajectory(kr.solve(scene, times, tol=1e-13), 0)
 
 
@@ -77,10 +77,10 @@ def solve_theorem42(scene, step, end, every=1):
 
 
 def solve_with_restarts(scene, interval, end, tol=TOL, first=FIRST, every=1):
-    """Solve by Extrap as the program does: restarted with the first step at each interval.
+    """Solve by Extrap as the program of the thesis does, with a restart at each interval.
 
-    An interval is the time between two pictures, and not a step. The state at the end of every
-    `every`-th interval is kept.
+    An interval is the time between two pictures of the program. Each restart begins with the given
+    first step. The state at the end of every `every`-th interval is returned.
     """
     n = round(end / interval)
     states, cost, now = [kr.solve(scene, [0.0]).states[0]], np.zeros(3, int), scene
@@ -105,11 +105,11 @@ def compute_frame_error(one, other):
 
 
 def largest_until(t, values, until):
-    """Return the largest of `values` up to a time."""
+    """Return the largest of `values` up to the time `until`."""
     return float(values[t <= until * (1 + 1e-9)].max())
 
 
 def fit_exponent(t, values, begin):
-    """Return p of the power law t^p, fitted to the running maximum after `begin`."""
+    """Fit the power law t^p to the running maximum after the time `begin`, and return p."""
     later = t >= begin
     return float(np.polyfit(np.log(t[later]), np.log(np.maximum.accumulate(values)[later]), 1)[0])

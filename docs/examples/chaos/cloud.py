@@ -30,4 +30,4 @@ for row, name in zip(axes, ("asymmetric_regular", "asymmetric"), strict=True):
 # other tops, to the last bit, even where chaos amplifies the last bit:
 
 few = kr.solve(cloud[7:9], times)
-print("the same bits in a smaller ensemble:", np.array_equal(few.apex[0], paths.apex[7]))
+print("bitwise equal in a smaller ensemble:", np.array_equal(few.apex[0], paths.apex[7]))

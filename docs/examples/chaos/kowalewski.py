@@ -36,6 +36,6 @@ x, y, _ = case.momentum
 print(f"with a vertical momentum: {kr.megno(case.replace(momentum=(x, y, 1.5)), 20000).value:.1f}")
 
 # %%
-# Her top in the page, which can also draw a chart of K:
+# Her top in the viewer, which can also draw a chart of K:
 
 kr.view(scene, open=False)

@@ -37,4 +37,4 @@ rod.plot(elevation=15)
 # The elastic energy of the rod corresponds to the kinetic energy of the top. Its sum with the load
 # is constant along the rod, as the energy of the top is in time:
 
-print(np.ptp(rod.elastic + path.potential) / rod.elastic.max())
+print(np.ptp(rod.elastic_energy_density + path.potential) / rod.elastic_energy_density.max())

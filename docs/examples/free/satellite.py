@@ -2,7 +2,7 @@
 Why does a tumbling satellite turn over?
 ========================================
 
-A free body that spins about the axis of its middle moment turns over again and again: cosmonaut
+A free body that spins about the axis of its middle moment flips over periodically: cosmonaut
 Dzhanibekov's nut, a tennis racket, and any satellite that has lost its thrusters.
 """
 

@@ -29,8 +29,8 @@ right.set(xlabel="time", title="bobenko_suris", ylim=(1.07, 1.24))
 right.legend()
 
 # %%
-# The modified energy of the map, :math:`E + \tfrac{h}{2 I_1} \langle p \times a, m \rangle M`, is
-# constant to rounding, after any number of steps:
+# The modified energy of the Bobenko-Suris map, :math:`E + \tfrac{h}{2 I_1} \langle p \times a, m
+# \rangle M`, is constant to rounding, after any number of steps:
 
 path = kr.solve(scene, 30000.0, "bobenko_suris", step=step, every=1000)
 kept = path.modified_energy(step)

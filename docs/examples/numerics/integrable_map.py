@@ -30,7 +30,8 @@ for chart, name in zip(axes, ("bobenko_suris2", "strang"), strict=True):
 axes[0].set_ylabel("momentum")
 
 # %%
-# The closed form of the map gives the state after any number of steps directly, here a billion:
+# The closed form of the Bobenko-Suris map gives the state after any number of steps directly, here
+# a billion:
 
 scene = kr.scenes.cusps
 map = kr.exact(scene, map="bobenko_suris", step=0.4)
@@ -41,6 +42,6 @@ difference = kr.attitude_error(walked.q, map(steps).q).max()
 print(f"4000 steps and the closed form differ by {difference:.1e} rad")
 
 # %%
-# Two methods side by side in the page; press the space bar:
+# Two methods side by side in the viewer; press the space bar:
 
 kr.view(scene, methods=["bobenko_suris", "strang"], step=0.4, open=False)

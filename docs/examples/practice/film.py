@@ -21,6 +21,6 @@ kr.plot(path, degrees=True)
 
 # %%
 # The spin looks slower than it is, because the top turns more than once between two frames. The
-# page shows it at any speed, and the top can be dragged:
+# viewer shows it at any speed, and the top can be dragged:
 
 kr.view(scene, speed=0.05, open=False)

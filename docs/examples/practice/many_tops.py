@@ -22,8 +22,8 @@ options = {"reduce": {"nutation": ("max", "mean")}, "part_size": 10000}
 print(kr.sweep(source, np.linspace(0, 20, 201), folder=runs, parts=range(2), **options))
 
 # %%
-# The same call computes the missing parts only. The bits do not depend on who computes which part,
-# when, or on how many threads:
+# Repeating the call computes only the missing parts. The results do not depend on which worker
+# computes which part, when, or on how many threads:
 
 done = kr.sweep(source, np.linspace(0, 20, 201), folder=runs, **options)
 print(done)

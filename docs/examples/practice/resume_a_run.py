@@ -2,8 +2,8 @@
 How do I continue a run tomorrow?
 =================================
 
-A run can be saved at any time and resumed later, with the same bits as without the interruption.
-Its memory does not grow with its length.
+A run can be saved at any time and resumed later. The resumed run is bitwise equal to an
+uninterrupted one. Its memory does not grow with its length.
 """
 
 from pathlib import Path
@@ -22,7 +22,7 @@ run.save(file)
 tomorrow = kr.resume(file).to(np.linspace(40.1, 80, 400))
 at_once = kr.solve(kr.scenes.asymmetric, np.concatenate([today.t, tomorrow.t]), "taylor")
 same = np.array_equal(np.vstack([today.states, tomorrow.states]), at_once.states)
-print(f"the same bits as in one run: {same}")
+print(f"bitwise equal to one run: {same}")
 
 figure, axes = plt.subplots(figsize=(7.6, 3), layout="constrained")
 for path, name in ((today, "today"), (tomorrow, "tomorrow")):

@@ -43,6 +43,6 @@ axes.set(xlabel="spin [rad/s]", ylabel="precession [rad/s]", xlim=(0, 600), ylim
 axes.legend()
 
 # %%
-# The same gyroscope in the page, where the top and its momentum can be dragged:
+# The same gyroscope in the viewer, where the top and its momentum can be dragged:
 
 kr.view(scene, speed=0.2, open=False)

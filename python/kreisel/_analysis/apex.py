@@ -86,19 +86,19 @@ class Apex:
         body = self.scene.body
         if body.kind != "lagrange":
             raise ValueError(
-                "nutation and precession belong to Lagrange tops, not to a body of kind "
+                "nutation and precession are defined for Lagrange tops, not for a body of kind "
                 f"{body.kind!r}"
             )
         if not len(self.t):
-            raise ValueError("a path without states has no nutation: solve for times")
+            raise ValueError("a path without states has no nutation: call solve with times")
         if np.ptp(self.height) < _LEVEL:
-            return self._level_nutation()
+            return self._steady_nutation()
         self._check_sampling()
         low, high = self._turning_times(1.0), self._turning_times(-1.0)
         if len(low) < 2:
             raise ValueError(
-                f"the axis has {len(low)} lowest points in this path, and two make a nutation: "
-                "solve for longer times"
+                f"the apex has {len(low)} lowest points in this path, but two are needed to "
+                "measure a nutation: solve for a longer time"
             )
         first, last = low[0], low[-1]
         period = (last - first) / (len(low) - 1)
@@ -110,7 +110,7 @@ class Apex:
         )
         return Nutation(least, greatest, period, turned / (last - first))
 
-    def _level_nutation(self) -> Nutation:
+    def _steady_nutation(self) -> Nutation:
         nutation = np.arctan2(np.hypot(*self.trace[:, :2].T), self.height)
         turned, took = self.azimuth[-1] - self.azimuth[0], self.t[-1] - self.t[0]
         rate = float(turned / took) if took else math.nan
@@ -125,8 +125,8 @@ class Apex:
         )
         if period and _FEWEST * apart > period * (1.0 + 1e-9):
             raise ValueError(
-                f"the states are up to {apart:g} apart, and a nutation takes {period:g}: ask for "
-                f"{_FEWEST} states in each or more, or kr.exact(path.scene)"
+                f"the states are up to {apart:g} apart, and a nutation takes {period:g}: request "
+                f"at least {_FEWEST} states per nutation, or use kr.exact(path.scene)"
             )
 
     def _turning_times(self, sign: float) -> list[float]:
@@ -136,7 +136,7 @@ class Apex:
         return [_find_zero(*self._neighbours(i, rise)) for i in after.tolist()]
 
     def _neighbours(self, i: int, values: Array) -> tuple[Array, Array]:
-        """Return times and values at the four states nearest to the interval t[i - 1] .. t[i].
+        """Return the times and values of the four states nearest to the interval t[i - 1] .. t[i].
 
         If the path has fewer than four states, all of them are returned.
         """
@@ -144,10 +144,10 @@ class Apex:
         return self.t[first : first + 4], values[first : first + 4]
 
     def _nutation_at(self, t: float) -> float:
-        """Return the nutation at a time between states.
+        """Return the nutation at a time between states, by interpolation.
 
         The nutation is computed from the height and from the squared distance to the vertical. Both
-        are smooth functions of time, so the result is accurate near the vertical, too.
+        are smooth functions of time, so the result is also accurate near the vertical.
         """
         square = self._interpolate_at(self.trace[:, 0] ** 2 + self.trace[:, 1] ** 2, t)
         return math.atan2(math.sqrt(max(square, 0.0)), self._interpolate_at(self.height, t))

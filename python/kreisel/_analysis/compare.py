@@ -19,7 +19,7 @@ from .._options.solve_options import Progress, parse_progress
 from .._results.path import Error, Path, Stats
 from .._solve.solve import solve
 from .._utils.atomic_io import atomic_write
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Numbers, as_int, as_positive, check_type, short_repr
 from ..quaternion import attitude_error
 from ..scenes import name_of
@@ -69,7 +69,10 @@ class Table:
         return self.rows[i]
 
     def __str__(self) -> str:
-        lines = [list(_COLUMNS), *([_cell(value) for value in _values(row)] for row in self.rows)]
+        lines = [
+            list(_COLUMNS),
+            *([_format_cell(value) for value in _row_values(row)] for row in self.rows),
+        ]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
@@ -81,7 +84,7 @@ class Table:
         text = io.StringIO(newline="")
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(_COLUMNS)
-        writer.writerows(map(_values, self.rows))
+        writer.writerows(map(_row_values, self.rows))
         if path is not None:
             atomic_write(path, text.getvalue().encode())
         return text.getvalue()
@@ -90,11 +93,11 @@ class Table:
 _COLUMNS = tuple(column.name for column in fields(Row))
 
 
-def _values(row: Row) -> list[object]:
+def _row_values(row: Row) -> list[object]:
     return [getattr(row, name) for name in _COLUMNS]
 
 
-def _cell(value: object) -> str:
+def _format_cell(value: object) -> str:
     return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
@@ -110,7 +113,7 @@ def _parse_settings(name: str, given: Iterable[float]) -> list[float]:
 
 @dataclass
 class _Run:
-    """A method with one step or tolerance: its path, run times, and the reason for a failure."""
+    """A run of a method with one step or tolerance: its path, its times, and any failure."""
 
     scene: Scene
     t: Numbers
@@ -199,13 +202,13 @@ def compare(
                 tell((done + 1) / (rounds * len(runs)))
     except KeyboardInterrupt:
         table = _table(scene, runs, reference)
-        total = f"{len(table)} of {len(runs)} runs were made"
-        raise CompareInterrupted(f"interrupted: {total} at least once", table) from None
+        total = f"{len(table)} of {len(runs)} runs were completed"
+        raise CompareInterrupted(f"interrupted: {total}", table) from None
     return _table(scene, runs, reference)
 
 
 def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
-    """Return the table of all runs that were made, or an empty table if `truth` is None."""
+    """Return the table of all completed runs, or an empty table if `truth` is None."""
     if truth is None:
         return Table(())
     made = [run for run in runs if run.seconds or run.failure]
@@ -213,7 +216,7 @@ def _table(scene: Scene, runs: Iterable[_Run], truth: Path | None) -> Table:
 
 
 class CompareInterrupted(KeyboardInterrupt):
-    """Ctrl-C during kreisel.compare; `table` has a row for each run that was made at least once."""
+    """Exception for Ctrl-C during kreisel.compare; `table` has a row for each completed run."""
 
     __module__ = "kreisel"  # a traceback shows the public name
 

@@ -107,11 +107,11 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     even = np.linspace(t[0], t[-1], len(t))
     if not np.abs(t - even).max() <= _EVEN * abs(even[1] - even[0]) or t[0] == t[-1]:
         raise ValueError(
-            "the states of the path must be equally far apart in time: solve for "
-            "numpy.linspace(0.0, t, n), or record every step of a fixed one"
+            "the states of the path must be equally spaced in time: call solve with "
+            "numpy.linspace(0.0, t, n), or use a method of fixed step"
         )
     seen = path.apex[:, 0] + 1j * path.apex[:, 1]
-    lines, amplitudes, rest = _lines(t, seen, count)
+    lines, amplitudes, rest = _strongest_lines(t, seen, count)
     told = lines, amplitudes, rest
     freeze_arrays(told)
     if path.method == EXACT and not has_torus(path.scene):
@@ -127,15 +127,15 @@ def _compute_rates(path: Path) -> tuple[float, float, float]:
     axis, first = along @ principal, _perpendicular(along) @ principal
     about = np.cross(axis, first) @ up + 1j * (first @ up)
     motion = compute_motion(path, up, along, east)
-    level = motion.height - float(_window(len(t)) @ motion.height)
+    level = motion.height - float(_kaiser_window(len(t)) @ motion.height)
     nutation = 0.0
     if np.abs(level).max() > _LEVEL:
-        [line], _, _ = _lines(t, level.astype(np.complex128), 1)
+        [line], _, _ = _strongest_lines(t, level.astype(np.complex128), 1)
         nutation = abs(float(line))
     if not np.abs(motion.z).max() > _LEVEL:
         return math.nan, nutation, math.nan
     turns = count_turns(path, motion, about, up, along, east)
-    window, span = _window(len(t) - 1), len(t) - 1
+    window, span = _kaiser_window(len(t) - 1), len(t) - 1
     if not math.tau * span * float(window[turns.unknown].sum()) < _SMOOTH:
         return math.nan, nutation, math.nan
     is_through = span * float(window[turns.through > 0].sum()) > _SMOOTH
@@ -148,13 +148,13 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
     """Compute the mean rate of an angle from `turned`, the angles between states.
 
     The strongest line of `signal` minus a multiple of `part` is more accurate than the mean of
-    `turned`. The line is returned if it is so near the mean that the multiple is certain. Otherwise
-    the mean is returned if the angle grows evenly, and NaN if it does not.
+    `turned`. The frequency of the line is returned if it is so near the mean that the multiple is
+    certain. Otherwise the mean is returned if the angle grows evenly, and NaN if not.
     """
     span, step = abs(float(t[-1] - t[0])), float(t[1] - t[0])
-    mean = float(_window(len(turned)) @ turned) / step
+    mean = float(_kaiser_window(len(turned)) @ turned) / step
     is_smooth = span * _alias_bound(turned / step) < _SMOOTH
-    [line], _, _ = _lines(t, signal, 1)
+    [line], _, _ = _strongest_lines(t, signal, 1)
     found = float(line) - (round((float(line) - mean) / part) * part if part else 0.0)
     if span * abs(found - mean) < (_NEAR if is_smooth else math.pi):
         return found
@@ -164,9 +164,9 @@ def _mean_rate(t: Array, signal: Waves, turned: Array, part: float) -> float:
 def _alias_bound(rate: Array) -> float:
     """Return a bound of the contribution of unresolved frequencies to the mean of `rate`.
 
-    The bound is the amplitude of the strongest line in the upper half of the resolved frequencies.
+    The bound is the largest amplitude in the upper half of the resolved frequencies.
     """
-    strengths = np.abs(np.fft.rfft(_window(len(rate)) * rate))
+    strengths = np.abs(np.fft.rfft(_kaiser_window(len(rate)) * rate))
     return float(strengths[len(strengths) // 2 :].max())
 
 
@@ -200,15 +200,15 @@ def _perpendicular(v: Array) -> Array:
     return made / float(np.linalg.norm(made))
 
 
-def _window(n: int) -> Array:
+def _kaiser_window(n: int) -> Array:
     window = np.kaiser(n, math.pi * _SHARPNESS)
     made: Array = window / window.sum()
     return made
 
 
-def _lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
-    """Return frequencies and amplitudes of the `n` strongest lines, and the relative remainder."""
-    window, left = _window(len(t)), signal.astype(np.complex128)
+def _strongest_lines(t: Array, signal: Waves, n: int) -> tuple[Array, Waves, float]:
+    """Return the frequencies and amplitudes of the `n` strongest lines, and the relative rest."""
+    window, left = _kaiser_window(len(t)), signal.astype(np.complex128)
     frequency, amplitude = np.empty(n), np.empty(n, dtype=np.complex128)
     for k in range(n):
         frequency[k] = _find_peak(t, window * left)

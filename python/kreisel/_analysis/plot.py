@@ -48,7 +48,9 @@ def plot(
     for i, one in enumerate(paths):
         check_type(f"path[{i}]", one, Path)
     if not 1 <= len(paths) <= MOST:
-        raise ValueError(f"path must be a list of 1 to {MOST} paths, not of {len(paths)}")
+        raise ValueError(
+            f"path must be one path or a list of up to {MOST} paths, not of {len(paths)}"
+        )
     from .._plot.charts import plot_paths
 
     both = [(one, one.events.path if len(one.events) else None) for one in paths]
@@ -65,7 +67,7 @@ def _split_arguments(
     if isinstance(path, Path) and more and all(isinstance(one, Path) for one in more):
         return [path, *cast(tuple[Path, ...], more)], axes
     if len(more) > 1 or (more and axes is not None):
-        raise TypeError("give paths one after the other or in a list, and axes by their name")
+        raise TypeError("pass the paths as arguments or as one list, and axes as a keyword")
     paths = [path] if isinstance(path, Path) else path
     if not isinstance(paths, (list, tuple)):
         raise TypeError(f"path must be a kreisel.Path or a list of them, not {path!r}")

@@ -61,7 +61,7 @@ class Rod:
         return abs(one - two) <= KIND_RTOL * max(one, two)
 
     @property
-    def elastic(self) -> Array:
+    def elastic_energy_density(self) -> Array:
         """(n,) energy of bending and twist per length [M L^2 T^-2].
 
         This is the kinetic energy of the top:
@@ -72,12 +72,13 @@ class Rod:
         return density
 
     @property
-    def density(self) -> Array:
-        """(n,) elastic + <load, T>, which equals the Lagrangian of the top [M L^2 T^-2].
+    def lagrangian_density(self) -> Array:
+        """(n,) elastic_energy_density + <load, T> [M L^2 T^-2].
 
-        The shape of the rod makes the integral of this density stationary.
+        This is the Lagrangian of the top. The shape of the rod makes the integral of this density
+        stationary.
         """
-        total: Array = self.elastic + self.frame[:, 2] @ np.array(self.load)
+        total: Array = self.elastic_energy_density + self.frame[:, 2] @ np.array(self.load)
         return total
 
     @property
@@ -112,9 +113,9 @@ class Rod:
         ImportError if matplotlib is not installed.
         """
         from .._plot.charts import new_axes
-        from .._plot.solids import ORANGE, draw_bar, draw_tube, drawable
+        from .._plot.solids import ORANGE, check_axes, draw_bar, draw_tube
 
-        drawn = new_axes() if axes is None else drawable(axes)
+        drawn = new_axes() if axes is None else check_axes(axes)
         side = None if thickness is None else as_positive("thickness", thickness)
         turned = as_float("elevation", elevation), as_float("azimuth", azimuth)
         if self.isotropic:
@@ -130,8 +131,8 @@ def rod(path: Path) -> Rod:
     The rod is isotropic for a Lagrange top, and anisotropic for any other top whose centre of mass
     is on a principal axis. The rod is free of load if the centre of mass is the fixed point.
 
-    Raises ValueError for a damped top, and for a centre of mass that is on no principal axis. In
-    the latter case, the torque of the weight corresponds to no force at the ends of a rod.
+    Raises ValueError for a damped top, and for a centre of mass that is on no principal axis. The
+    torque of such a top's weight corresponds to no force at the ends of a rod.
 
         >>> import kreisel as kr
         >>> rod = kr.rod(kr.solve(kr.scenes.thesis, [0.1 * k for k in range(101)]))
@@ -140,7 +141,7 @@ def rod(path: Path) -> Rod:
     """
     check_type("path", path, Path)
     if path.scene._is_damped:
-        raise ValueError("no rod belongs to a damped top")
+        raise ValueError("Kirchhoff's analogy has no rod for a damped top")
     body = path.scene.body
     axes = _choose_rod_axes(body)
     frame = np.einsum("ij,njk->nik", axes, path.frame)
@@ -170,8 +171,8 @@ def _choose_rod_axes(body: Body) -> Array:
     moment = (moments * t) @ t
     if np.linalg.norm(moments * t - moment * t) > KIND_RTOL * moments.max():
         raise ValueError(
-            f"no rod belongs to this top: its centre of mass, {body.principal_com} along the "
-            "principal axes, is on none of them"
+            "Kirchhoff's analogy has no rod for this top, because its centre of mass, "
+            f"{body.principal_com} along the principal axes, lies on none of them"
         )
     k = int(np.argmin(np.abs(t)))
     n = np.eye(3)[k] - t[k] * t

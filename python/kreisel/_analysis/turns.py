@@ -80,7 +80,7 @@ class _Arcs(NamedTuple):
         return _Arcs(*columns)
 
     def split(self, z: Waves, rate: Waves) -> _Arcs:
-        """Return both halves of each arc, given z and its rate at half the time."""
+        """Return both halves of each arc, given z and its derivative at half the time."""
         middle = 0.5 * (self.begin + self.end)
         first = self._replace(end=middle, z1=z, rate1=rate)
         second = self._replace(begin=middle, z0=z, rate0=rate)
@@ -122,7 +122,7 @@ def count_turns(
     angle, through = np.zeros(n), np.zeros(n, dtype=np.int64)
     nearest, gap = np.full(n, np.inf), np.zeros(n)
     for k in range(_ROUNDS):
-        found = _examine_arcs(arcs)
+        found = _compare_arcs_with_chords(arcs)
         known = arcs.parent[found.is_known]
         np.add.at(angle, known, found.angle[found.is_known])
         np.add.at(through, known, found.through[found.is_known])
@@ -177,8 +177,8 @@ def _spin_angles(
 ) -> Array:
     """Return the angles by which the body turns about its axis.
 
-    Near a pole, the rates of spin and precession have a peak, but their sum (or their difference at
-    the other pole) has none. This sum gives the number of whole turns.
+    Near a pole, the rates of spin and precession have a peak, but their sum has none (at the other
+    pole, their difference). The whole turns are counted from this smooth rate.
     """
     height, turning, own = motion.height, motion.turning, motion.own
     side = np.where(height[:-1] + height[1:] >= 0.0, 1.0, -1.0)
@@ -193,8 +193,8 @@ def _spin_angles(
     return np.where(is_seen, exact, thought)
 
 
-def _examine_arcs(arcs: _Arcs) -> _Verdicts:
-    """Compare arcs with their chords, both at rest and in a frame that turns with the arc."""
+def _compare_arcs_with_chords(arcs: _Arcs) -> _Verdicts:
+    """Compare arcs with their chords, in the frame at rest and in one that turns with the arc."""
     angle, distance, bend = _measure_chords(arcs)
     at_rest = distance > _SAFETY * bend
     length = arcs.end - arcs.begin
@@ -219,9 +219,9 @@ def _examine_arcs(arcs: _Arcs) -> _Verdicts:
 
 
 def _from_turning_frame(arcs: _Arcs, pace: Array) -> _Arcs:
-    """Return the arcs as seen from a frame that turns about 0 at the rate `pace`.
+    """Transform the arcs to a frame that turns about 0 at the rate `pace`.
 
-    At half the time of an arc, the frame coincides with the frame at rest.
+    Both frames coincide at half the time of an arc.
     """
     half = np.exp(0.5j * pace * (arcs.end - arcs.begin))
     return arcs._replace(

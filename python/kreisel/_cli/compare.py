@@ -10,7 +10,7 @@ from rich.table import Table as Grid
 from .._analysis.compare import CompareInterrupted, Table
 from .._analysis.compare import compare as compared
 from .._model.scene import Scene
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from . import time_option
 from .output_files import FILE, check_outputs
 from .parsers import (
@@ -49,14 +49,14 @@ _OPTIONS = ("t", "methods", "steps", "tols", "truth", "repeats")
     show_default=True,
     metavar="NAME",
     shell_complete=A_METHOD,
-    help="The method of the reference, with 20 digits, tol 1e-13 or a fine step.",
+    help="The method of the reference solution, with 20 digits, tol 1e-13 or a fine step.",
 )
 @click.option(
     "--repeats",
     type=int,
     default=5,
     show_default=True,
-    help="Runs of each method: the fastest counts.",
+    help="Number of runs of each method; the fastest is used.",
 )
 @click.option("--csv", "csv_file", type=FILE, help="Write the table with all digits.")
 def compare(

@@ -34,7 +34,7 @@ def _parse_event(scene: Scene, word: str) -> Event:
             key, equals, value = field.partition("=")
             if not equals and field != "terminal":
                 if not free:
-                    raise ValueError(f"{field!r} is an argument too many")
+                    raise ValueError(f"{field!r} is an unexpected argument")
                 key, value = free.pop(0), field
             given[key] = _parse_value(key, value)
         return maker(**given)

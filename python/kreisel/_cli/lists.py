@@ -9,7 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table as Grid
 
-from .._analysis.method_table import page
+from .._analysis.method_table import format_methods_page
 from .._options.methods import Method, unknown_method_message
 from .._options.methods import methods as known
 from .._options.quantities import RECORDABLE, TIME
@@ -18,7 +18,7 @@ from ..scenes import about, get_scene
 from .parsers import UsageError, complete_one
 
 
-def _print_grid(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
+def _print_table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> None:
     grid = Grid(box=box.SIMPLE_HEAD)
     for i, column in enumerate(columns):
         grid.add_column(column, no_wrap=i == 0)
@@ -37,10 +37,10 @@ def _print_grid(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> No
 def methods(name: str | None, markdown: bool) -> None:
     """List the methods of this build, or describe one."""
     if markdown:
-        click.echo(page(known), nl=False)
+        click.echo(format_methods_page(known), nl=False)
     elif name is None:
-        rows = [(m.name, _order(m), _kind(m), m.text) for m in known.values()]
-        _print_grid(("method", "order", "kind", "what it is"), rows)
+        rows = [(m.name, _format_order(m), _list_properties(m), m.text) for m in known.values()]
+        _print_table(("method", "order", "kind", "what it is"), rows)
     elif name not in known:
         raise UsageError(unknown_method_message(name))
     else:
@@ -52,8 +52,8 @@ def _describe(method: Method) -> None:
     for word, value in {
         "name": method.name,
         "text": method.text,
-        "order": _order(method),
-        "kind": _kind(method),
+        "order": _format_order(method),
+        "kind": _list_properties(method),
         "conserves": method.conserves,
         "for": method.tops,
         "reference": method.reference,
@@ -61,11 +61,11 @@ def _describe(method: Method) -> None:
         console.print(f"{word:<10} {value}")
 
 
-def _order(method: Method) -> str:
+def _format_order(method: Method) -> str:
     return str(method.order) if method.order else "varies"
 
 
-def _kind(method: Method) -> str:
+def _list_properties(method: Method) -> str:
     kinds = ("adaptive", "symplectic", "reversible", "implicit", "algebraic")
     return ", ".join(kind for kind in kinds if getattr(method, kind))
 
@@ -75,7 +75,7 @@ def _kind(method: Method) -> str:
 def scenes(name: str | None) -> None:
     """List the named scenes, or print one as a TOML template."""
     if name is None:
-        _print_grid(("scene", "what to look at"), list(about.items()))
+        _print_table(("scene", "what to look at"), list(about.items()))
     elif name not in about:
         raise UsageError(f"unknown scene {name!r}; {suggest(name, about)}")
     else:
@@ -86,4 +86,4 @@ def scenes(name: str | None) -> None:
 def quantities() -> None:
     """List the quantities that --want can name."""
     rows = [(q.name, q.dimension, q.text) for q in (TIME, *RECORDABLE.values())]
-    _print_grid(("quantity", "[M L T]", "what it is"), rows)
+    _print_table(("quantity", "[M L T]", "what it is"), rows)

@@ -19,9 +19,9 @@ from . import compare, lists, pages, solve, sweep
 _CODES = """\b
 Exit codes
   0    done
-  1    a run failed, or a file could not be written; what was reached is kept
-  2    what was asked for cannot be done; nothing has run
-  130  stopped by Ctrl-C or SIGTERM; what was reached is kept"""
+  1    a run failed, or a file could not be written; results so far are kept
+  2    invalid arguments; nothing was computed
+  130  stopped by Ctrl-C or SIGTERM; results so far are kept"""
 
 
 class _Front(click.Group):

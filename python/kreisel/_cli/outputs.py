@@ -58,7 +58,7 @@ def output_names(path: Path) -> tuple[str, ...]:
     return path.want or (("q", "m", *LOW) if (path.digits or 0) > 16 else ("q", "m"))
 
 
-def to_list(table: Mapping[str, Array]) -> dict[str, list[float]]:
+def columns_as_lists(table: Mapping[str, Array]) -> dict[str, list[float]]:
     """Return the columns of a table as lists."""
     return {name: column.tolist() for name, column in table.items()}
 
@@ -82,7 +82,7 @@ class CsvOutput:
 
     def add(self, piece: Path) -> None:
         """Write the rows of the next piece."""
-        table = to_list(self._angles.columns(piece, output_names(piece)))
+        table = columns_as_lists(self._angles.columns(piece, output_names(piece)))
         rows = as_csv(table, head=self._grow is None)
         if self._grow is None:
             self._grow = self._open_file()
@@ -129,7 +129,7 @@ def _join_paths(pieces: list[Path]) -> Path:
 
 @dataclass
 class EventCollector:
-    """An output that collects events, each under the text with which the user requested it."""
+    """An output that collects events, labelled by the texts with which the user requested them."""
 
     words: tuple[str, ...]
     degrees: bool
@@ -143,7 +143,7 @@ class EventCollector:
         """Return a table with one row per event: its name, time, direction and quantities."""
         whole: dict[str, list[object]] = {"event": [], "t": [], "direction": []}
         for events, names in self.parts:
-            table = to_list(columns(events.path, names, self.degrees))
+            table = columns_as_lists(columns(events.path, names, self.degrees))
             rows = {
                 "event": [self.words[i] for i in events.which],
                 "t": table.pop("t"),
@@ -163,7 +163,7 @@ class EventCollector:
             grid.add_row(str(event), f"{t: .15g}", f"{direction:+d}")
         Console(markup=False).print(grid)
         if len(rows) > _SHOWN:
-            click.echo(f"and {len(rows) - _SHOWN} more events: --events-csv writes all")
+            click.echo(f"... {len(rows) - _SHOWN} more events: --events-csv writes all")
 
 
 class Summary:

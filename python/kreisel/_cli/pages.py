@@ -1,4 +1,4 @@
-"""kreisel view and kreisel report: commands that make pages for the browser."""
+"""kreisel view and kreisel report: commands that write HTML for the browser."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path as File
 import click
 
 from .._model.scene import Scene
-from .._view import open_page
+from .._view import open_viewer
 from .._view import view as viewed
 from .output_files import FILE, check_outputs
 from .parsers import A_SCENE, UsageError, translate_errors
@@ -20,11 +20,11 @@ _REPORT = "validation.__main__"
 
 @click.command()
 @click.argument("scene", type=a_scene, default="thesis", shell_complete=A_SCENE)
-@click.option("--save", "file", type=FILE, help="Write the page to a file, and open nothing.")
+@click.option("--save", "file", type=FILE, help="Write the viewer to a file, and open nothing.")
 def view(scene: Scene, file: str | None) -> None:
-    """Open an interactive page with the scene in the browser.
+    """Open the scene in an interactive viewer in the browser.
 
-    The page shows the moving top, lets you change it, and compares methods. It is a single HTML
+    The viewer shows the moving top, lets you change it, and compares methods. It is a single HTML
     file that needs no other files. Its location is printed. Without a browser or display, open the
     file on another computer, or write it to a file of your choice with --save.
     """
@@ -40,8 +40,8 @@ def view(scene: Scene, file: str | None) -> None:
     elif file:
         page.save(file)
     else:
-        place, shown = open_page(page)
-        click.echo(f"the page is {place}" + ("" if shown else "; no browser was found to open it"))
+        place, shown = open_viewer(page)
+        click.echo(f"wrote {place}" + ("" if shown else "; no browser was found to open it"))
 
 
 @click.command(
@@ -54,9 +54,9 @@ def view(scene: Scene, file: str | None) -> None:
 def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
     """Report the accuracy, speed and stability of all methods.
 
-    They are measured for the scenes of the report, or for SCENE.toml files. Run this command in the
-    top folder of the source tree, which contains the programs in validation/. It takes minutes.
-    There, --help describes these options in full:
+    The measurements use the scenes of the report, or the given SCENE.toml files. Run this command
+    in the top folder of the source tree, which contains the programs in validation/. The report
+    takes minutes. In the source tree, --help describes these options in full:
 
     \b
     --quick, --full     fewer runs, or more runs
@@ -71,8 +71,8 @@ def report(ctx: click.Context, arguments: tuple[str, ...]) -> None:
             click.echo(ctx.get_help())
             return
         raise UsageError(
-            "the report is made in the top folder of the source tree, which has validation/; "
-            f"{here} has not. Get the source, and run `make report` there"
+            f"the report needs the source tree, but {here} has no folder validation/: run `make "
+            "report` in the top folder of the source"
         )
     sys.path.insert(0, str(here))
     try:

@@ -66,7 +66,7 @@ def _read_scene(word: str) -> Scene:
         return Scene.from_toml(word)
     except FileNotFoundError:
         raise click.BadParameter(
-            f"there is no file {word!r}, nor a scene of that name; {suggest(word, about)}",
+            f"there is no file or named scene {word!r}; {suggest(word, about)}",
             param_hint="SCENE",
         ) from None
     except (OSError, TypeError, ValueError) as error:
@@ -128,7 +128,7 @@ def translate_errors(options: Collection[str]) -> Iterator[None]:
 
 
 def to_cli_terms(message: str, options: Collection[str]) -> str:
-    """Return `message` with arguments written as options: --step 0.01 instead of step=0.01."""
+    """Return `message` with arguments replaced by options: step=0.01 becomes --step 0.01."""
     if not options:
         return message
     alternatives = "|".join(sorted(options, key=len, reverse=True))

@@ -19,7 +19,7 @@ from .outputs import Output
 class SignalHandler:
     """A handler of Ctrl-C and SIGTERM during a run.
 
-    After the first signal the run ends at its last good state, and the outputs are completed. A
+    After the first signal the run ends at its last valid state, and the outputs are completed. A
     second signal terminates the process.
     """
 

@@ -45,27 +45,30 @@ _OPTIONS = (
         "--csv", "csv_file", type=FILE, help="Write the states, or the quantities of --want."
     ),
     click.option(
-        "--json", "json_file", type=FILE, help="Write them, with scene and options, as one object."
+        "--json",
+        "json_file",
+        type=FILE,
+        help="Write the states, the scene and the options as one JSON object.",
     ),
     click.option(
         "--npz",
         "npz_file",
         type=FILE,
-        help="Write the path for kreisel.load; numpy.load reads its arrays by their names.",
+        help="Write the path for kreisel.load; numpy.load can also read its arrays.",
     ),
     click.option("--events-csv", "events_file", type=FILE, help="Write the events."),
     click.option(
         "--save",
         "save_file",
         type=FILE,
-        help="Write the run at its end, or where it was stopped, for `kreisel resume`.",
+        help="Write the state of the run when it ends or is stopped, for `kreisel resume`.",
     ),
     click.option("--degrees", is_flag=True, help="Write angles in degrees, except in .npz."),
     click.option(
         "--unwrap",
         is_flag=True,
-        help="Write angles without jumps of whole turns, except in .npz and at events; states "
-        "must be less than half a turn apart.",
+        help="Write continuous angles, without jumps of whole turns, except in .npz and at "
+        "events; successive states must be less than half a turn apart.",
     ),
     click.option("--all-rows", is_flag=True, help="Print all rows of the table of states."),
 )
@@ -114,7 +117,7 @@ class RunOutputs:
         return not {"--json", "--npz"}.isdisjoint(self.files)
 
     def outputs(self) -> list[Output]:
-        """Return the outputs. The first ones are the outputs that cannot fail."""
+        """Return the outputs, beginning with those that cannot fail."""
         outputs: list[Output] = [self._met] if self._met else []
         if self._shows:
             outputs.append(self._summary)

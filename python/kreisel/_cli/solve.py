@@ -70,7 +70,9 @@ _OPTIONS = (
 _T = click.option(
     "--t", type=time_option.times, required=True, metavar=time_option.METAVAR, help=time_option.HELP
 )
-_EVERY = click.option("--every", type=int, help="Record every so many steps, up to the time --t.")
+_EVERY = click.option(
+    "--every", type=int, help="Record the state after every N steps, up to the time --t."
+)
 
 
 @click.command()
@@ -83,22 +85,23 @@ _EVERY = click.option("--every", type=int, help="Record every so many steps, up 
     show_default=True,
     metavar="NAME",
     shell_complete=A_METHOD,
-    help="See `kreisel methods`; geometric chooses one that meets --error.",
+    help="One of `kreisel methods`, auto, or geometric, which chooses a method that meets --error.",
 )
 @click.option("--step", type=float, help="The step, for methods of fixed step.")
 @click.option("--tol", type=float, help="The tolerance, for adaptive methods.")
-@click.option("--digits", type=int, help="For taylor, in place of --tol: 16, 20 or 30.")
-@click.option("--error", type=float, help="For geometric: the attitude error allowed [rad].")
+@click.option("--digits", type=int, help="For taylor, instead of --tol: 16, 20 or 30.")
+@click.option("--error", type=float, help="For geometric: the largest attitude error [rad].")
 @_EVERY
 @click.option(
-    "--max-steps", type=int, default=0, help="Stop with an error after so many steps; 0: no limit."
+    "--max-steps", type=int, default=0, help="Fail after this number of steps; 0: no limit."
 )
 @click.option(
     "--want",
     type=names,
     metavar="NAME[,...]",
     shell_complete=QUANTITIES,
-    help="Quantities to record instead of states, as nutation,energy (see `kreisel quantities`).",
+    help="Quantities to record instead of states, such as nutation,energy (see `kreisel "
+    "quantities`).",
 )
 @click.option(
     "--events",
@@ -112,8 +115,8 @@ _EVERY = click.option("--every", type=int, help="Record every so many steps, up 
 def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) -> None:
     """Compute the motion of a scene.
 
-    If the run fails or is interrupted, the files contain all states up to the last good one. Only
-    --json and --npz need memory for all states.
+    If the run fails or is interrupted, the files contain all states up to the last valid one. Only
+    --json and --npz keep all states in memory.
     """
     top, stops = a_scene(scene), SignalHandler(t.end)
     left = RunOutputs(words, (scene,), words["events"])
@@ -121,9 +124,13 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
         events = parse_event_option(top, words["events"])
         if words["method"] == "geometric" or words["error"] is not None:
             if "--save" in left.files:
-                raise UsageError("--save needs one method, and neither geometric nor --error")
+                raise UsageError(
+                    "--save needs a single method; geometric and --error cannot be saved"
+                )
             if events:
-                raise UsageError("--events need taylor: they exclude geometric and --error")
+                raise UsageError(
+                    "--events need taylor, and cannot be combined with geometric or --error"
+                )
             _run_pieces(_solve_whole(top, t, words, stops), None, left, stops)
             return
         begin: Callable[..., Run] = start  # start itself checks the types of the options
@@ -145,10 +152,10 @@ def solve(scene: str, t: time_option.Times, **words: Unpack[_SolveArguments]) ->
 @click.argument("run", type=FILE)
 @_T
 @_EVERY
-@click.option("--max-steps", type=int, help="A new limit of the steps.")
+@click.option("--max-steps", type=int, help="A new limit on the number of steps.")
 @output_options
 def resume(run: str, t: time_option.Times, **words: Unpack[_ResumeArguments]) -> None:
-    """Continue a saved RUN, with the same bits.
+    """Continue a saved RUN, with results bitwise equal to an uninterrupted run.
 
     RUN is a file written by --save. Times before the saved state are ignored, so --t can be the
     same as for the whole run. --save can overwrite the file RUN.

@@ -64,7 +64,7 @@ def _parse_parts(_: click.Context, __: click.Parameter, word: str | None) -> ran
     "--parts",
     callback=_parse_parts,
     metavar="A:B",
-    help="Compute only these parts, as in one of many jobs; 0:0 writes the plan alone.",
+    help="Compute only these parts, for example in one of many jobs; 0:0 only writes the plan.",
 )
 @click.option(
     "--workers",
@@ -178,7 +178,9 @@ def status(folder: str) -> None:
         click.echo(f"failed: {failed} tops, whose status is not 0")
     left = sum(1 for _ in Path(folder).glob(".*.new"))
     if left:
-        click.echo(f"beside them {left} files .*.new, of writers that are at work or were killed")
+        click.echo(
+            f"also {left} files .*.new, left by processes that are still writing or were killed"
+        )
 
 
 def _summary_text(found: SweepResult, done: list[int]) -> str:

@@ -70,9 +70,9 @@ class StateTable:
         count = len(piece)
         self.rows += count
         head = min(count, _ENDS - len(self._first))
-        self._first += _rows(table, slice(head))
+        self._first += _select_rows(table, slice(head))
         begin = head if self._last.maxlen is None else max(head, count - _ENDS)
-        self._last.extend(_rows(table, slice(begin, None)))
+        self._last.extend(_select_rows(table, slice(begin, None)))
 
     def _note_jumps(self, table: dict[str, Array]) -> None:
         half_turn = 180.0 if self._angles.degrees else np.pi
@@ -92,12 +92,12 @@ class StateTable:
         for k, row in enumerate([*self._first, *self._last]):
             if k == _ENDS and left_out:
                 click.echo(
-                    f"... {left_out} rows left out: --all-rows prints them, --csv writes them"
+                    f"... {left_out} rows omitted: --all-rows prints them, --csv writes them"
                 )
             cells = zip(row, width.values(), strict=True)
             click.echo("  ".join(f"{value:>{wide}.8g}" for value, wide in cells))
         if self._has_jumps and not self._angles.unwrap:
-            click.echo("angles jump by whole turns: --unwrap lets them go on")
+            click.echo("angles jump by whole turns: --unwrap makes them continuous")
 
     def _show_ends(self) -> None:
         grid = Grid("", "first", "last", box=box.SIMPLE_HEAD)
@@ -108,5 +108,5 @@ class StateTable:
         Console(markup=False).print(grid)
 
 
-def _rows(table: dict[str, Array], at: slice) -> list[Row]:
+def _select_rows(table: dict[str, Array], at: slice) -> list[Row]:
     return list(zip(*(column[at].tolist() for column in table.values()), strict=True))

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._utils.validation import Array
 
-HELP = "The time to reach, or the times wanted: numbers and grids start:end:step, with commas."
+HELP = "The final time, or the times to record: numbers and grids start:end:step, with commas."
 METAVAR = "TIME[,...]"
 _COUNTABLE = 2.0**53
 
@@ -99,7 +99,7 @@ def _make_grid(word: str, start: float, end: float, step: float) -> Grid:
     """Return the grid from start to end, which includes the end if a whole number of steps fits."""
     length = end - start
     if step == 0.0 or (step < 0.0 < length):
-        raise click.BadParameter(f"the step of {word!r} does not lead from {start:g} to {end:g}")
+        raise click.BadParameter(f"{word!r} cannot go from {start:g} to {end:g} with this step")
     steps = abs(length / step)
     if not steps < _COUNTABLE:
         raise click.BadParameter(f"{word!r} has too many times: use larger steps")
@@ -115,6 +115,6 @@ def _refuse_disorder(ends: Sequence[float]) -> None:
     for t in ends:
         if (t > last) if back else (t < last):
             raise click.BadParameter(
-                f"times must lead away from 0 in one direction; {t!r} goes back from {last!r}"
+                f"times must move away from 0 in one direction, but {t!r} goes back from {last!r}"
             )
         last = t

@@ -206,7 +206,7 @@ class Batch(Generic[_M]):
         told = [_describe(word) for word in self._varying_parameters()]
         dims = len(self.shape)
         told = told or [name for name, held in self._columns.items() if any(held.strides[:dims])]
-        return f"<{type(self).__name__} of shape {self.shape}: {', '.join(told) or 'all alike'}>"
+        return f"<{type(self).__name__} of shape {self.shape}: {', '.join(told) or 'all equal'}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the state for pickling, with broadcast dimensions reduced to one entry."""

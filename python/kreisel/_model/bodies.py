@@ -34,7 +34,7 @@ from .inertia import check_tolerance, parse_tensor, unphysical_message
 _UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-@refuse_assignment("make other bodies with another {}")
+@refuse_assignment("construct new bodies with another {}")
 class Bodies(BodiesConstructors, Batch[Body]):
     """Many bodies: the parameters of kr.Body, as values or arrays that broadcast to one shape.
 
@@ -68,7 +68,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         unphysical: ArrayLike = False,
     ) -> None:
         if com is None:
-            raise TypeError("com is missing: the centre of mass, seen from the fixed point")
+            raise TypeError("com is missing: give the centre of mass relative to the fixed point")
         if (inertia is None) == (inertia_about_com is None):
             both = "not none" if inertia is None else "not both"
             raise ValueError(f"give exactly one of inertia and inertia_about_com, {both}")
@@ -121,16 +121,16 @@ class Bodies(BodiesConstructors, Batch[Body]):
             for each in given
             if each.shape
         }
-        can_be = self._check(make, given, tensor.value == (3, 3))
+        can_be = self._check_inertia(make, given, tensor.value == (3, 3))
         if not (can_be | made).all():
-            self._warn(~(can_be | made))
+            self._warn_unphysical(~(can_be | made))
         columns["unphysical"] = make_column(made | ~can_be, shape, 0)
         return self
 
-    def _check(
+    def _check_inertia(
         self, make: Callable[..., Body], given: Sequence[Parameter], matrices: bool
     ) -> Column:
-        """Return an array that is True for each member with a physically possible inertia.
+        """Return an array of flags: True for each member whose inertia is physically possible.
 
         Stores the principal moments and axes if the inertia is given as matrices. Raises ValueError
         for the first member that is not a rigid body.
@@ -154,7 +154,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
     def _member_error(
         self, make: Callable[..., Body], given: Sequence[Parameter], at: Index
     ) -> Exception:
-        """Return the error that the constructor `make` raises for the member at the index `at`."""
+        """Return the error that the constructor `make` raises for the member with index `at`."""
         own = {each.name: to_python(each.broadcast_to(self.shape)[at]) for each in given}
         try:
             make(**own)._block  # noqa: B018  raises the error of an invalid body
@@ -162,7 +162,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
             return type(error)(f"body{list(at)}: {error}" if at else str(error))
         return ValueError(f"body{list(at)}: not a body")
 
-    def _warn(self, odd: Column) -> None:
+    def _warn_unphysical(self, odd: Column) -> None:
         at = tuple(map(int, np.unravel_index(int(odd.argmax()), odd.shape)))
         mass, tensor, com, _ = (to_python(held[at]) for held in list(self._columns.values())[:4])
         said = unphysical_message(mass, parse_tensor("inertia", tensor), com)
@@ -243,7 +243,7 @@ class Bodies(BodiesConstructors, Batch[Body]):
         )
 
     @classmethod
-    def _about_com(
+    def _from_moments_about_com(
         cls,
         make: Callable[..., Body],
         words: Sequence[Parameter],
@@ -353,7 +353,7 @@ def _check_matrix(name: str, matrix: object) -> None:
     try:
         parse_tensor(name, matrix)
     except ValueError as error:
-        hint = "; for three bodies by their moments give three matrices, as np.diag makes them"
+        hint = "; to give three bodies by their moments, pass three matrices made by np.diag"
         raise ValueError(f"{error}{hint}") from None
 
 

@@ -27,7 +27,7 @@ class BodiesConstructors:
     """Constructors of many homogeneous bodies."""
 
     @classmethod
-    def _about_com(
+    def _from_moments_about_com(
         cls,
         make: Callable[..., Body],
         words: Sequence[Parameter],
@@ -68,7 +68,9 @@ class BodiesConstructors:
             parse_positive(f"mass of the {shape.name}", heavy)
         with np.errstate(all="ignore"):
             moments = shapes.central_moments(shape, heavy)
-        return cls._about_com(make, [*words, at, weight], heavy, moments, shape.height, at)
+        return cls._from_moments_about_com(
+            make, [*words, at, weight], heavy, moments, shape.height, at
+        )
 
     @classmethod
     def cuboid(
@@ -108,7 +110,9 @@ class BodiesConstructors:
             third = heavy / 3.0
             xx, yy, zz = third * a * a, third * b * b, third * c * c
             moments = yy + zz, zz + xx, xx + yy
-        return cls._about_com(Body.cuboid, [edges, at, weight], heavy, moments, np.zeros(()), at)
+        return cls._from_moments_about_com(
+            Body.cuboid, [edges, at, weight], heavy, moments, np.zeros(()), at
+        )
 
     @classmethod
     def cylinder(

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 
-@refuse_assignment("dataclasses.replace(body, {}=...) makes another body")
+@refuse_assignment("dataclasses.replace(body, {}=...) returns a new body")
 @dataclass(frozen=True, init=False)
 class Body(BodyConstructors):
     """A rigid body that turns about the origin of the frame in which it is described.
@@ -60,7 +60,7 @@ class Body(BodyConstructors):
     The principal moments must be positive, and none may exceed the sum of the other two. This is
     checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the inertia is a
     matrix that is not diagonal, its least principal moment must exceed 2e-10 times the largest one.
-    Rounding would leave a smaller moment at most six correct digits.
+    A smaller moment would have at most six correct digits because of rounding.
 
     Raises TypeError for arguments that are not numbers, and ValueError if the values describe no
     rigid body. Warns (UserWarning) if no distribution of mass has this inertia about the fixed
@@ -93,7 +93,7 @@ class Body(BodyConstructors):
         unphysical: bool = False,
     ) -> None:
         if com is None:
-            raise TypeError("com is missing: the centre of mass, seen from the fixed point")
+            raise TypeError("com is missing: give the centre of mass relative to the fixed point")
         if inertia is None or inertia_about_com is not None:
             tensor = inertia_at_fixed_point(mass, inertia, inertia_about_com, com)
         else:

@@ -50,7 +50,7 @@ class Parameter(NamedTuple):
         return np.broadcast_to(self.values, shape + self.value)
 
     def raise_at_first(self, bad: Any, validate: Validator) -> None:
-        """Raise the error of the first value for which `bad` is True; the message has its index."""
+        """Raise the error of the first value where `bad` is True, with its index in the message."""
         if np.any(bad):
             index = tuple(map(int, np.unravel_index(int(np.argmax(bad)), self.shape)))
             raise self.error_at(index, validate)
@@ -109,14 +109,14 @@ def select_validator(value: Shape) -> Validator:
 
 
 def parse_positive(name: str, given: object) -> Parameter:
-    """Return a parameter whose values are positive numbers; raise ValueError otherwise."""
+    """Return a parameter with these values; raise ValueError unless all are positive."""
     made = parse_parameter(name, given)
     made.raise_at_first(~(made.values > 0.0), as_positive)
     return made
 
 
 def parse_non_negative(name: str, given: object) -> Parameter:
-    """Return a parameter whose values are not negative; raise ValueError otherwise."""
+    """Return a parameter with these values; raise ValueError if any is negative."""
     made = parse_parameter(name, given)
     made.raise_at_first(~(made.values >= 0.0), as_non_negative)
     return made
@@ -125,7 +125,7 @@ def parse_non_negative(name: str, given: object) -> Parameter:
 def drop_broadcast(values: Column, lead: int | None = None) -> Column:
     """Return a view in which dimensions of stride zero have length 1.
 
-    Only the first `lead` dimensions are reduced; all of them if `lead` is None.
+    Only the first `lead` dimensions are reduced, or all dimensions if `lead` is None.
     """
     strides = values.strides[:lead]
     if 0 not in strides or not values.size:
@@ -170,7 +170,9 @@ def common_shape(names: Sequence[str], shapes: Sequence[Shape]) -> Shape:
     except ValueError:
         named = zip(names, shapes, strict=True)
         told = ", ".join([f"{name} {shape}" for name, shape in named if shape])
-        raise ValueError(f"the shapes of the members do not broadcast to one: {told}") from None
+        raise ValueError(
+            f"the shapes of the members cannot be broadcast together: {told}"
+        ) from None
 
 
 def shape_of(*words: Parameter) -> Shape:
@@ -219,7 +221,8 @@ def map_blocks(
 ) -> Array:
     """Apply `compute` to columns block by block and return a column of vectors of length `width`.
 
-    `compute` receives the components of each column. The data of a block fits into the cache.
+    `compute` receives the components of each column. The block size is chosen so that the data of a
+    block fits into the cache.
     """
     out = np.empty((*shape, width))
     rows = out if shape else out[None]

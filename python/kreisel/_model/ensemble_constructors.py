@@ -60,7 +60,8 @@ class EnsembleConstructors(EnsembleData[S]):
         """Build tops from Euler's angles z-x-z and their rates, as Scene.from_euler does.
 
         `angles` [rad] and `rates` [T^-1] have the shape (..., 3): precession, nutation and spin.
-        With degrees=True they are in degrees. `gravity` and `damping` are as in Ensemble.
+        With degrees=True, angles and rates are in degrees. `gravity` and `damping` are as in
+        Ensemble.
 
         >>> import kreisel as kr
         >>> body = kr.Body.cone(radius=1, height=2, pivot=(0, 0, 0), mass=1)
@@ -86,9 +87,9 @@ class EnsembleConstructors(EnsembleData[S]):
         damping: ArrayLike | None,
         one: Callable[..., S],
     ) -> Self:
-        """Build tops from angles and rates that were computed from the parameters `told`.
+        """Build tops from `angles` and `rates`, which were computed from the parameters `told`.
 
-        `one` is the constructor of a single top from the same parameters. If a member is invalid,
+        `one` is the constructor of a single top from the parameters `told`. If a member is invalid,
         the error of this constructor is raised.
         """
         down, (drag, along) = parse_parameter("gravity", gravity), parse_damping(damping)
@@ -220,7 +221,7 @@ def steady_rates(
     fast: bool,
     one: Callable[..., object],
 ) -> Array:
-    """Return the rates of steady precession; `told` contains spin, tilt and gravity.
+    """Return the rates of steady precession; `told` are the parameters spin, tilt and gravity.
 
     Raises ValueError with the index of the first member that has no steady precession.
     """

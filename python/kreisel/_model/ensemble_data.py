@@ -116,11 +116,11 @@ class EnsembleData(Batch[S]):
             if any(not isinstance(s, (list, tuple)) or len(s) != len(found[0]) for s in found):
                 raise ValueError("lists of scenes must all have the same length")
             if len(shape) == 32:
-                raise ValueError("lists of scenes must not be nested without end")
+                raise ValueError("lists of scenes must not contain themselves")
             shape, found = (*shape, len(found[0])), [scene for few in found for scene in few]
         if not found:
             raise ValueError(
-                "a list of scenes must not be empty; an empty ensemble has a body, as "
+                "a list of scenes must not be empty; an empty ensemble needs a body, as in "
                 "kr.Ensemble(body, momentum=numpy.empty((0, 3)))"
             )
         for k, scene in enumerate(found):
@@ -273,9 +273,10 @@ def parse_start(given: Mapping[str, ArrayLike | None]) -> Parameter:
 
 
 def parse_attitudes(given: Any, xyzw: Any) -> tuple[Parameter, Array]:
-    """Return the parameter that gives the attitudes, and the attitudes (..., 4) as (w, x, y, z).
+    """Return the parameter of the attitudes, and the attitudes (..., 4) as (w, x, y, z).
 
-    Raises ValueError if both attitudes are given, or if a quaternion is not of unit length.
+    Raises ValueError if both `attitude` and `attitude_xyzw` are given, or if a quaternion is not of
+    unit length.
     """
     if given is not None and xyzw is not None:
         raise ValueError("give either attitude or attitude_xyzw, not both")

@@ -31,12 +31,12 @@ def to_radians(name: str, value: object, degrees: bool) -> Vector:
 
 
 def cos(x: R) -> R:
-    """Return the cosine, which is the same to the last bit for a float and for an array."""
+    """Return the cosine; the results for a float and for an array are bitwise equal."""
     return math.cos(x) if isinstance(x, float) else np.asarray(cosine(x))
 
 
 def sin(x: R) -> R:
-    """Return the sine, which is the same to the last bit for a float and for an array."""
+    """Return the sine; the results for a float and for an array are bitwise equal."""
     return math.sin(x) if isinstance(x, float) else np.asarray(sine(x))
 
 
@@ -49,7 +49,7 @@ def quaternion_from_euler(angles: tuple[R, R, R]) -> tuple[R, R, R, R]:
 
 
 def attitude_from_euler(unturned: bytes, start: Array, angles: Vector) -> Quaternion:
-    """Return the attitude at which a body has the Euler angles `angles`.
+    """Return the attitude of a body for the Euler angles `angles`.
 
     `unturned` is the core's scene of the unrotated body, and `start` is the state of this scene.
     Euler's angles describe a frame of the body whose third axis is the apex. The angles of the
@@ -90,11 +90,11 @@ def check_steady(steady: object, fast: object, precession: object, damping: obje
     Raises TypeError or ValueError if the other arguments contradict the request.
     """
     if as_bool("fast", fast) and not steady:
-        raise ValueError("fast chooses between two steady precessions: pass steady=True too")
+        raise ValueError("fast chooses between two steady precessions: also pass steady=True")
     if not as_bool("steady", steady):
         return False
     if precession is not None or (damping is not None and np.any(np.asarray(damping))):
-        raise ValueError("steady=True goes with neither precession nor damping")
+        raise ValueError("steady=True cannot be combined with precession or damping")
     return True
 
 
@@ -115,7 +115,7 @@ def moments_about_axis(body: Body) -> tuple[float, float]:
         if abs(i - j) <= within:
             return 0.5 * (i + j), moments[k]
     raise ValueError(
-        "spinning is for a symmetric body whose centre of mass lies on its axis (with no lever: "
+        "spinning needs a symmetric body whose centre of mass lies on its axis (without gravity: "
         f"whose axis is the third): moments {moments}, com {com} in principal axes are not"
     )
 
@@ -147,16 +147,16 @@ def steady_rate(
     elif abs(b) < root * (1.0 - 1e-12):
         given, least = (math.degrees(x) if degrees else x for x in (spin, root / along))
         raise ValueError(
-            f"no precession is steady at this tilt with spin = {given!r}: the least spin "
-            f"with one is {least!r}"
+            f"there is no steady precession at this tilt with spin = {given!r}: the smallest "
+            f"spin with one is {least!r}"
         )
     else:
         root = math.sqrt(max(abs(b) - root, 0.0)) * math.sqrt(abs(b) + root)
     larger = 0.5 * math.copysign(abs(b) + root, b)
     if fast and a == 0.0:
-        raise ValueError("a level axis precesses steadily at one rate only: leave out fast")
+        raise ValueError("a horizontal axis has only one steady precession: leave out fast")
     if larger == 0.0 and torque != 0.0:
-        raise ValueError("a level axis without spin falls: there is no steady precession")
+        raise ValueError("a horizontal axis without spin falls: there is no steady precession")
     if fast:
         return larger / a
     return torque / larger if larger else 0.0

@@ -53,20 +53,20 @@ def principal_moments(tensor: Array) -> list[float]:
 
 
 def ill_conditioned_error(tensor: Array) -> ValueError | None:
-    """Return an error if rounding of the matrix hides its least principal moment, else None."""
+    """Return an error if rounding errors exceed the least principal moment, else None."""
     least, _, largest = sorted(principal_moments(tensor))
     diagonal = (tensor == np.diag(tensor.diagonal())).all()
     if diagonal or abs(least) >= TENSOR_LEAST * largest:
         return None
     return ValueError(
-        f"the least principal moment, about {least:.1g}, is lost in the roundings of a matrix "
-        f"whose largest is {largest:.6g}: such a body must be described along its principal axes "
-        "at the fixed point, by three moments"
+        f"the smallest principal moment, about {least:.1g}, is below the rounding errors of a "
+        f"matrix whose largest moment is {largest:.6g}: describe this body by three moments "
+        "along its principal axes at the fixed point"
     )
 
 
 def triangle_violation(tensor: Array, inertia_rtol: float) -> str:
-    """Describe the condition for a rigid body that the principal moments violate."""
+    """Return a text on the inequality of rigid bodies that the principal moments violate."""
     moments = principal_moments(tensor)
     least, middle, largest = sorted(moments)
     if not least > 0.0:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _COUNTABLE = 2.0**53  # largest angle [rad] up to which doubles resolve whole radians
 
 
-@refuse_assignment("scene.replace({}=...) makes another scene")
+@refuse_assignment("scene.replace({}=...) returns a new scene")
 @dataclass(frozen=True, init=False)
 class Scene:
     """A body, gravity, damping, and the state at t = 0.
@@ -54,8 +54,8 @@ class Scene:
               torque about an axis is -damping times the angular velocity about it
 
     A scene always stores momentum and attitude, whichever parameters the constructor was given.
-    The momentum is rounded. If a needle is given by its velocity, the error of the velocity about
-    its axis is therefore about I1 / I3 times the rounding error of a double.
+    Since the momentum is rounded, the angular velocity of a needle about its axis has an error of
+    about I1 / I3 times the rounding error of a double.
 
     Raises TypeError for arguments that are not numbers. Raises ValueError for values that are not
     finite, of the wrong shape, or not a unit quaternion. The squared norm of a quaternion may
@@ -108,14 +108,14 @@ class Scene:
 
     @cached_property
     def _rate_bound(self) -> float:
-        """The estimated rate of rotation: the momentum's or, if larger, a pendulum's [T^-1]."""
+        """An estimate of the angular velocity, from the momentum or from a pendulum [T^-1]."""
         largest = max(self.body.moments)
         torque = self.body.mass * abs(self.gravity) * math.hypot(*self.body.com)
         return max(math.hypot(*self.momentum) / largest, math.sqrt(torque / largest))
 
     @cached_property
-    def _within(self) -> float:
-        """A time [T] below which `check_horizon` certainly accepts the angle of rotation."""
+    def _safe_horizon(self) -> float:
+        """A time [T] up to which `check_horizon` certainly raises no error."""
         return 0.5 * _COUNTABLE / self._rate_bound if self._rate_bound > 0.0 else math.inf
 
     @cached_property
@@ -218,8 +218,8 @@ class Scene:
 
             Rz(precession) Rx(nutation) Rz(spin).
 
-        Otherwise the frame is first rotated so that its third axis becomes the apex. The same
-        rotation is part of the angles of a path.
+        For any other apex, the frame is first rotated so that its third axis becomes the apex. The
+        same rotation is part of the angles of a path.
 
         degrees  True: angles and rates are in degrees; gravity and damping are as in Scene
 
@@ -325,7 +325,7 @@ class Scene:
         return text
 
 
-@refuse_assignment("kreisel.Ensemble(..., {}=...) makes another ensemble")
+@refuse_assignment("kreisel.Ensemble(..., {}=...) constructs a new ensemble")
 class Ensemble(EnsembleConstructors[Scene]):
     """Many tops: a body or bodies, gravity, damping, and the states at t = 0.
 

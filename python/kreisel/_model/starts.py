@@ -92,15 +92,15 @@ class _EnergySurface(NamedTuple):
 
     def min_potential(self) -> float:
         """Return the minimum of U: the best points of a grid are refined by Newton's method."""
-        P = _verticals(*_cell_middles((_GRID, 2 * _GRID)))
+        P = _verticals(*_cell_centres((_GRID, 2 * _GRID)))
         best = P[np.argsort(self.potential(P))[:8]]
         return min(self._newton_minimum(at) for at in best)
 
     def _newton_minimum(self, P: Array) -> float:
         """Return a local minimum of U near P by Newton's method on the sphere.
 
-        Each step uses the absolute values of the curvatures, so that its direction is downhill. The
-        step is halved repeatedly, and the length with the smallest U is chosen.
+        Each step uses the absolute values of the curvatures, so that it leads downhill. Of several
+        halved step lengths, the one with the smallest U is used.
         """
         lowest = float(self.potential(P[None])[0])
         for _ in range(100):
@@ -171,7 +171,7 @@ def starts(
     if surface.energy < least:
         raise ValueError(
             f"no start has energy = {surface.energy!r} with vertical = {surface.vertical!r}: the "
-            f"least energy there is {least!r}"
+            f"smallest energy with this value is {least!r}"
         )
     to_principal = np.array([turn_back(body.axes, e) for e in _AXES])
     if n is None:
@@ -208,12 +208,12 @@ def _grid_starts(
     frame = np.stack([*np.concatenate(_tangent_basis(apex[None])), apex])
     if len(counts) == 3:
         frame = to_principal
-    P = _verticals(*_cell_middles((counts[0], counts[1]))) @ frame
+    P = _verticals(*_cell_centres((counts[0], counts[1]))) @ frame
     P = P[surface.potential(P) <= surface.energy]
     if not len(P):
         raise ValueError(
-            f"no cell of grid = {short_repr(grid)} has its middle on the energy surface: make the "
-            "grid finer, or take n random starts"
+            f"no cell of grid = {short_repr(grid)} has its centre on the energy surface: use a "
+            "finer grid, or n random starts"
         )
     directions = counts[2] if len(counts) == 3 else 2
     begin = np.full(len(P), math.pi / directions)
@@ -230,7 +230,7 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
     for begin in range(0, n, _ROWS):
         left = np.arange(begin, min(begin + _ROWS, n))
         for trial in range(_TRIALS):
-            drawn = _uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
+            drawn = _draw_uniform_numbers(seed, trial, begin, int(left[-1]) + 1)[left - begin]
             at, chance = cover.verticals(drawn), drawn[:, 3] ** 2
             even = chance * (at * at @ surface.moments) <= surface.moments.min()
             taken = even & (surface.potential(at) <= surface.energy)
@@ -246,7 +246,7 @@ def _random_starts(surface: _EnergySurface, n: int, seed: int, least: float) -> 
     return P, alpha
 
 
-def _uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
+def _draw_uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
     """Return uniformly distributed numbers in [0, 1) of shape (end - begin, 8).
 
     Row i depends only on `seed`, `trial` and begin + i, since Philox is a counter-based generator.
@@ -258,7 +258,7 @@ def _uniform_numbers(seed: int, trial: int, begin: int, end: int) -> Array:
 
 
 class _SphereCells(NamedTuple):
-    """Cells on the sphere: the lower ends and the lengths of their ranges of height and angle."""
+    """Cells on the sphere, as ranges of height and angle: the lower ends and the lengths."""
 
     height: Array
     angle: Array
@@ -273,7 +273,7 @@ class _SphereCells(NamedTuple):
         return _verticals(height, self.angle[cell] + self.wide[cell] * drawn[:, 2])
 
     def middles(self) -> tuple[Array, Array]:
-        """Return the centre of each cell and a bound of the angle from it to any other point."""
+        """Return the centre of each cell, and a bound on the angular distance of its points."""
         middle = self.height + 0.5 * self.tall
         polar = np.arccos(np.clip([self.height, middle, self.height + self.tall], -1.0, 1.0))
         up = np.maximum(polar[0] - polar[1], polar[1] - polar[2])
@@ -295,7 +295,7 @@ class _SphereCells(NamedTuple):
 
 
 def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
-    """Return cells that cover all verticals P with U(P) <= energy, and few other points."""
+    """Return small cells that together contain all verticals P with U(P) <= energy."""
     height, angle = (x.ravel() for x in np.meshgrid([-1.0, 0.0], 0.5 * math.pi * np.arange(4)))
     cover = _SphereCells(height, angle, np.ones(8), np.full(8, 0.5 * math.pi))
     for _ in range(_HALVINGS):
@@ -309,7 +309,7 @@ def _cover_verticals(surface: _EnergySurface) -> _SphereCells:
 
 
 def _shortest_rotations(P: Array) -> Array:
-    """Return the shortest rotations (n, 4) after which the vertical is P in the body's frame."""
+    """Return the shortest rotations (n, 4) that make P the vertical in the frame of the body."""
     x, y, z = P.T
     with np.errstate(invalid="ignore", divide="ignore"):
         up = np.where(z > 0.0, 1.0 + z, (x * x + y * y) / (1.0 - z))  # 1 + z, without cancellation
@@ -319,7 +319,7 @@ def _shortest_rotations(P: Array) -> Array:
     return q
 
 
-def _cell_middles(counts: tuple[int, int]) -> tuple[Array, Array]:
+def _cell_centres(counts: tuple[int, int]) -> tuple[Array, Array]:
     """Return the heights and angles of the centres of cells of equal size on the sphere."""
     heights, angles = ((np.arange(k) + 0.5) / k for k in counts)
     height, angle = np.meshgrid(2.0 * heights - 1.0, math.tau * angles, indexing="ij")

@@ -41,7 +41,7 @@ def read_limited(file: BinaryIO) -> str:
 
 
 def prefix_errors(name: str, make: Callable[[], _T]) -> _T:
-    """Return the result of `make`, and prefix messages of TypeError and ValueError with `name`."""
+    """Call `make`, and prefix the messages of its TypeErrors and ValueErrors with `name`."""
     try:
         return make()
     except (TypeError, ValueError) as error:
@@ -75,8 +75,8 @@ def call_constructor(
 ) -> _T:
     """Call the constructor `make` with the keys of a table as its arguments.
 
-    Raises ValueError for unknown and missing keys. For a misplaced key, `elsewhere` contains the
-    place where it belongs. `others` are further keys that the message for an unknown key can name.
+    Raises ValueError for unknown and missing keys. `elsewhere` maps a misplaced key to the table
+    where it belongs. `others` are further keys that an error message can suggest.
     """
     parameters = inspect.signature(make).parameters
     for word in words:

@@ -17,7 +17,7 @@ def body_from_table(table: object, elsewhere: Mapping[str, str]) -> Body:
     """Build the body that a TOML table describes.
 
     The table contains either the parameters of Body, or a table with the parameters of one
-    constructor. For misplaced keys, `elsewhere` contains the place where they belong.
+    constructor. `elsewhere` maps a misplaced key to the table where it belongs.
     """
     words = check_table("body", table)
     if not MAKERS.keys() & words.keys():

@@ -209,7 +209,7 @@ def scatter(
     count, key = as_int("n", n, 0), as_int("seed", seed, 0)
     if momentum is None and attitude is None and gravity is None:
         raise ValueError("give the width of at least one of momentum, attitude, gravity")
-    normal = _normal_numbers(key, begin, count)
+    normal = _draw_normal_numbers(key, begin, count)
     words = {"momentum": scene.momentum, "attitude": scene.attitude, "gravity": scene.gravity}
     with np.errstate(all="ignore"):
         if momentum is not None:
@@ -238,7 +238,7 @@ def _parse_width(name: str, given: ArrayLike, numbers: int) -> Array:
     return made.values
 
 
-def _normal_numbers(seed: int, first: int, n: int) -> Array:
+def _draw_normal_numbers(seed: int, first: int, n: int) -> Array:
     """Return normally distributed numbers (n, 8); row i depends only on `seed` and first + i.
 
     Each member uses 8 random words of the counter-based generator Philox. The transform of Box and

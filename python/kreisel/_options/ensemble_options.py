@@ -80,7 +80,7 @@ class EnsembleOptions:
 
     @cached_property
     def core_reductions(self) -> list[tuple[str, int, int]]:
-        """The reductions as an argument of a worker of the core."""
+        """The reductions in the form that a worker of the core accepts."""
         return [one[:3] for one in self.reductions]
 
     @cached_property
@@ -101,7 +101,7 @@ class EnsembleOptions:
         )
 
     def limit_steps(self, max_steps: int) -> EnsembleOptions:
-        """Return these options with at most `max_steps` steps for each top."""
+        """Return a copy of these options with at most `max_steps` steps for each top."""
         steps = min(self.solve.max_steps or max_steps, max_steps)
         return replace(self, solve=replace(self.solve, max_steps=steps))
 
@@ -122,7 +122,7 @@ def member(tops: Ensemble, i: int) -> Scene:
 
 
 def method_for_all(name: object, tops: Ensemble) -> Method:
-    """Return the method called `name`.
+    """Return the method called `name`, for all members of an ensemble.
 
     Raises ValueError if the method does not suit a member; the message names the first such member.
     """
@@ -208,13 +208,13 @@ def parse_reductions(reduce: object) -> tuple[Reduction, ...]:
                     "quantity in reductions:", str(name), [*QUANTITIES, *_COMPONENTS]
                 )
             )
-        for kind in _parse_kinds(name, given):
+        for kind in _parse_reduction_kinds(name, given):
             for quantity, component in list_components(name):
                 parsed.append(Reduction(quantity, component, KINDS.index(kind), name))
     return tuple(parsed)
 
 
-def _parse_kinds(name: str, given: object) -> list[str]:
+def _parse_reduction_kinds(name: str, given: object) -> list[str]:
     """Return the requested kinds of reduction of a quantity, without duplicates."""
     kinds = [given] if isinstance(given, str) else given
     if not isinstance(kinds, Iterable):
@@ -242,7 +242,7 @@ def parse_times(tops: Ensemble, t: object, options: EnsembleOptions) -> Array:
     step, every = options.solve.step, options.solve.every
     times = as_finite_array("t", t, _TIMES_FORM)
     if times.ndim > 1:
-        times = _parse_own_times(tops, times)
+        times = _parse_times_per_top(tops, times)
         if every is not None:
             raise ValueError("every needs t as a number; an array lists its own times")
     elif times.ndim == 1:
@@ -265,7 +265,7 @@ def check_result_memory(tops: Ensemble, times: Array, options: EnsembleOptions) 
         )
 
 
-def _parse_own_times(tops: Ensemble, times: Array) -> Array:
+def _parse_times_per_top(tops: Ensemble, times: Array) -> Array:
     """Return times (n, k) from an array that broadcasts to (*shape, k).
 
     Raises ValueError if `times` does not broadcast, or if the times of a top are not monotonic.
@@ -298,7 +298,7 @@ def _check_rows_monotonic(rows: Array, first: int, shape: Shape) -> None:
     at = unravel_index(first + i, shape)
     there = f"t{format_index((*at, k - 1))} = {float(rows[i, k - 1])!r}" if k else "the start at 0"
     raise ValueError(
-        "the times of a top must lead away from 0 in one direction; "
+        "the times of a top must move away from 0 in one direction; "
         f"t{format_index((*at, k))} = {float(rows[i, k])!r} goes back from {there}"
     )
 

@@ -11,7 +11,7 @@ from .._core import methods as core_methods
 from .._model.body import Body
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message as unknown_name
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from .._utils.validation import check_type, short_repr
 
 # flags of methods that apply to some bodies only
@@ -113,14 +113,14 @@ class Method:
     def applies_to(self, body: Body) -> bool:
         """Return True if the method applies to this body for any gravity.
 
-        `tops` describes the bodies for which this holds.
+        The attribute `tops` describes these bodies in words.
         """
         return method_applies(self.name, check_type("body", body, Body)._block)
 
     def suits(self, scene: Scene) -> bool:
         """Return True if the method applies to this scene.
 
-        Without gravity, more bodies have a closed form. Few methods apply to damped tops.
+        A scene without gravity has a closed form for any body. Few methods apply to damped tops.
         """
         damped = check_type("scene", scene, Scene)._is_damped
         any_body = not self.flags & _SOME and not damped
@@ -196,8 +196,8 @@ def explain_no_closed_form(scene: Scene) -> str:
             return f"the closed form of a {top} top is available for single scenes only"
         return f"this motion of a {top} top has no closed form: {refusal}"
     return (
-        "no closed form tells when a top will fall whose axis leans or moves by less than 1e-70 at "
-        "the start, and yet does not stand"
+        "no closed form can resolve when a top falls whose axis leans or moves by less than "
+        "1e-70 at the start"
     )
 
 

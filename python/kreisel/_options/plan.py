@@ -88,7 +88,7 @@ class Plan:
         order = (
             f"order {self.order}"
             if self.order
-            else "no order: closed form, or as the tolerance needs"
+            else "no fixed order: a closed form, or an order chosen by the tolerance"
         )
         parts = {
             "method": [f"{self.method}: {self.why}"],
@@ -150,11 +150,11 @@ def _turn_per_step(scene: Scene, options: SolveOptions) -> float | None:
 
 def _explain_method(scene: Scene, options: SolveOptions, choice: StepChoice | None) -> str:
     if choice:
-        return "the cheapest that keeps the error allowed"
+        return "the cheapest method that meets the allowed error"
     if options.requested_method != "auto":
-        return "asked for by name"
+        return "requested by name"
     if options.digits is not None:
-        return f"asked for {options.digits} digits"
+        return f"{options.digits} digits requested"
     if not options.method.exact:
         return explain_no_closed_form(scene)
     return f"{describe_kind(scene)} has a closed form" + (
@@ -163,7 +163,7 @@ def _explain_method(scene: Scene, options: SolveOptions, choice: StepChoice | No
 
 
 def _describe_equations(options: SolveOptions) -> str:
-    if options.leave_heading:
+    if options.can_skip_heading:
         return "(W, P): the angular velocity and the vertical, both seen from the body"
     if options.method.name == FALLBACK:
         return "(q, W, P): attitude, and angular velocity and vertical seen from the body"
@@ -177,30 +177,36 @@ def _is_free(scene: Scene) -> bool:
 def _list_omissions(scene: Scene, options: SolveOptions, states: int | None) -> Reasons:
     want, name = options.want, options.method.name
     rows = []
-    if options.leave_heading:
+    if options.can_skip_heading:
         rows.append(
-            ("attitude", "nothing that is wanted changes when the top is turned about the vertical")
+            ("attitude", "no requested quantity changes if the top is rotated about the vertical")
         )
-        rows.append(("momentum", "nor does it need m in space"))
+        rows.append(("momentum", "and none needs m in space"))
     if name == EXACT:
         rows.append(("steps", "any state at once, by the closed form"))
         if _is_free(scene):
             rows.append(("gravity", "no torque acts: the free body's closed form"))
     if options.method.splitting and scene.body.is_symmetric:
-        rows.append(("two of a drift's four turns", "two moments are equal: the rest is exact"))
+        rows.append(
+            (
+                "two of a drift's four turns",
+                "two moments are equal, and the remaining turns are exact",
+            )
+        )
     if states == 2 and want is None:
-        rows.append(("states on the way", "only the start and the end are asked for"))
+        rows.append(("states in between", "only the start and the end are requested"))
     if want is None:
-        rows.append(("all quantities but t, q, m", "each is computed when it is first asked for"))
+        rows.append(("all quantities but t, q, m", "each is computed on first access"))
     else:
-        rows.append(("all other quantities", "not wanted: neither computed nor recorded"))
+        rows.append(("all other quantities", "not requested: neither computed nor recorded"))
         rows.append(
             (
                 "the states themselves",
-                f"at most {CHUNK_SIZE} at a time, dropped when what is wanted is computed",
+                f"at most {CHUNK_SIZE} at a time, discarded after the requested quantities are "
+                "computed",
             )
         )
-    rows.append(("the error's estimate", "a second run, made when path.error is asked for"))
+    rows.append(("the error estimate", "a second run, made on first access of path.error"))
     return tuple(rows)
 
 
@@ -209,20 +215,20 @@ def _list_surplus(scene: Scene, options: SolveOptions) -> Reasons:
     if options.method.name == FALLBACK:
         if (
             options.want is not None
-            and not options.leave_heading
+            and not options.can_skip_heading
             and HEADING_DEPENDENT.isdisjoint(options.want)
         ):
-            why = "the series with more digits than doubles has no form without it"
+            why = "the series with 20 or 30 digits always computes it"
             rows.append(("attitude", "events may need it" if options.has_events else why))
         if _is_free(scene):
             rows.append(
-                ("torque", "zero, and cheap: two products beside the sums of a whole order")
+                ("torque", "zero, but cheap: two products next to the sums of a whole order")
             )
         if scene.body.is_symmetric:
             rows.append(
                 (
                     "general form",
-                    "what two equal moments make zero shares its vectors with what stays",
+                    "the terms that vanish for two equal moments share vectors with the others",
                 )
             )
     elif (
@@ -233,7 +239,7 @@ def _list_surplus(scene: Scene, options: SolveOptions) -> Reasons:
         rows.append(
             (
                 "attitude",
-                f"{options.method.name} computes it on the way; only taylor can do without",
+                f"{options.method.name} always computes it; only taylor can omit it",
             )
         )
     return tuple(rows)

@@ -1,4 +1,4 @@
-"""The quantities of a path: the core's table, the times, and the digits beyond doubles."""
+"""The quantities of a path: the table of the core, the times, and low words of 20 or 30 digits."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ QUANTITIES: dict[str, Quantity] = {  # functions of the state
 
 
 def _low_quantity(name: str) -> Quantity:
-    """Return the quantity of the low words: the digits of `name` that its doubles leave out."""
+    """Return the quantity of the low words of `name`: the digits beyond those of its doubles."""
     whole = QUANTITIES[name]
     words = [f"{name}_low{component.removeprefix(name)}" for component in whole.components]
-    text = f"what the doubles of {name} leave out; zero up to 16 digits"
+    text = f"the low words of {name}, to be added to its doubles; zero up to 16 digits"
     return whole._replace(name=f"{name}_low", components=words, text=text)
 
 

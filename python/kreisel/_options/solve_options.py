@@ -11,7 +11,7 @@ from typing import Any
 
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import as_int, as_positive, check_type, short_repr
 from .methods import FALLBACK, Method, resolve_method
 from .quantities import HEADING_DEPENDENT, RECORDABLE, count_components
@@ -44,7 +44,7 @@ class SolveOptions:
 
     @property
     def has_events(self) -> bool:
-        """True if events are searched for. Events may need quantities that are not in `want`."""
+        """True if events are requested, which may need quantities that are not in `want`."""
         return self.events is not None
 
     @cached_property
@@ -63,14 +63,14 @@ class SolveOptions:
 
     @cached_property
     def path_options(self) -> SolveOptions:
-        """These options without the ones that concern only a single run, such as `max_steps`."""
+        """A copy without the options that concern only a single run, such as `max_steps`."""
         events = () if self.has_events else None
         options = replace(self, max_steps=0, every=None, want=None, events=events, tangents=())
         return self if options == self else options
 
     @property
-    def leave_heading(self) -> bool:
-        """True if the states need to be determined only up to a rotation about the vertical."""
+    def can_skip_heading(self) -> bool:
+        """True if the core omits the heading, because no requested quantity depends on it."""
         return self.core[-1]
 
     @cached_property
@@ -187,7 +187,7 @@ def parse_want(want: object) -> tuple[QuantityName, ...] | None:
             )
     kept = tuple(name for name in dict.fromkeys(given) if name != "t")
     if not kept:
-        raise ValueError("want names no quantity besides t; leave it out to record all")
+        raise ValueError("want contains no quantity besides t; leave it out to record all")
     return kept
 
 

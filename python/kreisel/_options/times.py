@@ -66,7 +66,7 @@ def check_monotonic(times: Array, last: float, back: bool) -> None:
     else:
         return
     here = f"t[{i}] = {float(times[i])!r}"
-    raise ValueError(f"times must lead away from 0 in one direction; {here} goes back from {there}")
+    raise ValueError(f"times must move away from 0 in one direction; {here} goes back from {there}")
 
 
 def time_chunks(
@@ -91,17 +91,16 @@ def time_chunks(
         return (times[i : i + size] for i in range(0, times.size, size))
     if every is None or step is None:
         raise ValueError(
-            "a stream needs its times: every=10 with a method of fixed step, "
-            "or t as a list or iterator"
+            "a stream needs times: every=10 with a method of fixed step, or t as a list or iterator"
         )
     end = float(t) if isinstance(t, float) and math.isinf(t) else as_float("t", t)
     return _grid_chunks(end, step, every, size, after, begin)
 
 
-def direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
-    """Return a flag, which is True if `t` leads back in time, and `t` itself.
+def parse_direction(t: Numbers | Iterator[float]) -> tuple[bool, Numbers | Iterator[float]]:
+    """Return a flag that is True if `t` leads back in time, and `t` itself.
 
-    An iterator is read up to its first time other than 0. The iterator that is returned still
+    If `t` is an iterator, it is read up to its first time other than 0. The returned iterator still
     yields all times.
     """
     if isinstance(t, Iterator):
@@ -196,7 +195,8 @@ def too_many_steps_message(end: float, step: float) -> str:
 def check_horizon(scene: Scene, end: float, step: float | None) -> None:
     """Raise ValueError if a double cannot resolve the state at `end`.
 
-    There must be fewer than 2**53 steps up to `end`, and the top must turn by less than 2**53 rad.
+    The run up to `end` must have fewer than 2**53 steps, and the top must turn by less than 2**53
+    rad.
     """
     if step is not None and not abs(end / step) < COUNTABLE:
         raise ValueError(too_many_steps_message(end, abs(step)))

@@ -13,7 +13,7 @@ from .._model.scene import Scene
 from .._model.turning_points import TurningPoints, compute_turning_points
 from .._utils.optional import optional_dependency
 from .._utils.validation import Array, short_repr
-from .solids import BLUE, FAINT, ORANGE, drawable, hide_axes, project
+from .solids import BLUE, FAINT, ORANGE, check_axes, hide_axes, project
 
 with optional_dependency("'kreisel[plot]'"):
     import matplotlib
@@ -58,7 +58,7 @@ class Picture(tuple[Axes, ...]):
 
         def __getattr__(self, name: str) -> NoReturn:
             """Raise AttributeError; for names such as save, suggest `figure.savefig`."""
-            hint = ": picture.figure.savefig(file) makes a file" if "save" in name else ""
+            hint = ": picture.figure.savefig(file) writes a file" if "save" in name else ""
             raise AttributeError(f"a picture has no {short_repr(name)}{hint}")
 
     def _repr_png_(self) -> bytes:
@@ -77,11 +77,11 @@ def plot_paths(
 ) -> Picture:
     """Plot each path and the states at its events in three axes, by default in a new figure."""
     if not all(len(path.t) for path, _ in paths):
-        raise ValueError("a path without states cannot be drawn: solve for times")
+        raise ValueError("a path without states cannot be drawn: call solve with times")
     picture = _create_axes(len(paths)) if axes is None else _check_axes(axes, 3 * len(paths))
     for i, (path, events) in enumerate(paths):
         one = picture[3 * i : 3 * i + 3]
-        _draw(one, path, events, degrees)
+        _draw_path(one, path, events, degrees)
         if i and axes is None:
             for chart in one[1:]:
                 chart.set_ylabel("")
@@ -114,14 +114,16 @@ def _check_axes(axes: Iterable[Axes], n: int) -> Picture:
             f"axes must be {n}, for trace, nutation and precession of each path, not {len(picture)}"
         )
     for one in picture:
-        drawable(one)
+        check_axes(one)
     return picture
 
 
-def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degrees: bool) -> None:
+def _draw_path(
+    axes: Sequence[Axes], path: Plottable, events: Plottable | None, degrees: bool
+) -> None:
     sphere, above, below = axes
     unit, sign = (180.0 / np.pi, "°") if degrees else (1.0, "rad")
-    limits = _limits(path.scene)
+    limits = _turning_points_or_none(path.scene)
     heights = [] if limits is None else [np.cos(limits.least[0]), np.cos(limits.greatest[0])]
     draw_trace(sphere, path.apex, limits=heights)
     told = path.scene.body.kind if limits is None else str(limits.motion_type[0])
@@ -133,10 +135,10 @@ def _draw(axes: Sequence[Axes], path: Plottable, events: Plottable | None, degre
     around = np.unwrap(path.precession_angle)
     below.plot(*_break_jumps(path.t, unit * around, _find_jumps(around)), color=BLUE, linewidth=1.2)
     if events is not None and len(events.t):
-        _mark(axes, path.t, around, events, unit)
+        _mark_events(axes, path.t, around, events, unit)
     above.set_ylabel(f"nutation [{sign}]")
     below.set(xlabel="time [T]", ylabel=f"precession [{sign}]")
-    _least_range(above, unit)
+    _widen_narrow_range(above, unit)
     above.tick_params(labelbottom=not above.get_shared_x_axes().joined(above, below))
     for chart in above, below:
         _apply_style(chart)
@@ -154,11 +156,13 @@ def _find_jumps(around: Array) -> npt.NDArray[np.intp]:
 
 
 def _break_jumps(t: Array, values: Array, intervals: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return times and values with NaN inserted into these intervals, to interrupt the line."""
+    """Return the times and values with NaN inserted at `jumps`, where the line is interrupted."""
     return np.insert(t, intervals + 1, np.nan), np.insert(values, intervals + 1, np.nan)
 
 
-def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit: float) -> None:
+def _mark_events(
+    axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit: float
+) -> None:
     """Draw a point at each event, on the trace and in both charts."""
     sphere, above, below = axes
 
@@ -172,17 +176,17 @@ def _mark(axes: Sequence[Axes], t: Array, around: Array, events: Plottable, unit
     dots(below, events.t, unit * np.interp(events.t, t[order], around[order]))
 
 
-def _limits(scene: Scene) -> TurningPoints | None:
+def _turning_points_or_none(scene: Scene) -> TurningPoints | None:
     try:
         return compute_turning_points(scene)
     except ValueError:
         return None
 
 
-def _least_range(chart: Axes, unit: float) -> None:
-    """Widen the vertical range if the nutation is constant up to rounding.
+def _widen_narrow_range(chart: Axes, unit: float) -> None:
+    """Widen the vertical range if the nutation is constant up to rounding errors.
 
-    The curve then looks level.
+    The curve is then drawn as a horizontal line.
     """
     low, high = chart.get_ylim()
     if high - low < 1e-6 * unit:
@@ -205,13 +209,13 @@ def draw_sphere(axes: Axes, elevation: float = 20.0) -> None:
     """Draw the outline of the unit sphere, its equator, and an arrow upwards."""
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     axes.plot(np.cos(angle), np.sin(angle), color=FAINT, linewidth=0.8)
-    _parallel(axes, 0.0, elevation, FAINT, "-")
+    _draw_parallel(axes, 0.0, elevation, FAINT, "-")
     x, y, _ = project(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.25]]), elevation)
     axes.annotate("", (x[1], y[1]), (x[0], y[0]), arrowprops={"arrowstyle": "->", "color": FAINT})
     axes.set(xlim=(-1.05, 1.05), ylim=(-1.05, 1.3))
 
 
-def _parallel(axes: Axes, height: float, elevation: float, colour: str, style: str) -> None:
+def _draw_parallel(axes: Axes, height: float, elevation: float, colour: str, style: str) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     flat = (1.0 - height * height) ** 0.5
     circle = np.stack([flat * np.cos(angle), flat * np.sin(angle), height + 0.0 * angle], axis=-1)
@@ -228,7 +232,7 @@ def draw_trace(
     """
     draw_sphere(axes, elevation)
     for height in limits:
-        _parallel(axes, float(height), elevation, ORANGE, "--")
+        _draw_parallel(axes, float(height), elevation, ORANGE, "--")
     x, y, depth = project(trace, elevation)
     axes.plot(x, y, color=BLUE, linewidth=0.5, alpha=0.4)
     axes.plot(x, np.where(depth > 0.0, y, np.nan), color=BLUE, linewidth=1.0)

@@ -53,7 +53,7 @@ class Animatable(Protocol):
     def __call__(self, t: Array, /) -> Animatable: ...
 
 
-@refuse_assignment("path.animate({}=...) makes another film")
+@refuse_assignment("path.animate({}=...) returns a new film")
 class Film:
     """A film of a path, to be saved to a file or shown in a notebook.
 
@@ -69,7 +69,7 @@ class Film:
     _size: int
 
     def __init__(self, body: Body, t: Array, q: Array, apex: Array, fps: int, size: int) -> None:
-        """Store the data of a film; `apex` has BETWEEN points for each frame after the first."""
+        """Store the data of a film; `apex` has BETWEEN points per frame after the first frame."""
         self.__dict__.update(t=t, fps=fps, _body=body, _q=q, _apex=apex, _size=size)
 
     def __len__(self) -> int:
@@ -92,10 +92,10 @@ class Film:
 
     @cached_property
     def _page(self) -> str:
-        return _html(self).decode()
+        return _encode_html(self).decode()
 
-    def _figures(self) -> Iterator[Figure]:
-        """Yield one figure, redrawn for each frame."""
+    def _draw_frames(self) -> Iterator[Figure]:
+        """Yield the same figure once per frame, redrawn each time."""
         figure = Figure(figsize=(self._size / _DPI,) * 2, dpi=_DPI)
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         draw_sphere(axes)
@@ -109,7 +109,9 @@ class Film:
         clock = axes.text(0.03, 0.03, "", transform=axes.transAxes, fontsize=9)
         x, y, depth = project(self._apex)
         quads, colours = _body_faces(self._body)
-        heights = quads @ _matrix(self._q[0]).T @ self._apex[0]  # heights of corners along the apex
+        heights = (
+            quads @ _rotation_matrix(self._q[0]).T @ self._apex[0]
+        )  # heights of corners along the apex
         begin, out = max(float(heights.min()), 0.0), float(heights.max())
         for i, (t, q) in enumerate(zip(self.t, self._q, strict=True)):
             seen = slice(0, i * BETWEEN + 1)
@@ -123,7 +125,7 @@ class Film:
             for part in needle, tip:
                 part.set_zorder(4.0 if depth[now] > 0.0 else 1.0)
             lever.set_zorder(1.5 if depth[now] > 0.0 else 2.5)  # the body has zorder 2.0
-            solid = draw_faces(axes, quads @ _matrix(q).T, colours)
+            solid = draw_faces(axes, quads @ _rotation_matrix(q).T, colours)
             solid.set_zorder(2.0)
             clock.set_text(f"t = {t:.4g}")
             yield figure
@@ -143,14 +145,14 @@ def make_film(
     """
     make = None if file is None else writer_for(file)
     rate, wide = as_int("fps", fps, 1), as_int("size", size, 16)
-    begin, end = _ends(path.t)
+    begin, end = _time_limits(path.t)
     pace = abs(end - begin) / SECONDS if speed is None else as_positive("speed", speed)
     frames = abs(end - begin) / pace * rate + 1.0
     if frames * wide * wide > MOST_POINTS:
         most = max(MOST_POINTS // wide**2 - 1, 1)
         raise ValueError(
             f"{frames:.0f} frames of {wide} x {wide} pixels are too many: {most + 1} are possible, "
-            f"with speed = {abs(end - begin) / most * rate:.3g}, or take fewer or smaller ones"
+            f"with speed = {abs(end - begin) / most * rate:.3g}, or use fewer or smaller frames"
         )
     steps = max(round(frames) - 1, 1)
     t = np.linspace(begin, end, steps * BETWEEN + 1)
@@ -163,7 +165,7 @@ def make_film(
 
 
 def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
-    """Rotate states about the vertical so that the body is seen leaning to the side.
+    """Rotate the states about the vertical so that the body leans to the side of the picture.
 
     At the first state with a clear lean, the axis leans to the right and a little towards the eye.
     """
@@ -181,10 +183,10 @@ def _turn_to_side(q: Array, apex: Array) -> tuple[Array, Array]:
         first * y + last * x,
         first * z + last * w,
     ]
-    return np.stack(turned, axis=-1), apex @ _matrix(about).T
+    return np.stack(turned, axis=-1), apex @ _rotation_matrix(about).T
 
 
-def _ends(t: Array) -> tuple[float, float]:
+def _time_limits(t: Array) -> tuple[float, float]:
     """Return the earliest and the latest time of a path, in the order in which the path runs."""
     low, high = float(t.min(initial=np.inf)), float(t.max(initial=-np.inf))
     if not low < high:
@@ -198,11 +200,11 @@ def _body_faces(body: Body) -> tuple[Array, Array]:
     The corners of the faces are given in the frame of description.
     """
     quads, colours = build_solid(body.mass, np.array(body.moments), np.array(body.principal_com))
-    quads = quads @ _matrix(np.array(body.axes)).T
+    quads = quads @ _rotation_matrix(np.array(body.axes)).T
     return quads * (_REACH / np.linalg.norm(quads, axis=-1).max()), colours
 
 
-def _matrix(q: Array) -> Array:
+def _rotation_matrix(q: Array) -> Array:
     """Return the rotation matrix of a unit quaternion (w, x, y, z)."""
     w, x, y, z = q
     return np.array(
@@ -228,9 +230,9 @@ def writer_for(file: str | os.PathLike[str]) -> Callable[[Film], bytes]:
     return _MAKERS[suffix]
 
 
-def _gif(film: Film) -> bytes:
+def _encode_gif(film: Film) -> bytes:
     """Encode a film as a GIF with a byte per pixel; all frames use the palette of the first one."""
-    images = _images(film)
+    images = _render_images(film)
     full = next(images)
     first = full.quantize(128)
     ground = np.array(full.getpixel((0, 0)))
@@ -244,32 +246,34 @@ def _gif(film: Film) -> bytes:
     return file.getvalue()
 
 
-def _images(film: Film) -> Iterator[Image.Image]:
-    for figure in film._figures():
+def _render_images(film: Film) -> Iterator[Image.Image]:
+    for figure in film._draw_frames():
         raw = BytesIO()
         figure.savefig(raw, format="rgba", dpi=_DPI)
         size = figure.canvas.get_width_height()
         yield Image.frombytes("RGBA", size, raw.getvalue()).convert("RGB")
 
 
-def _html(film: Film) -> bytes:
+def _encode_html(film: Film) -> bytes:
     with matplotlib.rc_context({"animation.embed_limit": 500.0}):
         return _write_frames(film, HTMLWriter(fps=film.fps, embed_frames=True), ".html")
 
 
-def _document(film: Film) -> bytes:
+def _encode_html_document(film: Film) -> bytes:
     return (
-        b'<!doctype html>\n<html><head><meta charset="utf-8"></head>\n' + _html(film) + b"</html>\n"
+        b'<!doctype html>\n<html><head><meta charset="utf-8"></head>\n'
+        + _encode_html(film)
+        + b"</html>\n"
     )
 
 
-def _mp4(film: Film) -> bytes:
+def _encode_mp4(film: Film) -> bytes:
     return _write_frames(film, FFMpegWriter(fps=film.fps, codec="h264"), ".mp4")
 
 
 def _write_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes:
     """Write the frames to a file in a temporary folder, and return the bytes of this file."""
-    frames = film._figures()
+    frames = film._draw_frames()
     with tempfile.TemporaryDirectory() as folder:
         out = File(folder, f"film{suffix}")
         with writer.saving(next(frames), out, _DPI):
@@ -279,4 +283,4 @@ def _write_frames(film: Film, writer: AbstractMovieWriter, suffix: str) -> bytes
         return out.read_bytes()
 
 
-_MAKERS = {".gif": _gif, ".mp4": _mp4, ".html": _document}
+_MAKERS = {".gif": _encode_gif, ".mp4": _encode_mp4, ".html": _encode_html_document}

@@ -32,11 +32,12 @@ def project(
     return across, z * np.cos(e) + away * np.sin(e), z * np.sin(e) - away * np.cos(e)
 
 
-def drawable(axes: object) -> Axes:
+def check_axes(axes: object) -> Axes:
     """Return `axes` if they are axes of matplotlib; raise TypeError otherwise."""
     if not isinstance(axes, Axes):
         raise TypeError(
-            f"axes must be matplotlib's, as of figure.add_subplot(), not {short_repr(axes)}"
+            "axes must be axes of matplotlib, as returned by figure.add_subplot(), not "
+            f"{short_repr(axes)}"
         )
     return axes
 
@@ -135,13 +136,13 @@ def _thickness(centre: Array, thickness: float | None) -> float:
 
 
 def _sides(rims: Array) -> Array:
-    """Return the faces (m, 4, 3) between each rim and the next, for rims (n, k, 3)."""
+    """Return the faces (m, 4, 3) that join each rim to the next, for rims (n, k, 3)."""
     after = np.roll(rims, -1, axis=1)
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
 def _parallel_frames(tangent: Array) -> Array:
-    """Return two unit normals (n, 2, 3) at each point; they do not turn about the curve."""
+    """Return two unit normals (n, 2, 3) at each point, which do not rotate about the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
     for k, along in enumerate(tangent):
@@ -181,7 +182,7 @@ def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, A
     return np.sqrt(np.maximum(squares, thin)), centre, axes.T
 
 
-def box(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
+def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
     """Return the faces (6, 4, 3) of a cuboid and their colours; one face is orange."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
@@ -234,7 +235,7 @@ def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:
     i, j = (apex + 1) % 3, (apex + 2) % 3
     level = np.abs(com[[i, j]]).max() <= 1e-9 * np.abs(com).max(initial=0.0)
     if not (level and abs(moments[i] - moments[j]) <= 1e-9 * moments.max()):
-        return box(half, centre, axes)
+        return cuboid_faces(half, centre, axes)
     quads, colours = revolve(2.0 * half[i] / 3**0.5, half[apex], abs(centre[apex]), bool(com.any()))
     frame = np.eye(3)[[i, j, apex]]
     if com[apex] < 0.0:

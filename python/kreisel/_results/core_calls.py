@@ -71,8 +71,8 @@ def record_unordered(
 ) -> CoreResult:
     """Record the states at times in any order, before or after t = 0.
 
-    Negative and positive times need separate runs. If one of the two runs fails, only the result of
-    the failed run is returned, with the states reached before the failure.
+    Negative and positive times need separate runs. If one of these runs fails, only its result is
+    returned, with the states before the failure.
     """
     states = np.empty((times.size, 8))
     low = np.empty((times.size, 8)) if options.has_low_words else None

@@ -48,14 +48,14 @@ class RawEvents(NamedTuple):
 class EnsembleBuffers:
     """The results of n tops at k times each; results that were not requested are None or empty.
 
-    status, done   (n,) the code of the status, and the number of times with good states
+    status, done   (n,) the code of the status, and the number of times with valid states
     counts         (n, 4) numbers of steps, rejected steps, evaluations and iterations
-    reached        (n,) the time of the last good state [T]
-    states         (n, k, 8) states as in a path; q and m are NaN after the last good state
+    reached        (n,) the time of the last valid state [T]
+    states         (n, k, 8) states as in a path; q and m are NaN after the last valid state
     low            (n, k, 8) the low words of the states
     columns        quantities stored instead of states, (n, k, ...) each
     reduced        (n, r) the reductions of each top's path, in the order of the options
-    last           {row of a failed top: array (1, 8) with the last good state}; if low words are
+    last           {row of a failed top: array (1, 8) with the last valid state}; if low words are
                    computed, the array is (2, 8) and its second row contains the low words
     chosen         {row: the method and step that method='geometric' chose}
     events         events of all tops, not sorted by top
@@ -121,7 +121,7 @@ class EnsembleBuffers:
         return part
 
     def _events_at(self, which: Which) -> list[RawEvents]:
-        """Return the events of the rows that `which` selects. These rows are renumbered from 0."""
+        """Return the events of the rows that `which` selects, with the rows renumbered from 0."""
         numbers = np.arange(self.size)[which]
         found = []
         for events in self.events:
@@ -143,7 +143,7 @@ class EnsembleBuffers:
         self.merge(begin, part)
 
     def merge(self, begin: int, part: EnsembleBuffers) -> None:
-        """Add the failures, choices and events of `part`, whose first row is row `begin` here."""
+        """Add the failures, choices and events of `part`, whose first row has the index `begin`."""
         if part is self:
             return
         if part.last:

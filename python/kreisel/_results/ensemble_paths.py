@@ -10,7 +10,7 @@ import numpy as np
 
 from .._options.quantities import LOW, RECORDABLE
 from .._utils.errors import suggest
-from .._utils.literals import QuantityAttributes, QuantityName
+from .._utils.quantity_attributes import QuantityAttributes, QuantityName
 from .._utils.validation import Array, read_only, short_repr
 from .ensemble_buffers import RawEvents, values
 from .ensemble_events import EnsembleEvents, ensemble_events, join_events
@@ -29,7 +29,7 @@ class Paths(EnsembleResult, QuantityAttributes):
 
     Arrays are read-only. t, q and m are views of `states`; other quantities are computed on first
     access. The shape of an array is (*shape, k) followed by the shape of the quantity. For a failed
-    top, the values after its last good state are NaN.
+    top, the values after its last valid state are NaN.
 
     tops    the ensemble
     paths[i], paths[i, j]   a kreisel.Path of one top with the same values. Calling this path with
@@ -59,7 +59,7 @@ class Paths(EnsembleResult, QuantityAttributes):
             raise self._missing_error("states")
         return self._reshape(self._buffers.states)
 
-    def _column(self, name: str) -> Array:
+    def _quantity_values(self, name: str) -> Array:
         """Return the values of a quantity for all tops."""
         columns = self._buffers.columns
         if name in columns:
@@ -78,33 +78,33 @@ class Paths(EnsembleResult, QuantityAttributes):
     def _missing_error(self, name: str) -> AttributeError:
         more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
         return AttributeError(
-            f"this result has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
+            f"this result has no {name!r}: it has only the quantities of want={self.want!r}; {more}"
         )
 
     @property
     def q(self) -> Array:
         """(*shape, k, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self._column("q")
+        return self._quantity_values("q")
 
     @property
     def m(self) -> Array:
         """(*shape, k, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self._column("m")
+        return self._quantity_values("m")
 
     @cached_property
     def q_low(self) -> Array:
         """(*shape, k, 4) low words of q; zero if at most 16 digits were requested."""
-        return self._column("q_low")
+        return self._quantity_values("q_low")
 
     @cached_property
     def m_low(self) -> Array:
         """(*shape, k, 3) low words of m [M L^2 T^-1]; zero if at most 16 digits were requested."""
-        return self._column("m_low")
+        return self._quantity_values("m_low")
 
     @property
     def q_xyzw(self) -> Array:
         """(*shape, k, 4) unit quaternions (x, y, z, w), with the scalar component last."""
-        return self._column("q")[..., [1, 2, 3, 0]]
+        return self._quantity_values("q")[..., [1, 2, 3, 0]]
 
     if not TYPE_CHECKING:
 
@@ -149,7 +149,7 @@ class Paths(EnsembleResult, QuantityAttributes):
         (<kreisel.Path: 3 states, t = 0 .. 2; exact, 2 steps>, (2, 3, 4))
         """
         i = flat_index(self.shape, key)
-        return self._part(key) if i is None else self._member(i)
+        return self._select_tops(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because paths consist of several arrays."""
@@ -178,4 +178,4 @@ class Paths(EnsembleResult, QuantityAttributes):
         return dataset(self, quantity_rows(self, names, degrees, unwrap))
 
 
-add_quantities(Paths, ("*shape", "k"), Paths._column)
+add_quantities(Paths, ("*shape", "k"), Paths._quantity_values)

@@ -15,7 +15,7 @@ from .._options.ensemble_options import EnsembleOptions, format_index, member, u
 from .._options.methods import methods
 from .._options.solve_options import SolveOptions
 from .._utils.errors import refuse_assignment
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, ReadOnlyArrays, read_only, short_repr
 from .ensemble_buffers import INTERRUPTED, STATUSES, Codes, Counts, EnsembleBuffers
 from .indexing import flat_index, flat_indices
@@ -25,7 +25,7 @@ from .state_quantities import NO_STATES
 _T = TypeVar("_T", bound=np.generic)
 
 
-@refuse_assignment("solve again, for another result")
+@refuse_assignment("call solve again for a different result")
 @dataclass(frozen=True, eq=False, repr=False)
 class EnsembleResult(ReadOnlyArrays):
     """The results of all tops of an ensemble.
@@ -119,7 +119,7 @@ class EnsembleResult(ReadOnlyArrays):
 
     @property
     def reached(self) -> Array:
-        """(*shape) the time of the last good state of each top [T]."""
+        """(*shape) the time of the last valid state of each top [T]."""
         return self._reshape(self._buffers.reached)
 
     @property
@@ -154,7 +154,9 @@ class EnsembleResult(ReadOnlyArrays):
             raise IndexError(
                 f"{short_repr(index)} is not the index of one top, of the shape {self.shape}"
             )
-        return statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure(i))
+        return (
+            statuses["OK"][1] if self._buffers.status[i] == 0 else str(self._failure_exception(i))
+        )
 
     def check(self) -> Self:
         """Return this result if all tops reached their last times.
@@ -168,7 +170,7 @@ class EnsembleResult(ReadOnlyArrays):
             raise self._stop_error(int(failed[0]), failed.size)
         return self
 
-    def _failure(self, i: int) -> BaseException:
+    def _failure_exception(self, i: int) -> BaseException:
         """Return the exception that a solve of the i-th top alone would raise."""
         if i in self._buffers.messages:
             return ValueError(self._buffers.messages[i])
@@ -178,10 +180,12 @@ class EnsembleResult(ReadOnlyArrays):
         return stop_exception(STATUSES[self._buffers.status[i]], path, progress_text(path, end))
 
     def _stop_error(self, i: int, count: int) -> Error | Interrupted:
-        """Return the exception for `count` unfinished tops, of which `i` is the first."""
+        """Return the exception for `count` unfinished tops; `i` is the index of the first one."""
         interrupted = bool(self._buffers.status[i] == INTERRUPTED)
         first = f", the first of {count} of {self.size}" if count > 1 else ""
-        text = f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure(i)}"
+        text = (
+            f"top{format_index(unravel_index(i, self.shape))}{first}: {self._failure_exception(i)}"
+        )
         kind = Interrupted if interrupted else Error
         return kind(text, STATUSES[self._buffers.status[i]], self._member(i), self)
 
@@ -189,7 +193,7 @@ class EnsembleResult(ReadOnlyArrays):
         return self._t if self._t.ndim == 1 else self._t[i]
 
     def _member_options(self, i: int) -> SolveOptions:
-        """Return options that solve the i-th top alone, and record all its states."""
+        """Return options for solving the i-th top alone and recording all its states."""
         choice = self._buffers.chosen.get(i)
         if choice is not None:
             return SolveOptions(methods[choice.method], abs(choice.step))
@@ -199,7 +203,7 @@ class EnsembleResult(ReadOnlyArrays):
     def _member(self, i: int) -> Path:
         """Return the path of the i-th top in C order.
 
-        If the top failed, the path ends with its last good state.
+        If the top failed, the path ends with its last valid state.
         """
         buffers, done = self._buffers, int(self._buffers.done[i])
         states, low = NO_STATES, None
@@ -223,7 +227,7 @@ class EnsembleResult(ReadOnlyArrays):
         return path if choice is None else replace(path, _choice=choice)
 
     def _with_last(self, i: int, path: Path) -> Path:
-        """Return `path`, the path of the i-th top, ending with the last good state of this top."""
+        """Return `path`, the path of the i-th top, ending with the last valid state of this top."""
         last = self._buffers.last.get(i)
         state = member(self.tops, i)._start if last is None else last[:1]
         if len(path) == len(self._times(i)) or (len(path) and path.t[-1] == state[0, 0]):
@@ -242,7 +246,7 @@ class EnsembleResult(ReadOnlyArrays):
             },
         )
 
-    def _part(self, key: Any) -> Self:
+    def _select_tops(self, key: Any) -> Self:
         """Return the result of the tops that `key` selects."""
         at = flat_indices(self.shape, key)
         which = key if isinstance(key, slice) and self.ndim == 1 else at.reshape(-1)

@@ -31,11 +31,15 @@ def dataset(paths: EnsembleResult, rows: QuantityRows) -> Dataset:
     for quantity, values in rows:
         inner = _dimensions(quantity)
         coordinates |= {name: ((name,), words, {}) for name, words in inner.items()}
-        variables[quantity.name] = ((*along, "time", *inner), np.array(values), _about(quantity))
+        variables[quantity.name] = (
+            (*along, "time", *inner),
+            np.array(values),
+            _unit_attributes(quantity),
+        )
     time = "t" if own else "time"
     where = (*along, "time") if own else ("time",)
-    coordinates[time] = (where, np.array(paths.t), _about(TIME))
-    return xr.Dataset(variables, coordinates, _attributes(paths))
+    coordinates[time] = (where, np.array(paths.t), _unit_attributes(TIME))
+    return xr.Dataset(variables, coordinates, _run_attributes(paths))
 
 
 def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
@@ -47,8 +51,8 @@ def reduction_dataset(reduced: EnsembleResult, kept: Reduced) -> Dataset:
     for name, quantity, values in _reductions(kept):
         inner = _dimensions(quantity) if values.ndim > reduced.ndim else {}
         coordinates |= {dim: ((dim,), words, {}) for dim, words in inner.items()}
-        variables[name] = ((*along, *inner), np.array(values), _about(quantity))
-    return xr.Dataset(variables, coordinates, _attributes(reduced))
+        variables[name] = ((*along, *inner), np.array(values), _unit_attributes(quantity))
+    return xr.Dataset(variables, coordinates, _run_attributes(reduced))
 
 
 def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
@@ -63,12 +67,12 @@ def reduction_frame(reduced: EnsembleResult, kept: Reduced) -> DataFrame:
     for column, values, unit in reduction_columns(reduced, kept):
         columns[column], units[column] = values, unit
     frame = pd.DataFrame(columns)
-    frame.attrs = _attributes(reduced) | {"units": units}
+    frame.attrs = _run_attributes(reduced) | {"units": units}
     return frame
 
 
 def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[str, Array, str]]:
-    """Yield the name, values and unit of a column for each component of the reductions."""
+    """Yield (name, values, unit) of a column for each component of the reductions."""
     n = len(reduced._buffers.status)
     for name, quantity, values in _reductions(kept):
         kind = name.removeprefix(quantity.name)
@@ -79,7 +83,7 @@ def reduction_columns(reduced: EnsembleResult, kept: Reduced) -> Iterator[tuple[
 
 
 def _reductions(kept: Reduced) -> Iterator[tuple[str, Quantity, Array]]:
-    """Yield for each reduction its name, a Quantity with its unit and its text, and its values."""
+    """Yield each reduction as (name, Quantity with unit and text, values)."""
     for name, kinds in kept.items():
         of = QUANTITIES.get(name) or next(
             each for each in QUANTITIES.values() if name in each.components
@@ -100,11 +104,11 @@ def _dimensions(quantity: Quantity) -> dict[str, list[str]]:
     return DIMENSIONS.get(quantity.shape, own)
 
 
-def _about(quantity: Quantity) -> dict[str, object]:
+def _unit_attributes(quantity: Quantity) -> dict[str, object]:
     return {"units": quantity.dimension, "long_name": quantity.text}
 
 
-def _attributes(of: EnsembleResult) -> dict[str, object]:
+def _run_attributes(of: EnsembleResult) -> dict[str, object]:
     values = {"method": of.method, "step": of.step, "tol": of.tol, "digits": of.digits}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -123,11 +127,11 @@ def _top_variables(of: EnsembleResult) -> dict[str, Variable]:
         kept = np.array(values).reshape([shape[d] for d in at] + list(inner))
         own = tuple(f"{word}_component" for _ in inner)
         rows[word] = ((*dims, *own), kept, {"units": ""})
-    codes: dict[str, object] = {"units": "", "long_name": "0 where all went well"}
+    codes: dict[str, object] = {"units": "", "long_name": "0 if the run succeeded"}
     rows["status"] = (axes, np.array(of.status), codes)
     about: dict[str, object] = {
         "units": TIME.dimension,
-        "long_name": "the time of the last good state",
+        "long_name": "the time of the last valid state",
     }
     rows["reached"] = (axes, np.array(of.reached), about)
     return rows

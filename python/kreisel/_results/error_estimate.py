@@ -1,10 +1,10 @@
 """Error estimates of paths, from a more precise reference run and the growth of rounding errors.
 
 The Taylor series with 20 digits is far more accurate than any run in doubles, even if the motion
-magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. But the
-results of a closed form are doubles, and a body that is integrable up to rounding is treated as
-exactly integrable. A closed form is therefore used only if the body is exactly integrable, and if
-the error found is far above the rounding errors of the closed form.
+magnifies rounding errors strongly. A closed form is a cheaper reference for fast tops. However, a
+closed form returns doubles, and treats a body that is integrable up to rounding errors as exactly
+integrable. It is therefore used only for an exactly integrable body, and only if the estimated
+error is far above the rounding errors of the closed form.
 
 """
 
@@ -23,7 +23,7 @@ from .._core import tangents as TANGENTS
 from .._model.scene import Scene
 from .._options.methods import EXACT, FALLBACK, has_torus, methods
 from .._options.solve_options import Progress, SolveOptions
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, Quaternion
 from ..quaternion import conjugate, multiply, turn
 from .core_calls import ORIGIN, CoreResult, Origin
@@ -44,12 +44,12 @@ _MAX_POINTS = 1024  # maximal number of times of a path at which tangents are co
 ROUNDINGS = 128
 
 
-def has_closed_form(scene: Scene) -> bool:
+def has_cheap_exact_form(scene: Scene) -> bool:
     """Return True if the scene has a closed form that is exact for its body.
 
     A closed form is not exact if it treats almost equal moments as equal, or a centre of mass
     almost on a principal axis as on the axis. Closed forms of Kowalewski and Goryachev-Chaplygin
-    tops are not counted, because it takes long to set them up.
+    tops are not counted, because their set-up takes long.
     """
     if not CLOSED_FORM.method.suits(scene) or has_torus(scene):
         return False
@@ -75,7 +75,7 @@ def estimate_error(
     `growth` returns the factor by which the motion magnifies a rounding error of the start. The
     error is pi if nothing is known about the attitude.
     """
-    if not digits and method != EXACT and has_closed_form(scene):
+    if not digits and method != EXACT and has_cheap_exact_form(scene):
         error = angle_to(CLOSED_FORM)
         if error >= ROUNDINGS * ROUNDING * growth():
             return error
@@ -90,7 +90,7 @@ def estimate_error(
 
 
 def rounding_directions(scene: Scene, digits: int = 16) -> Array:
-    """Return the changes of attitude and momentum that rounding the state causes, as columns.
+    """Return, as columns, the changes of attitude and momentum caused by rounding the state.
 
     The changes are divided by the relative rounding error. With at most 16 digits, the unit of the
     momentum's rounding error is the largest moment times a bound on the angular velocity. With more
@@ -109,7 +109,7 @@ def rounding_directions(scene: Scene, digits: int = 16) -> Array:
 
 
 def _rounding_turns(scene: Scene) -> Array:
-    """Return the rotation vectors, seen from the body, caused by rounding the attitude, as columns.
+    """Return, as columns, the rotation vectors in the body frame due to rounding the attitude.
 
     The core stores the attitude of the principal axes. Each component of this quaternion is a sum
     of products, and each product is rounded in proportion to its own size.

@@ -32,14 +32,14 @@ def resolve_index(n: int, which: StateIndex) -> ResolvedIndex:
     if given.ndim == 0:
         i = int(given)
         if not -n <= i < n:
-            raise IndexError(f"a path of {n} states has none of the number {i}")
+            raise IndexError(f"a path of {n} states has no state of index {i}")
         return slice(i % n, i % n + 1)
     at: npt.NDArray[np.intp] = np.arange(n)[given if given.size else []]
     return at
 
 
 def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
-    """Return `t` as an array (k,), in any order. Raises ValueError for times outside the path.
+    """Return the times `t` as an array (k,). Raises ValueError for times outside the path.
 
     `reached` contains the times of the path, and `begin` is the time of its start.
     """
@@ -54,8 +54,8 @@ def check_path_times(reached: Array, t: Numbers, begin: float) -> Array:
         i = int(outside[0])
         here = f"t[{i}]" if times.ndim else "t"
         raise ValueError(
-            f"{here} = {float(times.reshape(-1)[i])!r} lies outside the path, which is of times "
-            f"from {low!r} to {high!r}: solve for a longer one"
+            f"{here} = {float(times.reshape(-1)[i])!r} lies outside the path, whose times go "
+            f"from {low!r} to {high!r}: solve for a longer time"
         )
     return times.reshape(-1)
 

@@ -19,7 +19,7 @@ from .._options.plan import Plan, StepChoice, make_plan
 from .._options.solve_options import SolveOptions, parse_want
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
 from .core_calls import ORIGIN, CoreResult, Origin, creation_error, record_unordered
 from .error_estimate import ROUNDING, SERIES, estimate_error, max_angle, rounding_growth
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Path(ReadOnlyArrays, Tables):
-    """n states of a scene in motion.
+    """The motion of a scene at n times.
 
     Arrays are read-only, but their copies are writeable. t, q and m are views of `states`; other
     quantities are computed on first access. Vectors have their components in space unless stated
@@ -156,7 +156,7 @@ class Path(ReadOnlyArrays, Tables):
     def __call__(self, t: Numbers) -> Path:
         """Return a path with the states of the same run at other times.
 
-        The states have the same bits as if kreisel.solve were called with these times.
+        The states are bitwise equal to those of a call of kreisel.solve with these times.
 
         t  a number, for a path with one state, or a list in any order; all times must lie between
            the start and the end of the path [T]
@@ -176,8 +176,8 @@ class Path(ReadOnlyArrays, Tables):
         """
         if self._options.requested_method == EXACT != self.method:
             raise ValueError(
-                f"this path is of the closed form of {self.method}'s map, which has no states "
-                "between its steps: call what kreisel.exact gave, with the numbers of the steps"
+                f"this path is from the closed form of {self.method}, a map without states "
+                "between its steps: call the result of kreisel.exact with the numbers of steps"
             )
         times = check_path_times(self.t, t, self.start_time)
         result = record_unordered(self.scene, self._options, times, self._origin)
@@ -271,7 +271,8 @@ class Path(ReadOnlyArrays, Tables):
     def _core_events(self) -> tuple[Path, Integers, Integers] | None:
         """The events in the form that path.save writes.
 
-        The form is a path of the states at the events, the events' indices and their directions.
+        It consists of a path of the states at the events, the indices of the events and their
+        directions.
         """
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
@@ -356,7 +357,7 @@ class RunStop(BaseException):
 
     status  the name of the status in kreisel.h without its prefix: 'ERR_LIMIT', 'ERR_NOT_FINITE',
             ...
-    path    the requested states that were reached, and the last good state if it is later
+    path    the requested states that were reached, and the last valid state if it is later
     paths   the kreisel.Paths or kreisel.Reductions of an ensemble, otherwise None; `path` is then
             the path of the first top that failed or was not finished
     """
@@ -384,10 +385,10 @@ class Interrupted(RunStop, KeyboardInterrupt):
 
 
 def stop_exception(status: str, path: Path, where: str) -> BaseException:
-    """Return the exception for the status of a run.
+    """Return the exception that corresponds to the status of a run.
 
     The exception is a RunStop with the path if the run failed or was interrupted, otherwise an
-    exception for invalid input. `where` is text that says how far the run got.
+    exception for invalid input. `where` is a text about the time that the run reached.
     """
     kinds: dict[str, type[RunStop]] = {"FAILURE": Error, "INTERRUPT": Interrupted}
     what, text = statuses[status]
@@ -414,15 +415,15 @@ def path_or_raise(
 ) -> Path:
     """Return a path from a result of the core, with only the quantities in `options.want`.
 
-    Raises the exception of stop_exception if the status of the result is not 'OK'.
+    If the status of the result is not 'OK', raises the exception that stop_exception returns.
     """
-    path = keep_wanted(make_path(scene, options, result, origin), options.want, result[-1])
+    path = drop_unwanted(make_path(scene, options, result, origin), options.want, result[-1])
     if result[0] != "OK":
         raise stop_exception(result[0], path, progress_text(path, result[-1]))
     return path
 
 
-def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
+def drop_unwanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -> Path:
     """Return a copy of the path with only t and the quantities in `want`.
 
     If `want` is None, return the path itself. If Ctrl-C interrupts the computation of the
@@ -441,4 +442,4 @@ def keep_wanted(path: Path, want: tuple[QuantityName, ...] | None, end: float) -
 def progress_text(path: Path, end: float) -> str:
     """Return text with the time that a path reached, and the last requested time `end`."""
     last = path.t[-1] if len(path) else 0.0
-    return f"{path.method} got to t = {last:g} of {end:g} in {path.stats.steps} steps"
+    return f"{path.method} reached t = {last:g} of {end:g} in {path.stats.steps} steps"

@@ -15,7 +15,7 @@ from .._core import record
 from .._model.scene import Scene
 from .._options.solve_options import Progress, SolveOptions
 from .._options.times import CHUNK_SIZE
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array
 from .core_calls import record_states
 from .path import Events, Path, Stats, path_or_raise
@@ -35,8 +35,8 @@ def record_path(
 def record_path_fast(
     scene: Scene, options: SolveOptions, t: object, progress: Progress | None
 ) -> Path | None:
-    """Return the path at the times `t` of the user, or None if `t` needs validation in Python."""
-    horizon = min(scene._within, options.safe_horizon)
+    """Return the path at the times `t` as given, or None if `t` must be validated in Python."""
+    horizon = min(scene._safe_horizon, options.safe_horizon)
     result = record(scene._block, *options.core, t, horizon, options.chunk_size, progress)
     if result is None:
         return None
@@ -93,7 +93,7 @@ class ColumnRecorder:
             self._events.append(part._events)
 
     def path(self, last: Path) -> Path:
-        """Return the path with the recorded columns and events; the rest is copied from `last`."""
+        """Return the path with the recorded columns and events, and the other data of `last`."""
         columns = {name: column[: self._done] for name, column in self._arrays.items()}
         events = _join_events(self._events) if self._events else None
         options = replace(last._options, want=self._want)

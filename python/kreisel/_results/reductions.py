@@ -48,7 +48,7 @@ class Reductions(EnsembleResult):
                 kinds.append(KINDS[one.kind])
         return names
 
-    def _column(self, name: str, kind: str) -> Array:
+    def _reduced_values(self, name: str, kind: str) -> Array:
         assert self._buffers.reduced is not None
         asked = self._options.reductions
         at = [i for i, one in enumerate(asked) if one.name == name and KINDS[one.kind] == kind]
@@ -69,13 +69,13 @@ class Reductions(EnsembleResult):
             names = self._kinds()
             if key not in names:
                 raise KeyError(unknown_name_message("quantity among the reductions:", key, names))
-            return {kind: self._column(key, kind) for kind in names[key]}
+            return {kind: self._reduced_values(key, kind) for kind in names[key]}
         if flat_index(self.shape, key) is not None:
             raise TypeError(
-                "reductions have no path of one top: index their arrays, as in "
+                "reductions contain no paths: index their arrays, as in "
                 "reduced['nutation']['max'][3]"
             )
-        return self._part(key)
+        return self._select_tops(key)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._kinds())

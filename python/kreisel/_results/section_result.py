@@ -12,7 +12,7 @@ from .._core import Work, Worker
 from .._model.scene import Ensemble
 from .._options.ensemble_options import EnsembleOptions
 from .._utils.errors import suggest
-from .._utils.literals import QuantityAttributes
+from .._utils.quantity_attributes import QuantityAttributes
 from .._utils.validation import Array, read_only, short_repr
 from .ensemble_buffers import STATUSES, Counts, EnsembleBuffers, SliceRunner, values
 from .ensemble_result import EnsembleResult
@@ -110,10 +110,10 @@ class Section(EnsembleResult, QuantityAttributes):
         assert self._buffers.states is not None
         return self._path(i, self._buffers.states[i, : int(self._buffers.done[i])], None)
 
-    def _failure(self, i: int) -> BaseException:
+    def _failure_exception(self, i: int) -> BaseException:
         done, reached = int(self._buffers.done[i]), float(self._buffers.reached[i])
         waited = f", after waiting for {abs(float(self._t[i, 0])):g}"
-        came = f"{done} of {self.n} came by t = {reached:g}"
+        came = f"{done} of {self.n} events found by t = {reached:g}"
         name = STATUSES[self._buffers.status[i]]
         text = came + waited if name == "ERR_EVENT" else came
         return stop_exception(name, self._member(i), text)
@@ -127,7 +127,7 @@ class Section(EnsembleResult, QuantityAttributes):
         <kreisel.Section of shape (2,), 40 states of 2 tops: taylor, none failed>
         """
         i = flat_index(self.shape, key)
-        return self._part(key) if i is None else self._member(i)
+        return self._select_tops(key) if i is None else self._member(i)
 
     def __array__(self, dtype: object = None, copy: object = None) -> NoReturn:
         """Raise TypeError, because a section consists of several arrays."""

@@ -102,7 +102,7 @@ def load_path(
     try:
         head = _require_table(json.loads(archive.text("head")))
         if as_int("format", head["format"], 1) != _FORMAT:
-            raise ValueError(f"its format {head['format']} is that of a later kreisel")
+            raise ValueError(f"its format {head['format']} belongs to a later version of kreisel")
         words = _parse_head(head, parse_toml(archive.text("scene")))
         if head["events"] is not None:
             words = words._replace(options=replace(words.options, events=()))
@@ -113,7 +113,7 @@ def load_path(
             return path, None
         at = _read_arrays(archive, _EVENTS, words, _require_table(head["events"]))
     except (KeyError, RecursionError, TypeError) as error:
-        raise ValueError(f"its head is damaged: {error}") from None
+        raise ValueError(f"its header is damaged: {error}") from None
     which, way = (archive.integers(_EVENTS + name, len(at.t)) for name in _MET)
     if not (np.abs(way) == 1).all() or which.min(initial=0) < 0:
         raise ValueError("its events are damaged")
@@ -133,7 +133,7 @@ def _parse_head(head: dict[str, object], scene: Scene) -> PathRecord:
     """
     method, asked, stats = head["method"], head["asked"], head["stats"]
     if not isinstance(method, str) or not isinstance(asked, str) or not isinstance(stats, list):
-        raise TypeError("method, asked and stats are texts and a list of numbers")
+        raise TypeError("method and asked must be texts, and stats a list of numbers")
     if method not in methods:
         raise ValueError(unknown_method_message(method))
     step = None if head["step"] is None else as_float("step", head["step"])
@@ -154,7 +154,7 @@ def _parse_choice(words: dict[str, object]) -> StepChoice:
     for field in fields(StepChoice):
         if type(words[field.name]).__name__ != field.type:
             raise TypeError(
-                f"choice.{field.name} = {short_repr(words[field.name])} is no {field.type}"
+                f"choice.{field.name} = {short_repr(words[field.name])} is not a {field.type}"
             )
     make: Callable[..., StepChoice] = StepChoice
     return make(**words)
@@ -165,7 +165,7 @@ def _read_tangents(archive: Archive, n: int, head: object) -> TangentData:
     words = _require_table(head)
     by, rest = words["by"], as_float("rest", words["rest"])
     if not isinstance(by, list) or not by or by != [name for name in TANGENTS if name in by]:
-        raise ValueError(f"its tangents are by {short_repr(by)}")
+        raise ValueError(f"its tangents have the invalid columns {short_repr(by)}")
     shape = n, 6, sum(TANGENTS[name][1] for name in by)
     high, low = (archive.doubles(name, *shape) for name in ("tangents", "tangents_low"))
     return TangentData.from_flat(high, low, rest, tuple(by))
@@ -177,7 +177,7 @@ def _read_arrays(
     """Read the arrays whose names begin with `prefix`, and return `words` with these arrays."""
     want, is_low = head["want"], head["low"]
     if not isinstance(is_low, bool):
-        raise TypeError(f"low is true or false, not {short_repr(is_low)}")
+        raise TypeError(f"low must be true or false, not {short_repr(is_low)}")
     t = archive.doubles(f"{prefix}t", None)
     if want is not None:
         names = parse_want(want) or ()

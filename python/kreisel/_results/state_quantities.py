@@ -14,7 +14,7 @@ from .._options.plan import StepChoice
 from .._options.quantities import QUANTITIES, RECORDABLE, Quantity
 from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest
-from .._utils.literals import MethodName, QuantityAttributes, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, read_only, short_repr
 from .core_calls import Origin
 from .tangent_data import TANGENT_ATTRIBUTES, TangentData
@@ -98,7 +98,7 @@ class States(QuantityAttributes):
         return len(self.t)
 
     def __dir__(self) -> list[str]:
-        """Return the names of the attributes, without those that `want` leaves out."""
+        """Return the names of the attributes, except quantities that are not in `want`."""
         names = {"states", *super().__dir__()}
         names -= set() if self._tangent_data else set(TANGENT_ATTRIBUTES)
         if self.want is not None:
@@ -114,20 +114,24 @@ class States(QuantityAttributes):
     if not TYPE_CHECKING:  # type checkers know the quantities from QuantityAttributes
 
         def __getattr__(self, name: str) -> Array:
-            """Raise AttributeError with a hint. Quantities are added by add_quantities."""
+            """Raise AttributeError with a hint.
+
+            Quantities are class attributes, which add_quantities adds.
+            """
             if name.startswith("__"):
                 raise AttributeError(name)
             if self.want is not None and (name == "states" or hasattr(type(self), name)):
                 more = f"add {name!r} to want" if name in RECORDABLE else "solve without want"
                 raise AttributeError(
-                    f"this path has no {name!r}: it keeps what want={self.want!r} asked for; {more}"
+                    f"this path has no {name!r}: it has only the quantities of "
+                    f"want={self.want!r}; {more}"
                 )
             if name in TANGENT_ATTRIBUTES:
                 raise AttributeError(f"this path has no {name!r}: {TANGENT_ATTRIBUTES[name]}")
             known = [word for word in sorted({"states", *dir(type(self))}) if word[0] != "_"]
             raise AttributeError(f"a path has no {short_repr(name)}; {suggest(name, known)}")
 
-    def _part(self, name: str) -> Array:
+    def _state_components(self, name: str) -> Array:
         if self._columns is not None and name in self._columns:
             return self._columns[name]
         part = self.states[:, STATE_COLUMNS[name]]
@@ -136,12 +140,12 @@ class States(QuantityAttributes):
     @property
     def t(self) -> Array:
         """(n,) times [T]."""
-        return self._part("t")
+        return self._state_components("t")
 
     @property
     def q(self) -> Array:
         """(n, 4) unit quaternions (w, x, y, z), from the frame of description to space."""
-        return self._part("q")
+        return self._state_components("q")
 
     @property
     def q_xyzw(self) -> Array:
@@ -151,7 +155,7 @@ class States(QuantityAttributes):
     @property
     def m(self) -> Array:
         """(n, 3) angular momentum about the fixed point [M L^2 T^-1]."""
-        return self._part("m")
+        return self._state_components("m")
 
     @cached_property
     def q_low(self) -> Array:
@@ -183,7 +187,7 @@ class States(QuantityAttributes):
         With "start" the first six columns are the derivatives with respect to the initial state; at
         t = 0 they form the identity matrix. The next columns are the requested derivatives with
         respect to the moments (3), the centre of mass (3) along the principal axes, gravity and
-        mass. Each is a change per unit of its parameter, at constant initial momentum.
+        mass. Each column is the change per unit of its parameter, at constant initial momentum.
         """
         return self._tangents().high
 

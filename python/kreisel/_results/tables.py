@@ -13,8 +13,8 @@ import numpy as np
 from .._options.quantities import ANGLES, LOW, RECORDABLE, TIME, Quantity
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import unknown_name_message
-from .._utils.literals import QuantityName
 from .._utils.optional import optional_dependency
+from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, as_bool, short_repr
 from .state_quantities import States
 
@@ -69,8 +69,8 @@ def _parse_names(names: Iterable[str]) -> list[str]:
     for name in names:
         if not isinstance(name, str):
             raise TypeError(
-                "quantities are given by their names, as in to_pandas('nutation', 'energy'), "
-                f"not {short_repr(name)}"
+                "quantities must be names, as in to_pandas('nutation', 'energy'), not "
+                f"{short_repr(name)}"
             )
         if name not in RECORDABLE and name != "t":
             raise ValueError(unknown_name_message("quantity", name, RECORDABLE))
@@ -161,7 +161,7 @@ class Tables(States):
             import pandas as pd
         rows = quantity_rows(self, names, degrees, unwrap)
         frame = pd.DataFrame(_components(self, rows)).set_index("t")
-        frame.attrs = self._about() | {"units": _units(rows)}
+        frame.attrs = self._run_attributes() | {"units": _units(rows)}
         return frame
 
     def to_xarray(self, *names: str, degrees: bool = False, unwrap: bool = False) -> Dataset:
@@ -190,7 +190,7 @@ class Tables(States):
             coordinates |= along
             variables[quantity.name] = (("time", *along), np.array(values), about)
         time = {"time": variables.pop("t")}
-        return xr.Dataset(variables, {**time, **coordinates}, self._about())
+        return xr.Dataset(variables, {**time, **coordinates}, self._run_attributes())
 
     def to_csv(
         self,
@@ -217,10 +217,10 @@ class Tables(States):
         units  True: append units to the names of the columns, as in 'm_x [M L^2 T^-1]' or
                'nutation [deg]'; dimensionless columns have no unit
 
-        pandas.read_csv(file, index_col="t") returns the table of to_pandas. The values have the
-        same bits with pandas 3.1 or later; older versions need float_precision="round_trip". The
-        file is replaced atomically. Raises OSError if the file cannot be written, and the
-        exceptions of to_pandas except ImportError, because pandas is not needed.
+        pandas.read_csv(file, index_col="t") returns the table of to_pandas. The values are bitwise
+        equal with pandas 3.1 or later; older versions need float_precision="round_trip". The file
+        is replaced atomically. Raises OSError if the file cannot be written, and the exceptions of
+        to_pandas except ImportError, because pandas is not needed.
         """
         rows = quantity_rows(self, names, degrees, unwrap)
         heads = None
@@ -228,7 +228,7 @@ class Tables(States):
             heads = [f"{name} [{unit}]" if unit else name for name, unit in _units(rows).items()]
         atomic_write(file, as_csv(_components(self, rows), heads).encode())
 
-    def _about(self) -> dict[str, object]:
+    def _run_attributes(self) -> dict[str, object]:
         words = {"method": self.method, "step": self.step, "tol": self.tol, "digits": self.digits}
         about: dict[str, object] = {
             word: value for word, value in words.items() if value is not None

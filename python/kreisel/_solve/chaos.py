@@ -82,7 +82,7 @@ def lyapunov(
     def curve(rows: Array, times: Array) -> Array:
         return rows[..., LOG] / np.abs(times)
 
-    return _indicator(scene, t, direction, tol, max_steps, threads, progress, curve)
+    return _run_indicator(scene, t, direction, tol, max_steps, threads, progress, curve)
 
 
 def megno(
@@ -111,7 +111,7 @@ def megno(
     Raises the exceptions of kreisel.lyapunov. Source: Cincotta and Simo, Astron. Astrophys. Suppl.
     147 (2000).
     """
-    return _indicator(
+    return _run_indicator(
         scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MEGNO]
     )
 
@@ -141,12 +141,12 @@ def oli(
     Raises the exceptions of kreisel.lyapunov. Source: Fouchard, Lega, Froeschle and Froeschle,
     Celest. Mech. 83 (2002).
     """
-    return _indicator(
+    return _run_indicator(
         scene, t, direction, tol, max_steps, threads, progress, lambda rows, _: rows[..., MOST]
     )
 
 
-def _indicator(
+def _run_indicator(
     scene: Scene | Ensemble,
     t: Numbers,
     direction: object,
@@ -185,8 +185,8 @@ def parse_growth(
     controls = accuracy, as_int("max_steps", max_steps, 0), _parse_direction(direction)
     if np.any(scene.damping):
         raise ValueError(
-            "a damped top has no such indicator: its neighbours come to rest, and energy and "
-            "<m, e3> are not conserved"
+            "a damped top has no indicator of chaos: its motion decays, and energy and <m, e3> "
+            "are not conserved"
         )
     return times, controls
 

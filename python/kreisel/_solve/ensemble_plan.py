@@ -23,7 +23,7 @@ from .._options.plan import GEOMETRIC, Plan, make_plan
 from .._options.solve_options import parse_options
 from .._options.times import time_array
 from .._results.ensemble_buffers import LANES, SCALAR, EnsembleBuffers
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers
 from .keywords import PlanKeywords
 from .solve_ensemble import SolveArguments, parse_arguments, reject_ensemble_arguments
@@ -74,9 +74,9 @@ class EnsemblePlan:
         else:
             parts["recorded"] = f"{self.states} states each: {1e-6 * self.bytes:.3g} MB in all"
         if self.seconds is not None:
-            parts["time"] = f"about {self.seconds:.2g} s, as {self.measured} of the tops tell"
+            parts["time"] = f"about {self.seconds:.2g} s, measured on {self.measured} of the tops"
         lines = [f"{name:<11}{text}" for name, text in parts.items()]
-        return "\n".join([*lines, *([f"the first of them:\n{self.first}"] if self.first else [])])
+        return "\n".join([*lines, *([f"the first top:\n{self.first}"] if self.first else [])])
 
 
 @overload
@@ -133,7 +133,7 @@ def plan(
     if isinstance(scene, Scene) and (threads is not None or reduce is not None):
         reject_ensemble_arguments(scene, threads=threads, reduce=reduce)
     if isinstance(method, str) and method == GEOMETRIC:
-        raise ValueError("method='geometric' chooses by trial runs: solve, and see path.plan")
+        raise ValueError("method='geometric' chooses by trial runs: call solve, and see path.plan")
     if isinstance(scene, Ensemble):
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
         return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
@@ -188,7 +188,7 @@ def _first_plan(tops: Ensemble, options: EnsembleOptions, states: int | None) ->
     kernel, order = Worker(*options.core, []).kernel
     if plan.method != FALLBACK or options.is_scalar or not kernel or any(scene.damping):
         return plan
-    level = options.solve.leave_heading
+    level = options.solve.can_skip_heading
     form = "(P, W): vertical and angular velocity seen from the body"
     form += "; without the heading" if level else ", and from these the heading"
     return replace(plan, order=order, kernel=f"{kernel}, in lanes", form=form)

@@ -49,7 +49,7 @@ _NO_STEPS = Stats(0, 0, 0, 0)
 
 
 @dataclass(frozen=True)
-class _Rates:
+class _ClosedForm:
     """The base of closed forms: a scene, the period of its nutation, and two mean rates."""
 
     scene: Scene
@@ -60,7 +60,7 @@ class _Rates:
 
 
 @dataclass(frozen=True)
-class Exact(_Rates):
+class Exact(_ClosedForm):
     """The motion of a scene in closed form.
 
     Calling it with a time or an array of times returns a kreisel.Path.
@@ -81,7 +81,7 @@ class Exact(_Rates):
     If the axis passes exactly through the vertical, the precession angle jumps by half a turn.
     `precession` does not include these jumps.
 
-    States at t = 1e6 are as exact and as cheap as states at t = 1. Times may be in any order and
+    States at t = 1e6 are as accurate and as cheap as states at t = 1. Times may be in any order and
     of either sign. Ctrl-C raises a plain KeyboardInterrupt, without partial results.
 
         >>> import kreisel as kr
@@ -166,7 +166,7 @@ class Exact(_Rates):
         return values.reshape(angles.shape)
 
     def __call__(self, t: Numbers) -> Path:
-        states = self._states(t, self.scene._within)
+        states = self._states(t, self.scene._safe_horizon)
         if states is None:
             states = self._states(self._times(t), math.inf)
         assert states is not None
@@ -175,7 +175,7 @@ class Exact(_Rates):
     def _states(self, t: object, most: float) -> Array | None:
         """Return the states at `t` as rows, or None if `t` needs validation in Python.
 
-        This is the case if |t| is not below `most`, or if the core does not accept the type of `t`.
+        Times need validation if |t| is not below `most`, or if the core does not accept their type.
         """
         return exact_states(self._plan, t, most)
 
@@ -220,8 +220,8 @@ class ExactTorus(Exact):
 class ExactKowalewski(ExactTorus):
     """The motion of a Kowalewski top in closed form, by theta functions of two variables.
 
-    Calling it with a time or an array of times returns a kreisel.Path. The attributes are those of
-    kreisel.ExactTorus.
+    Calling the object with a time or an array of times returns a kreisel.Path. The attributes are
+    those of kreisel.ExactTorus.
 
         >>> import kreisel as kr
         >>> body = kr.Body(1, (2, 2, 1), (1, 0, 0), unphysical=True)
@@ -250,10 +250,11 @@ class ExactGoryachevChaplygin(ExactTorus):
 
 
 @dataclass(frozen=True)
-class ExactMap(_Rates):
+class ExactMap(_ClosedForm):
     """The states that the method bobenko_suris computes with the step `step`, in closed form.
 
-    Calling it with a number of steps, or an array of numbers of steps, returns a kreisel.Path.
+    Calling the object with a number of steps, or an array of numbers of steps, returns a
+    kreisel.Path.
 
     The attributes period, precession and spin are defined as in kreisel.Exact, but for the states
     of the method. Their differences from the values of kreisel.Exact are errors of the method.
@@ -318,7 +319,7 @@ def exact(
 
 def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     if map != _MAP:
-        raise ValueError(f"the map with a closed form is {_MAP!r}, not {short_repr(map)}")
+        raise ValueError(f"the only map with a closed form is {_MAP!r}, not {short_repr(map)}")
     h = as_float("step", step)
     if h == 0.0:
         raise ValueError("step must not be zero")
@@ -326,9 +327,8 @@ def _exact_map(scene: Scene, map: str, step: float | None) -> ExactMap:
     status, period, precession, spin, plan = exact_map_plan(scene._block, h)
     if status == "ERR_STEP_SIZE":
         raise ValueError(
-            f"no closed form is known for the map at the step {h!r} from this start, which lies "
-            "within "
-            "k'^2 = 1e-26 of a separatrix: take another step"
+            f"the Bobenko-Suris map has no known closed form for the step {h!r} and this start, "
+            "which lies within k'^2 = 1e-26 of a separatrix: choose another step"
         )
     if status != "OK":
         raise ValueError(f"{statuses[status][1]}: step {h!r}, {scene!r}")

@@ -52,7 +52,7 @@ class ExactEnsemble:
 
     period, precession, spin and the attributes of the turning points are arrays of shape `shape`,
     computed on first access. All values are those that kreisel.exact returns for each scene alone,
-    and the states have the same bits. The attributes of the turning points raise ValueError if a
+    and the states are bitwise equal. The attributes of the turning points raise ValueError if a
     scene has no turning points.
 
     The example computes how far tops fall after release, for several spins and tilts [degrees]:
@@ -103,9 +103,9 @@ class ExactEnsemble:
     def _states(self, t: Array) -> Array:
         """Return states (n, k, 8) at times (k,) or (n, k).
 
-        Runs of the ensemble compute the same states faster, but need times that lead away from 0.
-        For t = 0, a run returns the initial state without evaluating the closed form. Runs are
-        therefore not used if a time is 0.
+        A run of the ensemble computes the same states faster, but its times must lead away from 0.
+        A run is not used if a time is 0, because it would return the initial state itself instead
+        of the state of the closed form.
         """
         forward = np.where(t[..., -1:] < 0.0, -t, t)
         if t.all() and (np.diff(forward, axis=-1, prepend=0.0) > 0.0).all():
@@ -164,7 +164,7 @@ class ExactEnsemble:
             raise error(status, member(self.tops, first), self._error_prefix(first))
 
     @cached_property
-    def _rates(self) -> Array:
+    def _mean_rates(self) -> Array:
         rates = np.empty((self.tops.size, 3))
         self._run_slices(exact_rates, rates)
         return rates
@@ -181,17 +181,17 @@ class ExactEnsemble:
     @property
     def period(self) -> Array:
         """(*shape) the period of the nutation, as in kreisel.Exact [T]."""
-        return self._reshape(self._rates[:, 0])
+        return self._reshape(self._mean_rates[:, 0])
 
     @property
     def precession(self) -> Array:
         """(*shape) the mean rate of precession, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._rates[:, 1])
+        return self._reshape(self._mean_rates[:, 1])
 
     @property
     def spin(self) -> Array:
         """(*shape) the mean rate of the spin angle, as in kreisel.Exact [T^-1]."""
-        return self._reshape(self._rates[:, 2])
+        return self._reshape(self._mean_rates[:, 2])
 
     @property
     def least_nutation(self) -> Array:

@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from typing import TypedDict
 
 from .._options.solve_options import Progress
-from .._utils.literals import QuantityName
+from .._utils.quantity_attributes import QuantityName
 from .run import EventSpec
 
 

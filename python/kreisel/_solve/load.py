@@ -62,9 +62,9 @@ def _load_path(name: str, file: BinaryIO, size: int) -> Path:
 
 
 def _load_scene(name: str, size: int) -> Scene:
-    known = "a path or a run that was saved, nor a scene in TOML"
+    known = "a saved path or run, nor a scene in TOML"
     if size > _MAX_SCENE_BYTES:
-        raise ValueError(f"{name} is neither {known}, which would be shorter")
+        raise ValueError(f"{name} is neither {known}, which would be smaller")
     try:
         return Scene.from_toml(File(name))
     except (TypeError, ValueError) as error:

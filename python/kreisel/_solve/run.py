@@ -1,4 +1,4 @@
-"""Runs: motions that can be advanced in several calls, saved, and resumed with the same bits."""
+"""Runs: motions that can be advanced in several calls, saved, and resumed exactly."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from .._results.core_calls import ORIGIN, Origin
 from .._results.path import (
     Path,
     Stats,
-    keep_wanted,
+    drop_unwanted,
     make_path,
     progress_text,
     stop_exception,
@@ -48,7 +48,7 @@ from .._results.path import (
 from .._results.recorder import add_events, record_chunks, report_end
 from .._utils.atomic_io import atomic_write
 from .._utils.errors import refuse_assignment
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, Vector, as_int, as_vector, short_repr
 from ..events import Event, from_record, parse_events, to_core_events, to_record
 
@@ -84,7 +84,7 @@ class Run:
     Times are measured from the start of the run, and must lead away from it.
 
     scene, method, step, tol, digits, want, events  as in kreisel.solve; step is positive
-    t      the time of the last state returned; after a failure the time of the last good state [T]
+    t      the time of the last state returned; after a failure the time of the last valid state [T]
     stats  the cost of the run so far
 
     run.push, run.reset and run.change change the motion at the present time t. The time goes on;
@@ -138,7 +138,7 @@ class Run:
         If `t` is a number, the path has the current state and the state at `t`. If `every` is given
         as well, the path has the states at all multiples of `every` steps that the run has not
         returned yet. If `t` is a list, the path has exactly these times. Raises the exceptions of
-        kreisel.solve; the run then stays at its last good state.
+        kreisel.solve; the run then stays at its last valid state.
         """
         times = self._times(t, every)
         if times.size:
@@ -185,7 +185,7 @@ class Run:
         while not self.ended and (chunk := next(chunks, None)) is not None:
             self._check(chunk)
             status, path = self._record(chunk, progress)
-            path = keep_wanted(path, self.want, float(chunk[-1]))
+            path = drop_unwanted(path, self.want, float(chunk[-1]))
             if status != "OK":
                 raise stop_exception(status, path, progress_text(path, float(chunk[-1])))
             yield path
@@ -402,7 +402,7 @@ class Run:
         return MAGIC + b"%08x\n" % zlib.crc32(body) + body
 
     def __reduce__(self) -> tuple[Callable[[bytes], Run], tuple[bytes]]:
-        """Return a call of resume with the checkpoint: a copy has its own state."""
+        """Return a call of resume with the checkpoint, so that a copy has its own state."""
         return resume, (self.checkpoint,)
 
     def save(self, file: str | os.PathLike[str]) -> None:

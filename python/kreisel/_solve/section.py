@@ -52,8 +52,8 @@ def section(
                found so far are kept. Default: 1024 times an estimate of the time of one turn about
                the axis of the largest moment
 
-    The other arguments are those of solve. The bits of a top do not depend on the other tops.
-    Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest,
+    The other arguments are those of solve. The result of a top is bitwise independent of the other
+    tops. Events linear in body_vertical, body_velocity, body_momentum, apex_z and spin are fastest,
     because the core searches for them in several tops simultaneously.
 
         >>> import kreisel as kr
@@ -69,8 +69,8 @@ def section(
     Failures of individual tops are recorded in section.status, and section.check() raises an
     exception for the first of them.
 
-    Sources: Poincare 1892. Sections that every motion intersects are described by H. R. Dullin, A.
-    Wittek, Complete Poincare sections and tangent sets, J. Phys. A 28 (1995).
+    Sources: Poincaré (1892). Dullin and Wittek (Journal of Physics A 28, 1995) describe sections
+    that every motion intersects.
     """
     many = Ensemble.of([tops]) if isinstance(tops, Scene) else check_type("tops", tops, Ensemble)
     waits, options = parse_section(many, event, n, max_wait, tol, digits, max_steps)
@@ -110,7 +110,9 @@ def parse_event(event: object) -> Event:
         return nutation(direction=1)
     [one] = parse_events(FALLBACK, [event])
     if one.max_count is not None or one.terminal:
-        raise ValueError("n is the number of events: leave max_count and terminal out of the event")
+        raise ValueError(
+            "n sets the number of events: leave max_count and terminal out of the event"
+        )
     return one
 
 

@@ -13,7 +13,7 @@ from .._options.times import check_horizon, time_array
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
 from .._results.recorder import record_path, record_path_fast
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from .keywords import PoolKeywords, SolveKeywords
 from .run import EventSpec, Run, parse_run
@@ -90,8 +90,8 @@ def solve(
                occurrences. A terminal event ends the path
     tangents   taylor only, for one scene: one or several of "start", "moments", "com", "gravity",
                "mass". path.tangents has the derivatives of the states with respect to these. The
-               states have the same bits as without tangents, unless strong damping requires shorter
-               steps for the tangents
+               states are bitwise equal to those without tangents, unless strong damping requires
+               shorter steps for the tangents
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -105,11 +105,11 @@ def solve(
         ['1.174941', '3.524823']
 
     For an ensemble the arguments apply to each top. The result is a kreisel.Paths, whose arrays
-    begin with the shape of the ensemble. The bits of a top do not depend on the other tops, on the
-    threads or on the executor. They agree with a solve of the top alone, except that taylor may
-    round differently. `t` can also be an array (*shape, k) with separate times for each top.
-    `progress` is called with the finished fraction of the tops, 0 .. 1. An ensemble has further
-    arguments:
+    begin with the shape of the ensemble. The result of a top is bitwise independent of the other
+    tops, the threads and the executor. It equals the result of solve for the top alone, except that
+    taylor may round differently. `t` can also be an array (*shape, k) with separate times for each
+    top. `progress` is called with the finished fraction of the tops, 0 .. 1. An ensemble has
+    further arguments:
 
     threads    the number of threads; default: the number of processors
     executor   an executor of concurrent.futures, instead of threads; workers in other processes
@@ -124,9 +124,9 @@ def solve(
 
     Raises TypeError or ValueError for invalid arguments and MemoryError for more states than fit in
     memory, before anything runs. Raises kreisel.Error if the run fails, and kreisel.Interrupted (a
-    KeyboardInterrupt) after Ctrl-C; both have a `.path` up to the last good state. For an ensemble,
-    failures are recorded in paths.status, and paths.check() raises kreisel.Error for the first
-    failed top; kreisel.Interrupted has the results so far as `.paths`.
+    KeyboardInterrupt) after Ctrl-C; both have a `.path` up to the last valid state. For an
+    ensemble, failures are recorded in paths.status, and paths.check() raises kreisel.Error for the
+    first failed top; kreisel.Interrupted has the results so far as `.paths`.
     """
     if isinstance(scene, Ensemble):
         if tangents is not None:

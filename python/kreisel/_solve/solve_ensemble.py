@@ -24,7 +24,7 @@ from .._results.ensemble_paths import Paths
 from .._results.executor import WorkerPool
 from .._results.reductions import Reductions
 from .._results.run_ensemble import run_ensemble
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Array, Numbers, check_type
 from ..events import parse_events, to_core_events
 from .run import EventSpec

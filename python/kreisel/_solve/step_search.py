@@ -2,9 +2,9 @@
 
 The error of a method of order p with step h is about g w t (c h r)^p at time t. The rate r and the
 weight w are computed from the integrals of motion, and the constants c were measured. The factor g
-is the growth of small changes, relative to their growth in a regular motion. Near an unstable
-equilibrium, for example, g is large. This estimate gives a first guess of the cheapest method and
-its step. The step is then reduced until the difference from a reference is small enough.
+is the growth of small changes, relative to their growth in a regular motion. For example, g is
+large near an unstable equilibrium. The cheapest method and its step are first guessed from this
+estimate. The step is then reduced until the difference from a reference is small enough.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .._results.error_estimate import (
     ROUNDING,
     ROUNDINGS,
     SERIES,
-    has_closed_form,
+    has_cheap_exact_form,
     rounding_growth,
 )
 from .._results.path import (
@@ -44,7 +44,7 @@ from .._results.path import (
     stop_exception,
 )
 from .._results.recorder import report_end
-from .._utils.literals import MethodName
+from .._utils.quantity_attributes import MethodName
 from .._utils.validation import Array, as_int, as_positive
 from ..quaternion import attitude_error
 
@@ -89,10 +89,10 @@ class StepSearch:
         self.max_steps, self.progress = max_steps, progress
         self.end = float(times[-1])
         self.spent, self.cost = Stats(0, 0, 0, 0), 0  # cost of all runs; of the last run
-        self.rate, self.weight = _rates(scene)
+        self.rate, self.weight = _rate_and_error_weight(scene)
         self.angle = self.rate * abs(self.end)
         self.sampled_times = times[:: max(1, -(-times.size // _MAX_CHECKS))]
-        _, steps = self.guess(1.0)
+        _, steps = self.guess_method(1.0)
         times_checked = self.check_times(math.ceil(steps))
         result, grown = rounding_growth(
             scene, times_checked, max_steps=max_steps, progress=progress
@@ -101,14 +101,14 @@ class StepSearch:
         self.conditioning = ROUNDING * grown
         self.reference_options = self.reference()
         more = grown / (_REGULAR * (1.0 + self.angle))  # growth relative to a regular motion
-        self.method, steps = self.guess(min(max(1.0, more), 1.0 / ROUNDING))
+        self.method, steps = self.guess_method(min(max(1.0, more), 1.0 / ROUNDING))
         self.order, self.first = methods[self.method].order, math.ceil(steps)
         self.budget = _BUDGET * max(self.first, _MIN_CHECKS, math.ceil(self.angle))
 
-    def guess(self, grown: float) -> tuple[MethodName, float]:
+    def guess_method(self, grown: float) -> tuple[MethodName, float]:
         """Return the cheapest method and the number of steps that it needs.
 
-        `grown` is the factor g of the error estimate.
+        `grown` is the factor g in the error estimate of this module.
         """
         prices, t = {}, abs(self.end)
         for name, (c, price) in _constants(self.scene).items():
@@ -121,8 +121,8 @@ class StepSearch:
     def check_times(self, steps: int) -> Array:
         """Return the times at which the error of a run with `steps` steps is computed.
 
-        The times are requested times, and ends of steps, which need no extra computation. If there
-        are few steps, times inside the steps are added.
+        These are requested times and ends of steps, which need no extra computation. If there are
+        few steps, times inside the steps are added.
         """
         often = min(max(_MIN_CHECKS, _CHECKS_PER_RADIAN * self.angle), _MAX_CHECKS)
         each = max(1, math.ceil(steps / often))
@@ -142,7 +142,7 @@ class StepSearch:
         target, otherwise a Taylor series with more digits.
         """
         near = ROUNDINGS * self.conditioning <= self.target
-        return CLOSED_FORM if near and has_closed_form(self.scene) else LONGER_SERIES
+        return CLOSED_FORM if near and has_cheap_exact_form(self.scene) else LONGER_SERIES
 
     def run(self, steps: int) -> tuple[Array, float] | None:
         """Return the states of a run of `steps` steps at the requested times, and the run's error.
@@ -153,18 +153,20 @@ class StepSearch:
         check_times = self.check_times(steps)
         all_times = self.merge_times(check_times, self.times)
         before = self.spent.evaluations
-        states = self.states(SolveOptions(methods[self.method], abs(self.end / steps)), all_times)
+        states = self.compute_states(
+            SolveOptions(methods[self.method], abs(self.end / steps)), all_times
+        )
         self.cost = self.spent.evaluations - before
         if states is None:
             return None
-        truth = self.states(self.reference_options, check_times)
+        truth = self.compute_states(self.reference_options, check_times)
         assert truth is not None
         checked, requested = (
             np.searchsorted(np.abs(all_times), np.abs(t)) for t in (check_times, self.times)
         )
         return states[requested], float(attitude_error(states[checked, 1:5], truth[:, 1:5]).max())
 
-    def states(self, options: SolveOptions, times: Array) -> Array | None:
+    def compute_states(self, options: SolveOptions, times: Array) -> Array | None:
         """Return the states at `times`, or None if the steps are too large for the method."""
         limited = replace(options, max_steps=self.max_steps)
         result = record_states(self.scene, limited, times, self.progress)
@@ -174,7 +176,7 @@ class StepSearch:
             return None
         if status != "OK":
             path = replace(make_path(self.scene, limited, result), stats=self.spent)
-            text = f"{options.method.name} got to t = {states[-1, 0]:g} of {self.end:g}"
+            text = f"{options.method.name} reached t = {states[-1, 0]:g} of {self.end:g}"
             raise stop_exception(status, path, text)
         return states
 
@@ -187,10 +189,10 @@ class StepSearch:
         more = min(4.0, max(1.1, more)) if error < _UNLIKE else 4.0
         return math.ceil(steps * more)
 
-    def refusal(self, why: str) -> ValueError:
+    def unmet_error(self, why: str) -> ValueError:
         return ValueError(
             f"error = {self.target!r} cannot be met at t = {self.end!r}: {why}; one rounding "
-            "(2**-53) of the state, in the top's own units, moves the attitude by about "
+            "(2**-53) of the state, in the internal units of the top, moves the attitude by about "
             f"{self.conditioning:.1e} rad. Ask for a larger error or a shorter time"
         )
 
@@ -260,17 +262,18 @@ def search_path(
 ) -> Path:
     """Return the path at `times`, with an attitude error below `target` up to the last time.
 
-    `progress` is called during every run of the search. Raises ValueError if the error cannot be
-    met.
+    `progress` is called during every trial run. Raises ValueError if the error cannot be met.
     """
     search = StepSearch(scene, times, target, max_steps, progress)
     if search.conditioning > target:
-        raise search.refusal("the rounding of the scene alone exceeds it")
+        raise search.unmet_error("the rounding of the scene alone exceeds it")
     steps, taken, least, stalls = search.first, 0, math.inf, 0
     while stalls < _STALLS:
         taken += steps
         if taken > search.budget:
-            raise search.refusal(f"a search may take {search.budget} steps, which did not suffice")
+            raise search.unmet_error(
+                f"a search may take {search.budget} steps, which did not suffice"
+            )
         run = search.run(steps)
         if run and run[1] <= _ENOUGH * target:
             return _make_path(search, *run, steps)
@@ -278,7 +281,7 @@ def search_path(
         stalled = 0.5 * least < error < _UNLIKE
         stalls += stalled
         least, steps = min(least, error), 2 * steps if stalled else search.refine(steps, error)
-    raise search.refusal(f"rounding errors reach {least:.1e} rad, and finer steps add more")
+    raise search.unmet_error(f"rounding errors reach {least:.1e} rad, and finer steps add more")
 
 
 def _make_path(search: StepSearch, states: Array, error: float, steps: int) -> Path:
@@ -302,7 +305,7 @@ def _constants(scene: Scene) -> _Constants:
     return _SYMMETRIC if scene.body.is_symmetric else _GENERAL
 
 
-def _rates(scene: Scene) -> tuple[float, float]:
+def _rate_and_error_weight(scene: Scene) -> tuple[float, float]:
     """Return the rate r of the top [T^-1], and the weight w of a method's error [T^-1]."""
     body = scene.body
     lever = body.mass * abs(scene.gravity) * math.hypot(*body.com)

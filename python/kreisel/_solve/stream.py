@@ -8,10 +8,10 @@ from typing import Unpack, overload
 
 from .._model.scene import Ensemble, Scene
 from .._options.solve_options import Progress, parse_progress
-from .._options.times import CHUNK_SIZE, direction, time_chunks
+from .._options.times import CHUNK_SIZE, parse_direction, time_chunks
 from .._results.ensemble_paths import Paths
 from .._results.path import Path
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, as_int
 from .keywords import PoolKeywords, StreamKeywords
 from .run import EventSpec, Run, parse_run
@@ -59,7 +59,7 @@ def stream(
 ) -> Iterator[Path] | Iterator[Paths]:
     """Yield the states of kreisel.solve as paths of at most `chunk` states, in constant memory.
 
-    The states have the same bits as those of kreisel.solve. The default of `chunk` is 2**14.
+    The states are bitwise equal to those of kreisel.solve. The default of `chunk` is 2**14.
 
     t      a list; an iterator of times, which can be infinite; or with `every` a number, which can
            be math.inf [T]
@@ -95,6 +95,6 @@ def stream(
     if threads is not None or executor is not None:
         reject_ensemble_arguments(scene, threads=threads, executor=executor)
     options = parse_run(scene, method, step, tol, digits, max_steps, want, events, every)
-    back, t = direction(t)
+    back, t = parse_direction(t)
     chunks = time_chunks(t, options.step, options.every, most or CHUNK_SIZE, None)
     return Run(scene, options, back)._stream(chunks, parse_progress(progress))

@@ -38,7 +38,7 @@ def parse_tangents(tangents: object) -> tuple[str, ...]:
         if not isinstance(name, str) or name not in TANGENTS:
             raise ValueError(unknown_name_message("name in tangents:", str(name), TANGENTS))
     if not names:
-        raise ValueError("tangents is empty; leave it out for a path without tangents")
+        raise ValueError("tangents is empty: leave it out for a path without tangents")
     return tuple(name for name in TANGENTS if name in names)
 
 

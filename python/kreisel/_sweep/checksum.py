@@ -17,14 +17,14 @@ PLACEHOLDER = (_MARK + b"0" * _SIZE).decode()
 
 
 def add_checksum(data: bytearray) -> bytearray:
-    """Write the digest of a file to the last placeholder in its bytes, and return the bytes."""
+    """Replace the last placeholder in the bytes of a file by its digest, and return the bytes."""
     at = data.rindex(PLACEHOLDER.encode()) + len(_MARK)
     data[at : at + _SIZE] = hashlib.sha256(data).hexdigest().encode()
     return data
 
 
 def has_checksum(data: bytes) -> bool:
-    """Return True if a file contains a checksum, and the checksum is correct."""
+    """Return True if the bytes of a file contain a correct checksum."""
     at = data.rfind(_MARK) + len(_MARK)
     if at < len(_MARK):
         return False

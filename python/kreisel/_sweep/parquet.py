@@ -1,7 +1,7 @@
-"""Parquet files of parts, with one row per top.
+"""Parts of a sweep as Parquet files with one row per top.
 
 If a top has several values in a column, or several events, they are stored as a list. The eight
-bytes of a double are stored in eight separate streams, because these can be compressed better.
+bytes of a double are stored in separate streams, which compress better.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _PER = b"top", b"time", b"event"  # values of `per`: a column has one value per 
 _ABOUT, _CHECKSUM = "kreisel", "kreisel seal"  # keys in the metadata of a file
 
 
-def encode(part: PartTable, about: Mapping[str, Any]) -> bytearray:
+def encode_part(part: PartTable, about: Mapping[str, Any]) -> bytearray:
     """Return a part as the bytes of a Parquet file, with a placeholder for its checksum.
 
     `about` is a description that is stored in the metadata.
@@ -52,7 +52,7 @@ def encode(part: PartTable, about: Mapping[str, Any]) -> bytearray:
 
 
 def list_leaves(table: Table) -> list[tuple[str, Any]]:
-    """Return the Parquet path and the type of the values of each column in `table`."""
+    """Return (Parquet path, type of the values) for each column of `table`."""
     return [
         (f"{field.name}.list.element", field.type.value_type)
         if pa.types.is_large_list(field.type)
@@ -119,7 +119,7 @@ def _parse_about(metadata: Mapping[bytes, bytes] | None) -> dict[str, Any]:
     return about
 
 
-def decode(
+def decode_part(
     file: str, expected: Mapping[str, Any], names: Iterable[str] | None, states: int
 ) -> PartTable:
     """Return the columns `names` of a part, or all columns if `names` is None.
@@ -152,7 +152,7 @@ def _read_table(table: Table, states: int) -> PartTable:
         part.units[field.name] = metadata.get(b"units", b"").decode()
         per = metadata.get(b"per")
         if per not in _PER or pa.types.is_primitive(field.type) != (per == b"top"):
-            raise ValueError(f"its schema does not say how {field.name!r} belongs to the tops")
+            raise ValueError(f"its schema does not specify the shape of {field.name!r}")
         flat = whole if per == b"top" else whole.flatten()
         values = flat.to_numpy(zero_copy_only=False)
         if per == b"event":

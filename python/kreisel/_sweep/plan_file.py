@@ -73,9 +73,11 @@ def _parse_source(tables: dict[str, Any], folder: Path) -> Source:
     chosen = [name for name in _CONSTRUCTORS if name in tables]
     if len(chosen) != 1:
         many = f"not {' and '.join(chosen)}" if chosen else "and there is none"
-        raise ValueError(f"a plan has exactly one of the tables {', '.join(_CONSTRUCTORS)}, {many}")
+        raise ValueError(
+            f"a plan must have exactly one of the tables {', '.join(_CONSTRUCTORS)}, {many}"
+        )
     if "scene" not in tables:
-        raise ValueError("a plan has a scene: a name, a file, or a table [scene]")
+        raise ValueError("a plan needs a scene: a name, a file, or a table [scene]")
     scene, name = _parse_scene(tables["scene"], folder), chosen[0]
     table = check_table(name, tables[name])
     arguments = {key: _parse_values(key, value) for key, value in table.items()}
@@ -111,7 +113,7 @@ def _parse_values(name: str, given: object) -> Any:
     _check_keys(name, given, ["from", "to", "n"])
     missing = {"from", "to", "n"} - given.keys()
     if missing:
-        raise ValueError(f"{name} has no {sorted(missing)[0]}: it goes from one value to another")
+        raise ValueError(f"{name} has no {sorted(missing)[0]}: give the first and the last value")
     ends = (np.asarray(given[end], dtype=np.float64) for end in ("from", "to"))
     begin, end = (as_float(name, one[()]) if not one.ndim else one for one in ends)
     return np.linspace(begin, end, as_int(f"n of {name}", given["n"], 1))
@@ -119,7 +121,7 @@ def _parse_values(name: str, given: object) -> Any:
 
 def _list_rows(given: object) -> list[dict[str, Any]]:
     if not isinstance(given, list):
-        raise TypeError(f"events are tables [[events]], not {short_repr(given)}")
+        raise TypeError(f"events must be tables [[events]], not {short_repr(given)}")
     return [dict(check_table("events", row)) for row in given]
 
 

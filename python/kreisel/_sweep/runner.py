@@ -51,7 +51,10 @@ class PartRunner:
         self._stopped = threading.Event()
 
     def run_local(self, threads: int) -> None:
-        """Compute the parts in this process. The next part is computed while a part is written."""
+        """Compute the parts in this process.
+
+        Each part is written while the next one is computed.
+        """
         with ThreadPoolExecutor(1) as writer:
             written: Future[None] | None = None
             for i in tuple(self.left):
@@ -83,39 +86,46 @@ class PartRunner:
         again.
         """
         for _ in range(2):
-            self._run_once(executor)
+            self._submit_all(executor)
             if not self.left:
                 self._report(self.done, last=True)
                 return
         raise PartsLost(
-            f"the executor has lost {len(self.left)} parts, the first of them part {self.left[0]}; "
-            "all others are stored, and the same call computes the missing ones"
+            f"the executor lost {len(self.left)} parts, the first of them part {self.left[0]}; "
+            "all others are stored, and repeating the call computes the missing parts"
         )
 
-    def _run_once(self, executor: Executor) -> None:
+    def _submit_all(self, executor: Executor) -> None:
         check = (self._check_stopped,) if is_local(executor) else ()
         jobs = ((i, (store_part, (self.store, i, *check))) for i in tuple(self.left))
         try:
-            run_jobs(executor, jobs, _IN_FLIGHT, self._collect, self._poll, self._stopped.set)
+            run_jobs(
+                executor,
+                jobs,
+                _IN_FLIGHT,
+                self._count_finished,
+                self._report_done,
+                self._stopped.set,
+            )
         except BrokenExecutor as error:
             raise PartsLost(
-                f"the executor has broken, with {len(self.left)} parts left, the first of them "
-                f"part {self.left[0]}: {error}; the stored parts stay, and the same call "
-                "computes the rest"
+                f"the executor failed with {len(self.left)} parts left, the first of them part "
+                f"{self.left[0]}: {error}; the stored parts are kept, and repeating the call "
+                "computes the others"
             ) from None
         finally:
             self._stopped.clear()
 
-    def _poll(self) -> None:
+    def _report_done(self) -> None:
         self._report(self.done)
 
     def _check_stopped(self, _: float) -> None:
-        """Raise KeyboardInterrupt in a thread that computes a part if the run was stopped."""
+        """Raise KeyboardInterrupt if the run was stopped; called by the threads of a part."""
         if self._stopped.is_set():
             raise KeyboardInterrupt
 
-    def _collect(self, i: int, future: Future[int]) -> None:
-        """Remove part i from `left`, and count its tops as done, if its file exists."""
+    def _count_finished(self, i: int, future: Future[int]) -> None:
+        """If the file of part i exists, remove i from `left` and count its tops as done."""
         if future.cancelled():
             return
         tops = len(self.store.plan.tops_of(i))

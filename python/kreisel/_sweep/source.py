@@ -47,7 +47,7 @@ class RandomSpec(NamedTuple):
     widths: Mapping[str, Any]
 
 
-@refuse_assignment("make another kreisel.Source")
+@refuse_assignment("construct a new kreisel.Source")
 @dataclass(frozen=True, eq=False)
 class Source:
     """A lazy description of many tops, from which kreisel.sweep builds the tops of each part.
@@ -202,7 +202,7 @@ class Source:
         """Return a source of the tops of an ensemble."""
         check_type("tops", tops, Ensemble)
         if not tops.size:
-            raise ValueError("an ensemble of no tops has nothing to sweep")
+            raise ValueError("an empty ensemble cannot be swept")
         columns: dict[str, npt.NDArray[Any]] = dict(tops._columns)
         if isinstance(tops.body, Bodies):
             columns |= {name: tops.body._columns[name] for name in _BODY}
@@ -227,20 +227,22 @@ class Source:
         if isinstance(key, slice):
             begin, end, step = key.indices(self.size)
             if step != 1:
-                raise ValueError(f"tops are taken one after the other, not by {short_repr(key)}")
-            return self._build(np.arange(begin, max(begin, end), dtype=np.int64))
-        i = as_int("the number of a top", key, -(2**63) + 1)
+                raise ValueError(
+                    f"tops are selected by consecutive indices, not by {short_repr(key)}"
+                )
+            return self._build_tops(np.arange(begin, max(begin, end), dtype=np.int64))
+        i = as_int("the index of a top", key, -(2**63) + 1)
         if not -self.size <= i < self.size:
-            raise IndexError(f"there is no top {i} among {self.size}")
-        scene: Scene = self._build(np.array([i % self.size]))[0]
+            raise IndexError(f"index {i} is out of range for {self.size} tops")
+        scene: Scene = self._build_tops(np.array([i % self.size]))[0]
         return scene
 
     def __repr__(self) -> str:
         random = self._random or RandomSpec(0, {}, {})
         varied = [*self._varied, *random.ranges, *random.widths]
-        return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all alike'}>"
+        return f"<kreisel.Source of shape {self.shape}: {', '.join(varied) or 'all equal'}>"
 
-    def _sample(self) -> Places:
+    def _sample_indices(self) -> Places:
         """Return the indices of the tops on which a plan is validated.
 
         The tops are spread evenly over the source and include the first and the last top. For a
@@ -263,13 +265,13 @@ class Source:
         while at.size > 1:
             middle = at.size // 2
             try:
-                parse(self._build(at[:middle]))
+                parse(self._build_tops(at[:middle]))
             except (TypeError, ValueError):
                 at = at[:middle]
             else:
                 at = at[middle:]
         try:
-            parse(self._build(at))
+            parse(self._build_tops(at))
         except (TypeError, ValueError) as error:
             own = _FIRST_TOP.match(str(error))
             if own is None:
@@ -279,7 +281,7 @@ class Source:
             return type(error)(f"top{where}: {prefix}{str(error)[own.end() :]}")
         return common
 
-    def _build(self, at: Places) -> Ensemble:
+    def _build_tops(self, at: Places) -> Ensemble:
         """Build the tops with the indices `at`, which must be consecutive for a random source."""
         random, first = self._random, int(at[0]) if at.size else 0
         if random is not None and random.widths:
@@ -288,7 +290,7 @@ class Source:
             return scatter(Ensemble, self.scene, at.size, random.seed, *widths, begin=first)
         arguments: dict[str, Any] = _select_values(self._parameters, self.shape, at)
         if random is not None:
-            arguments |= _draw(random, first, at.size)
+            arguments |= _draw_uniform(random, first, at.size)
         if "unphysical" in arguments:
             body = {name: arguments.pop(name) for name in _BODY}
             body["unphysical"] = body["unphysical"].values.astype(bool)
@@ -303,7 +305,7 @@ class Source:
         """
         rows = _select_values(self._varied, self.shape, np.arange(begin, end, dtype=np.int64))
         if self._random is not None:
-            rows |= _draw(self._random, begin, end - begin)
+            rows |= _draw_uniform(self._random, begin, end - begin)
             for name in self._random.widths:
                 values = tops._columns[name]
                 rows[name] = Parameter(name, values, values.shape[1:])
@@ -332,13 +334,13 @@ def _is_row(lead: Shape) -> bool:
 
 
 def _check_range(name: str, one: Parameter) -> None:
-    """Raise ValueError unless a parameter has two values that bound a range of finite width."""
+    """Raise ValueError unless the two values of a parameter are the ends of a finite range."""
     if name in _WITHOUT_RANGE:
         raise ValueError(f"{name} has no range: give one value, or make kreisel.Source.columns")
     if one.shape != (2,) or (one.values[0] > one.values[1]).any():
         raise ValueError(
-            f"{name} must be one value, or two between which it lies, the lesser one first; "
-            f"not {short_repr(one.values.tolist())}"
+            f"{name} must be one value or a range (low, high), not "
+            f"{short_repr(one.values.tolist())}"
         )
     with np.errstate(over="ignore"):
         is_finite = np.isfinite(one.values[1] - one.values[0]).all()
@@ -349,9 +351,9 @@ def _check_range(name: str, one: Parameter) -> None:
 
 
 def _reshape_along(one: Parameter, axes: tuple[str, ...]) -> Parameter:
-    """Reshape the values of a parameter to extend only along the axis with its name.
+    """Reshape the values of a parameter so that they vary only along the axis with its name.
 
-    A parameter without an axis of its own has a single value, and length 1 along all axes.
+    A parameter that names no axis has a single value, and length 1 along all axes.
     """
     lead = [1] * len(axes)
     if one.name in axes:
@@ -383,7 +385,7 @@ def _select_values(arguments: Parameters, shape: Shape, at: Places) -> dict[str,
     return taken
 
 
-def _draw(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
+def _draw_uniform(random: RandomSpec, begin: int, n: int) -> dict[str, Parameter]:
     """Draw uniformly distributed values for the tops `begin` to `begin` + `n` - 1.
 
     A value depends only on the seed, the parameter and the index of the top. This is possible

@@ -38,10 +38,10 @@ def _read_table(file: str, ending: str) -> dict[str, npt.NDArray[np.generic]]:
         raise ValueError(f"{file} cannot be read: {error}") from None
     for name in table.column_names:
         if table.column_names.count(name) > 1:
-            raise ValueError(f"{file}: it has more than one column {name!r}")
+            raise ValueError(f"{file}: it has several columns {name!r}")
     holes = [name for name in table.column_names if table[name].null_count]
     if holes:
-        raise ValueError(f"{file}: its column {holes[0]!r} has places without a value")
+        raise ValueError(f"{file}: its column {holes[0]!r} has missing values")
     columns = {name: table[name].to_numpy() for name in table.column_names}
     for name, values in columns.items():
         if values.dtype.kind not in "fiub":

@@ -32,9 +32,9 @@ from .sweep_plan import SweepPlan, content_name, hash_plan, plan_from_json
 
 PLAN = "plan.json"
 REPAIR = (
-    "the same call of kreisel.sweep replaces it, read_sweep(folder, partial=True) leaves it out"
+    "repeating the call of kreisel.sweep replaces it, and read_sweep(folder, partial=True) skips it"
 )
-_MOVE = "it is not overwritten; move it away, or delete it, and call again"
+_MOVE = "it is not overwritten; move or delete it, and call again"
 _PROGRAM = "sweep"  # the value of the entry "kreisel" in a plan file
 _MAX_BYTES = 1 << 30  # limit of bytes read, because the file could be an endless device
 DONE, MISSING, DAMAGED, OLD = "done", "missing", "damaged", "of another version"
@@ -56,7 +56,7 @@ class SweepStore:
     def write_part(self, i: int, part: PartTable) -> None:
         """Write part i to its file, with a checksum."""
         about = {"plan": self.plan.hash, "part": i, "version": version, "kernel": self.plan.kernel}
-        atomic_write(self.file(i), bytes(add_checksum(self._format.encode(part, about))))
+        atomic_write(self.file(i), bytes(add_checksum(self._format.encode_part(part, about))))
 
     def list_parts(self) -> list[int]:
         """Return the numbers of the parts that have a file, in ascending order."""
@@ -76,12 +76,12 @@ class SweepStore:
         """
         expected = {"plan": self.plan.hash, "part": i}
         try:
-            return self._format.decode(str(self.file(i)), expected, names, self.plan.states)
+            return self._format.decode_part(str(self.file(i)), expected, names, self.plan.states)
         except ValueError as error:
             raise ValueError(f"{error}; {REPAIR}") from None
 
     def verify_part(self, i: int) -> str:
-        """Verify all bits of part i, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
+        """Verify the checksum of part i, and return DONE, MISSING, DAMAGED, OLD or FOREIGN."""
         try:
             data = self.file(i).read_bytes()
         except FileNotFoundError:
@@ -127,7 +127,7 @@ def open_store(folder: str | os.PathLike[str], expected: str | None = None) -> S
     where = Path(os.path.abspath(folder))
     content = _read_plan_file(where)
     try:
-        plan = plan_from_json(content["plan"], lambda name: _read_starts(where / name))
+        plan = plan_from_json(content["plan"], lambda name: _read_parameter_array(where / name))
     except ValueError as error:
         raise ValueError(f"{where / PLAN}: {error}") from None
     if expected is not None and plan.hash != expected:
@@ -151,27 +151,27 @@ def _read_plan_file(where: Path) -> dict[str, Any]:
     if not where.is_dir():
         raise FileNotFoundError(f"there is no folder {where}")
     if not file.is_file():
-        raise ValueError(f"{where} is no folder of a sweep: it has no {PLAN}")
+        raise ValueError(f"{where} is not a folder of a sweep: it has no {PLAN}")
     try:
         with open(file, "rb") as plan:
             content = json.loads(plan.read(_MAX_BYTES))
     except (ValueError, RecursionError):
         content = None
     if not isinstance(content, dict) or content.get("kreisel") != _PROGRAM:
-        raise ValueError(f"{file} is no plan of a sweep")
+        raise ValueError(f"{file} is not a plan of a sweep")
     if content.get("hash") != hash_plan(content.get("plan", {})):
-        raise ValueError(f"{file} is damaged: its hash does not belong to its plan")
+        raise ValueError(f"{file} is damaged: its hash does not match its plan")
     return content
 
 
-def _read_starts(file: Path) -> Array:
+def _read_parameter_array(file: Path) -> Array:
     """Read a long array of parameter values from its file.
 
     Raises ValueError if the hash of the array differs from the hash in the file name.
     """
     values: Array = np.load(file, allow_pickle=False)
     if content_name(values) != file.name:
-        raise ValueError(f"{file} is damaged: its numbers do not belong to its name")
+        raise ValueError(f"{file} is damaged: its numbers do not match its name")
     return values
 
 
@@ -192,7 +192,7 @@ def create_or_open(folder: str | os.PathLike[str], plan: SweepPlan) -> SweepStor
     if content["hash"] != plan.hash:
         raise ValueError(_plan_mismatch(where, content, plan))
     check_writable(where / PLAN)
-    _write_starts(where, plan)
+    _write_parameter_arrays(where, plan)
     return store
 
 
@@ -205,12 +205,12 @@ def _create(where: Path, plan: SweepPlan) -> bool:
         for name in sorted(os.listdir(where)):
             if not name.startswith((".", "starts-")) and name != PLAN:
                 raise FileExistsError(
-                    f"{where} is no folder of a sweep, and it is not empty: it has {name!r}"
+                    f"{where} is not a folder of a sweep, and not empty: it contains {name!r}"
                 )
     else:
         where.mkdir()
         sync_folder(where.parent)
-    _write_starts(where, plan)
+    _write_parameter_arrays(where, plan)
     content = {
         "kreisel": _PROGRAM,
         "version": version,
@@ -222,7 +222,7 @@ def _create(where: Path, plan: SweepPlan) -> bool:
     return _write_exclusive(where / PLAN, f'{lines},\n"plan": {plan_lines}\n}}\n'.encode())
 
 
-def _write_starts(where: Path, plan: SweepPlan) -> None:
+def _write_parameter_arrays(where: Path, plan: SweepPlan) -> None:
     """Write each array that is too long for the plan file to its own file, unless it exists."""
     for values in plan.arrays:
         file = where / content_name(values)
@@ -261,18 +261,18 @@ def _plan_mismatch(where: Path, content: dict[str, Any], plan: SweepPlan) -> str
     there, here = content["plan"], plan.as_json
     names = [name for name in sorted({*there, *here}) if there.get(name) != here.get(name)]
     lines = [
-        f"  {name}: {_shorten(there.get(name))} there, {_shorten(here.get(name))} here"
+        f"  {name}: {_shorten_json(there.get(name))} there, {_shorten_json(here.get(name))} here"
         for name in names
     ]
     return "\n".join(
         [
             f"{where} is of another plan: {content['hash'][:16]} there, {plan.hash[:16]} here; in",
             *lines,
-            "give another folder, or the plan that is there",
+            "use another folder, or the plan in this folder",
         ]
     )
 
 
-def _shorten(value: object) -> str:
+def _shorten_json(value: object) -> str:
     text = json.dumps(value)
     return text if len(text) <= 120 else f"{text[:100]} ... {text[-16:]}"

@@ -13,7 +13,7 @@ from .._options.ensemble_options import ReductionSpec, parse_threads
 from .._options.solve_options import Progress, parse_progress
 from .._solve.run import EventSpec
 from .._utils.errors import warn
-from .._utils.literals import MethodName, QuantityName
+from .._utils.quantity_attributes import MethodName, QuantityName
 from .._utils.validation import Numbers, check_type, short_repr
 from ..events import Event
 from .plan_file import read_plan
@@ -71,8 +71,9 @@ def sweep(
 
     Repeating the call resumes an interrupted sweep: after Ctrl-C, after a crash, or on another
     machine. A part is a Parquet file with one row per top, which contains the index, the
-    parameters, the status and the results of the top. The columns have units [M L T]. The bits of a
-    part depend only on the plan and on the number of the part. The status of a failed top is not 0.
+    parameters, the status and the results of the top. The columns have units [M L T]. The contents
+    of a part are determined bit for bit by the plan and the number of the part. The status of a
+    failed top is not 0.
 
     Existing parts are verified bit by bit; missing and damaged parts are computed. File names of
     parts are reserved for the sweep. A file with the name of a part is replaced with a warning,
@@ -161,7 +162,7 @@ def _run_parts(
         result = SweepResult(store)
         done = sum(i in chosen for i in result.present)
         left = f"{len(chosen) - done} of {len(chosen)} parts are left"
-        message = f"interrupted: {left}; the same call resumes in {store.folder}"
+        message = f"interrupted: {left}; repeating the call resumes the sweep in {store.folder}"
         raise SweepInterrupted(message, result) from None
     return SweepResult(store)
 
@@ -188,7 +189,7 @@ def _parse_parts(parts: object, count: int) -> range:
             f"parts must be a range of numbers, as range(0, 100), not {short_repr(parts)}"
         )
     if parts and not (parts.start >= 0 and parts.stop <= count):
-        raise ValueError(f"parts must be among 0 to {count}, not {parts.start} to {parts.stop}")
+        raise ValueError(f"parts must lie between 0 and {count}, not {parts.start} to {parts.stop}")
     return parts
 
 

@@ -1,7 +1,7 @@
-"""The plan of a sweep: everything that determines the bits of its parts.
+"""The plan of a sweep: everything that determines the contents of its parts.
 
-The plan is stored as canonical JSON with a hash. It does not include the machine, the number of
-threads or the executor, because they do not affect the results.
+The plan is stored as canonical JSON with a hash. The JSON does not include the machine, the number
+of threads or the executor, which do not affect the results.
 """
 
 from __future__ import annotations
@@ -104,12 +104,15 @@ class SweepPlan:
     def kernel(self) -> str:
         """The instruction set of the Taylor kernel on this machine.
 
-        All instruction sets with fused multiply-add give the same bits.
+        All instruction sets with fused multiply-add give bitwise equal results.
         """
         return "" if self.options.searches_step else Worker(*self.options.core, []).kernel[0]
 
     def ensemble(self, tops: range) -> Ensemble:
-        """Return the tops with the indices `tops`; the sample is reused if it has the same tops."""
+        """Return the tops with the indices `tops` as an ensemble.
+
+        If these are the indices of the sample, the sample is returned.
+        """
         if self.sample is not None:
             at, ensemble = self.sample
             if len(at) == len(tops) and (at[0], at[-1]) == (tops[0], tops[-1]):
@@ -140,7 +143,7 @@ def dump_canonical(plan: Mapping[str, Any]) -> str:
 
 
 def content_name(values: Array) -> str:
-    """Return the file name of an array, which contains a hash of its shape and values."""
+    """Return the file name of an array, from a hash of its shape and values."""
     digest = hashlib.sha256(str(values.shape).encode())
     digest.update(np.ascontiguousarray(values, dtype="<f8").data)
     return f"starts-{digest.hexdigest()}.npy"
@@ -164,8 +167,8 @@ def _list_parameters(parameters: Iterable[Parameter]) -> list[list[Any]]:
 def _list_varied(source: Source) -> list[str | list[Any]]:
     """Return the JSON of the parameters that vary.
 
-    A parameter from which tops are built appears by its name, because the plan already contains its
-    values. Other parameters appear with their values.
+    A parameter of the source is listed by its name, because the plan already contains its values.
+    Other parameters are listed with their values.
     """
     return [
         name if source._parameters.get(name) is one else _list_parameters([one])[0]
@@ -179,9 +182,9 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     Raises TypeError or ValueError if the task or a top is invalid, and MemoryError if a part does
     not fit in memory.
     """
-    sample = source._sample()
+    sample = source._sample_indices()
     try:
-        ensemble = source._build(sample)
+        ensemble = source._build_tops(sample)
         options, times = task.parse(ensemble)
     except (TypeError, ValueError) as error:
         raise source._first_error(task.parse, sample, error) from None
@@ -196,7 +199,7 @@ def make_plan(source: Source, task: SweepTask, part_size: int | None = None) -> 
     if needed > total_memory():
         raise MemoryError(
             f"a part of {size} tops with {states} states each needs {1e-9 * needed:.3g} GB, more "
-            "than this machine has: take smaller parts, fewer times, or keep less"
+            "than this machine has: use smaller parts, fewer times or fewer quantities"
         )
     return SweepPlan(source, task.normalize(options), size, options, times, (sample, ensemble))
 
@@ -211,9 +214,9 @@ def plan_from_json(plan: Mapping[str, Any], load: Callable[[str], Array]) -> Swe
         source, task = _source_from_json(plan, load), task_from_json(plan)
         result = make_plan(source, task, plan["part_size"])
     except (KeyError, TypeError) as error:
-        raise ValueError(f"it is no plan of a sweep: {error}") from None
+        raise ValueError(f"it is not a plan of a sweep: {error}") from None
     if result.hash != hash_plan(plan):
-        raise ValueError("it is a plan that this version would write in another form")
+        raise ValueError("it is a plan in a form that this version does not write")
     return result
 
 

@@ -30,7 +30,7 @@ Column = npt.NDArray[Any]
 _STATUS = "status", "reached"
 
 
-@refuse_assignment("kreisel.sweep computes the results that are read here")
+@refuse_assignment("results of kreisel.sweep are read-only")
 class SweepResult:
     """The results of a sweep in a folder.
 
@@ -47,7 +47,7 @@ class SweepResult:
     Iteration yields the existing parts, each as a mapping from names to arrays. Reading a column
     raises ValueError if parts are missing. If the sweep was opened with partial=True, the column
     instead has a row for each top in the existing parts; `result["top"]` has the indices of these
-    tops. All bits of the parts are then verified once, and damaged parts count as missing.
+    tops. The checksums of all parts are then verified once, and damaged parts count as missing.
     """
 
     _store: SweepStore
@@ -112,7 +112,7 @@ class SweepResult:
     def _schema(self) -> PartTable:
         """The columns of a part without rows, read from the first existing part."""
         if not self.present:
-            raise ValueError(f"{self.folder} has no part yet")
+            raise ValueError(f"{self.folder} has no parts yet")
         return self._store.read_part(self.present[0], [])
 
     @property
@@ -149,8 +149,8 @@ class SweepResult:
             some = ", ".join(map(str, islice(missing, 8)))
             raise ValueError(
                 f"{left} of {self.parts} parts are missing: {some}"
-                f"{', ...' if left > 8 else ''}; the same call of kreisel.sweep computes them, "
-                "read_sweep(folder, partial=True) reads the others"
+                f"{', ...' if left > 8 else ''}; repeating the call of kreisel.sweep computes "
+                "them, and read_sweep(folder, partial=True) reads the others"
             )
         return (self._store.read_part(i, names) for i in self.present)
 
@@ -164,12 +164,12 @@ class SweepResult:
         """Return the columns of part `i`, as a mapping from names to arrays."""
         number = as_int("the number of a part", i, 0)
         if number not in self._found:
-            raise IndexError(f"part {number} is not there: there are {len(self._found)} parts")
+            raise IndexError(f"there is no part {number}: the sweep has {len(self._found)} parts")
         part = self._store.read_part(number)
         return {**part.columns, **part.ragged}
 
     def check(self) -> SweepResult:
-        """Verify all bits of all existing parts, and return this result.
+        """Verify the checksums of all existing parts, and return this result.
 
         Raises ValueError for the first damaged part. Raises FileExistsError if a folder, or a part
         of another plan, has the name of a part.
@@ -183,7 +183,7 @@ class SweepResult:
         return self
 
     def verify(self) -> dict[str, list[int]]:
-        """Verify all bits of all parts, and return the numbers of the parts with each status.
+        """Verify the checksums of all parts, and return the numbers of the parts with each status.
 
         A status is "done", "missing", "damaged", "of another version" or "foreign". A part is
         foreign if a folder, or a complete part of another plan, has its name. Calling kreisel.sweep
@@ -298,7 +298,7 @@ class SweepResult:
 
 
 def list_gaps(numbers: list[int], end: int) -> Iterator[range]:
-    """Yield the ranges of integers from 0 to `end` - 1 that the ascending `numbers` leave out."""
+    """Yield the ranges of integers below `end` that are missing from the ascending `numbers`."""
     for before, after in pairwise([-1, *numbers, end]):
         if after > before + 1:
             yield range(before + 1, after)

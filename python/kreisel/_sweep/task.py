@@ -96,16 +96,16 @@ class SolveTask(NamedTuple):
                 for name, kinds in given.reduce.items()
             }
         arguments = given._replace(
-            step=_as_float(given.step),
-            tol=_as_float(given.tol),
-            error=_as_float(given.error),
+            step=_float_or_none(given.step),
+            tol=_float_or_none(given.tol),
+            error=_float_or_none(given.error),
             digits=options.solve.digits,
             every=None if given.every is None else int(given.every),
             max_steps=int(given.max_steps),
             want=None if options.reductions else options.solve.want,
             reduce=reduce,
         )
-        return SolveTask(_as_floats(self.t), self.method, arguments)
+        return SolveTask(_float_or_list(self.t), self.method, arguments)
 
     def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         options = parse_arguments(some, self.method, self.arguments)
@@ -141,9 +141,9 @@ class ChaosTask(NamedTuple):
         return {arguments.pop("name"): arguments}
 
     def normalize(self, options: EnsembleOptions) -> ChaosTask:
-        direction = None if self.direction is None else _as_floats(self.direction)
-        controls = direction, _as_float(self.tol), int(self.max_steps)
-        return ChaosTask(self.name, _as_floats(self.t), *controls)
+        direction = None if self.direction is None else _float_or_list(self.direction)
+        controls = direction, _float_or_none(self.tol), int(self.max_steps)
+        return ChaosTask(self.name, _float_or_list(self.t), *controls)
 
     def parse(self, some: Ensemble) -> tuple[EnsembleOptions, Array]:
         times, _ = parse_growth(some, *self[1:])
@@ -181,8 +181,8 @@ class SectionTask(NamedTuple):
         return SectionTask(
             parse_event(self.event),
             int(self.n),
-            _as_float(self.max_wait),
-            _as_float(self.tol),
+            _float_or_none(self.max_wait),
+            _float_or_none(self.tol),
             options.solve.digits,
             int(self.max_steps),
         )
@@ -225,13 +225,13 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
             raise ValueError(f"{task} has no argument {name!r}: it has {', '.join(known)}")
     if "t" in known:
         if "t" not in arguments:
-            raise TypeError("t is missing: the time to reach, or a list of times")
+            raise TypeError("t is missing: give the final time or a list of times")
         if np.ndim(arguments["t"]) > 1:
             raise ValueError(
-                "t must be a number or a list of times, which all tops of a sweep share"
+                "t must be a number or a list of times, the same for all tops of a sweep"
             )
     if np.ndim(arguments.get("max_wait", 0.0)):
-        raise ValueError("max_wait must be a number, which all tops of a sweep share")
+        raise ValueError("max_wait must be a number, the same for all tops of a sweep")
     if task == "section":
         return SectionTask(**arguments)
     if task in INDICATORS:
@@ -241,7 +241,7 @@ def parse_task(task: object, arguments: Mapping[str, Any]) -> SweepTask:
 
 def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> SolveTask:
     if not isinstance(method, str):
-        raise TypeError(f"method must be the name of one, not {short_repr(method)}")
+        raise TypeError(f"method must be the name of a method, not {short_repr(method)}")
     if "want" in arguments:
         arguments["want"] = _materialize(arguments["want"])
     reduce = arguments.get("reduce")
@@ -251,7 +251,7 @@ def _parse_solve(t: Numbers, method: object = "auto", **arguments: Any) -> Solve
 
 
 def _materialize(names: Any) -> Any:
-    """Return `names`, converted to a list if it is an iterator, which can be read only once."""
+    """Return `names` as a list if it is an iterator, because an iterator can be read only once."""
     return list(names) if isinstance(names, Iterator) else names
 
 
@@ -259,11 +259,11 @@ def _drop_none(arguments: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in arguments.items() if value is not None}
 
 
-def _as_float(value: float | None) -> float | None:
+def _float_or_none(value: float | None) -> float | None:
     return None if value is None else float(value)
 
 
-def _as_floats(values: Numbers) -> Any:
+def _float_or_list(values: Numbers) -> Any:
     """Return a single number as a float, and several numbers as a list of floats."""
     return np.asarray(values, dtype=np.float64).tolist()
 

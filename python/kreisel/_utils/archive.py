@@ -68,29 +68,29 @@ class Archive:
 
     def text(self, name: str) -> str:
         """Return the text called `name`."""
-        return str(self._data(name, "U", ()), "utf-32-le").rstrip("\0")
+        return str(self._read_data(name, "U", ()), "utf-32-le").rstrip("\0")
 
     def doubles(self, name: str, n: int | None, *shape: int) -> Array:
         """Return the array `name` of doubles, which must have the shape (n, *shape).
 
         If `n` is None, the first dimension may have any length.
         """
-        data = self._data(name, "f8", (n, *shape))
+        data = self._read_data(name, "f8", (n, *shape))
         rows = len(data) // (8 * math.prod(shape)) if n is None else n
         return np.frombuffer(data, "<f8").reshape(rows, *shape).astype(np.float64, copy=False)
 
     def integers(self, name: str, n: int) -> Integers:
         """Return the array `name` of `n` integers."""
-        return np.frombuffer(self._data(name, "i4", (n,)), "<i4").astype(np.intc)
+        return np.frombuffer(self._read_data(name, "i4", (n,)), "<i4").astype(np.intc)
 
-    def _data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> memoryview:
+    def _read_data(self, name: str, kind: str, shape: tuple[int | None, ...]) -> memoryview:
         """Return the raw bytes of the member `name` after checking its type and shape."""
         data = self._members.get(name)
         if data is None:
             raise ValueError(f"it has no member {name}")
         header = _HEADER.match(data)
         if header is None or not header[1].decode().startswith(kind):
-            raise ValueError(f"its {name} is damaged, or of another type")
+            raise ValueError(f"its {name} is damaged or has another type")
         found = [int(word) for word in header[2].decode().split(",") if word.strip()]
         alike = len(found) == len(shape) and all(
             n in (None, size) for n, size in zip(shape, found, strict=True)

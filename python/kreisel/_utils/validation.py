@@ -43,14 +43,14 @@ def short_repr(value: object) -> str:
     try:
         return " ".join(_SHORT.repr(value).split())
     except ValueError:  # Python limits the digits of an int in a str
-        return f"{type(value).__name__} of too many digits"
+        return f"{type(value).__name__} with too many digits"
 
 
 def check_type(name: str, value: object, wanted: type[_T]) -> _T:
     """Return `value` if it is an instance of `wanted`; raise TypeError otherwise."""
     if not isinstance(value, wanted):
         many = getattr(type(value), "_one", None) is wanted
-        one = f": take one member by its index, as {name}s[0]" if many else ""
+        one = f": select one member by its index, as in {name}s[0]" if many else ""
         raise TypeError(f"{name} must be a kreisel.{wanted.__name__}, not {short_repr(value)}{one}")
     return value
 
@@ -120,7 +120,7 @@ def as_array(name: str, value: object, what: str) -> Array:
         raise TypeError(f"{name} must be {what} without masked values")
     kinds = set(map(type, value)) if isinstance(value, (list, tuple)) else set()
     if any(map(has_unit, (value, *kinds))):
-        raise TypeError(f"{name} must be {what} without a unit: pass its numbers in your units")
+        raise TypeError(f"{name} must be {what} without a unit: pass plain numbers in your units")
     try:
         given = np.asarray(value)
     except ValueError:

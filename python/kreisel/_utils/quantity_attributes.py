@@ -1,6 +1,6 @@
 """Names of methods and quantities for type checkers.
 
-Generated from the core's tables by `.ci/names > python/kreisel/_utils/literals.py`.
+Generated from the core's tables by `.ci/names > python/kreisel/_utils/quantity_attributes.py`.
 """
 
 from __future__ import annotations
