@@ -148,14 +148,16 @@ def check_game(output):
     assert abs(end[2, 1] - solve_lagrange(3.0, momentum=102 * 0.002, **GAME)[0]) < 1e-4
 
 
-@pytest.mark.parametrize("options", [["gcc", "-std=c99"], ["g++", "-xc++", "-std=c++17"]])
-def test_hello_is_a_program_in_c_and_in_cpp(options, prefix, tmp_path):
-    compiler, *language = options
-    check_hello(
-        compile_and_run(
-            EXAMPLES / "hello.c", prefix, *language, compiler=compiler, to=tmp_path / "hello"
-        )
-    )
+def test_hello_prints_the_motion_of_its_top(prefix, tmp_path):
+    check_hello(build_and_run("hello", prefix, tmp_path))
+
+
+def test_make_finds_the_library_by_pkg_config(prefix, tmp_path):
+    need("make", "pkg-config")
+    shutil.copy(EXAMPLES / "hello.c", tmp_path)
+    folder = shutil.copytree(EXAMPLES / "pkg_config", tmp_path / "pkg_config")
+    run("make", cwd=folder, PKG_CONFIG_PATH=str(prefix / "lib/pkgconfig"))
+    check_hello(run(folder / "hello"))
 
 
 def test_the_game_moves_pushes_changes_and_refuses(prefix, tmp_path):
