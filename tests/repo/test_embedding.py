@@ -10,7 +10,10 @@ INCLUDED = re.compile(
     r"^```\{literalinclude\} \.\./(examples/\S+)\n(?::\w+: .*\n)*?:caption: (\S+)\n```$", re.M
 )
 COMMANDS = re.compile(r"^```sh\n(.*?)^```$", re.M | re.S)
-SECTIONS = dict(re.findall(r"^## (.+)\n(.*?)(?=^## |\Z)", PAGE, re.M | re.S))
+SECTIONS = {
+    head: text
+    for head, _, text in (part.partition("\n") for part in re.split("^## ", PAGE, flags=re.M)[1:])
+}
 BEGINNING = "The source and an installed library"
 # The last line of the output of each section with commands, and the tools that the section needs.
 LAST_LINES = {
