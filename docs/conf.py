@@ -33,7 +33,7 @@ suppress_warnings = [
 default_role = "literal"
 nitpicky = True
 smartquotes = False  # words in quotes are often to be typed
-exclude_patterns = ["examples/*", "making/*"]
+exclude_patterns = ["examples/*", "making/*", "sizes.md"]  # embedding.md includes sizes.md
 
 html_theme = "furo"
 html_title = f"kreisel {release}"

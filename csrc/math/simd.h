@@ -35,7 +35,7 @@ static inline wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
 #  include <arm_neon.h>
 enum { LANES = 2 };
 typedef double wide __attribute__((vector_size(8 * LANES)));
-typedef uint64_t whole __attribute__((vector_size(8 * LANES)));
+typedef uint64_t wide_integer __attribute__((vector_size(8 * LANES)));
 typedef uint64x2_t mask;
 INLINE wide wide_splat(double a) { return a - (wide){0}; }
 INLINE wide wide_sqrt(wide a) { return (wide)vsqrtq_f64(a); }

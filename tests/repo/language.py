@@ -12,7 +12,7 @@ from collections import Counter, defaultdict
 
 from toolbox import ROOT
 
-TREES = ("python/kreisel", "validation", "tests", "docs")
+TREES = ("python/kreisel", "validation", "tests", "docs", "examples")
 BANNED_OPENERS = (
     "What|How|Whether|Where|Who|Those|Of|The same|That|None|All|As|In|With|By|Which|Each|It|On|"
     "For|Gives|Tells|Says|Takes"

@@ -33,7 +33,7 @@ def files(tree):
 
 def is_ours(file):
     parts = file.relative_to(ROOT).parts
-    return not {"node_modules", "__pycache__", "install"} & set(parts)
+    return not {"node_modules", "__pycache__"} & set(parts)
 
 
 def layer(file, tree):

@@ -20,7 +20,7 @@ WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werr
 SOURCES = sorted(file for file in CSRC.rglob("*") if file.suffix in {".c", ".h", ".def"})
 PYTHON = sorted(
     file
-    for folder in ("python", "tests", "validation", "docs")
+    for folder in ("python", "tests", "validation", "docs", "examples")
     for file in (ROOT / folder).rglob("*.py")
     if "gallery" not in file.parts
 )
@@ -29,7 +29,9 @@ PAGE = sorted(
     file for file in (ROOT / "python/viewer").iterdir() if file.is_file() and file.suffix != ".py"
 )
 C = sorted(
-    file for folder in ("csrc", "tests", "validation") for file in (ROOT / folder).rglob("*.[ch]")
+    file
+    for folder in ("csrc", "tests", "validation", "examples")
+    for file in (ROOT / folder).rglob("*.[ch]")
 )
 
 

@@ -12,6 +12,7 @@ PYTHON = [
     "validation",
     "tests",
     "docs",
+    "examples",
     ".ci/names",
     ".ci/requirements",
     ".ci/wheel.py",

@@ -1,0 +1,93 @@
+"""The page on embedding: its files and commands work for someone who has only this page."""
+
+import re
+
+import pytest
+from toolbox import ROOT, VERSION, need, run
+
+PAGE = (ROOT / "docs/embedding.md").read_text()
+INCLUDED = re.compile(
+    r"^```\{literalinclude\} \.\./(examples/\S+)\n(?::\w+: .*\n)*?:caption: (\S+)\n```$", re.M
+)
+COMMANDS = re.compile(r"^```sh\n(.*?)^```$", re.M | re.S)
+SECTIONS = {
+    head: text
+    for head, _, text in (part.partition("\n") for part in re.split("^## ", PAGE, flags=re.M)[1:])
+}
+BEGINNING = "The source and an installed library"
+# The last line of the output of each section with commands, and the tools that the section needs.
+LAST_LINES = {
+    "One file": (r"t = 1\.0 s: tilt 1\.115\d+ rad", ["cc", "python3"]),
+    "CMake: an installed library": (r"t = 1\.0 s: tilt 1\.115\d+ rad", ["cmake", "cc"]),
+    "CMake: the source as a subdirectory": (r"end: t = 3\.000, tilt .+", ["cmake", "cc"]),
+    "CMake: FetchContent": (r"end: t = 3\.000, tilt .+", ["cmake", "cc"]),
+    "pkg-config": (r"t = 1\.0 s: tilt 1\.115\d+ rad", ["make", "pkg-config", "cc"]),
+    "C++": ("caught: there is no step: .+", ["c++"]),
+    "Rust": ("refused: there is no step: .+", ["cargo"]),
+    "Python's ctypes": ("refused: a time lies behind the one before it", ["python3"]),
+    "Microcontrollers": (r"success, \d+ bytes of memory", ["make", "cc", "python3"]),
+}
+
+
+def write_files(folder):
+    """Write each file that the page shows under the name that the page gives."""
+    for source, name in INCLUDED.findall(PAGE):
+        to = folder / name
+        to.parent.mkdir(parents=True, exist_ok=True)
+        to.write_text((ROOT / source).read_text())
+
+
+@pytest.fixture(scope="module")
+def prefix(tmp_path_factory):
+    """Return the folder into which the commands at the top of the page install the library."""
+    need("cmake", "cc")
+    folder = tmp_path_factory.mktemp("installed")
+    variables, commands = COMMANDS.findall(SECTIONS[BEGINNING])
+    assert re.findall(r"^export (\w+)=", variables, re.M) == ["KREISEL", "PREFIX"]
+    run("sh", "-ec", commands, cwd=folder, KREISEL=str(ROOT), PREFIX=str(folder / "prefix"))
+    return folder / "prefix"
+
+
+@pytest.mark.parametrize("section", LAST_LINES)
+def test_the_commands_of_a_section_work_with_the_files_of_the_page(section, prefix, tmp_path):
+    last_line, tools = LAST_LINES[section]
+    need(*tools)
+    write_files(tmp_path)
+    commands = "\n".join(COMMANDS.findall(SECTIONS[section]))
+    environment = {"KREISEL": str(ROOT), "PREFIX": str(prefix), "CARGO_NET_OFFLINE": "true"}
+    output = run("sh", "-ec", commands, cwd=tmp_path, **environment)
+    assert re.fullmatch(last_line, output.splitlines()[-1]), output
+
+
+def test_every_section_with_commands_is_tried():
+    with_commands = {name for name, text in SECTIONS.items() if COMMANDS.search(text)}
+    assert with_commands == {BEGINNING, *LAST_LINES}
+
+
+def test_the_page_shows_every_example():
+    shown = {source for source, _ in INCLUDED.findall(PAGE)}
+    examples = ROOT / "examples"
+    files = {
+        f"examples/{file.relative_to(examples)}"
+        for file in examples.rglob("*")
+        if file.is_file() and "include" not in file.parts and "target" not in file.parts
+    }
+    assert files - {"examples/rust/Cargo.lock"} == shown
+    assert PAGE.count("{literalinclude}") == len(INCLUDED.findall(PAGE))
+
+
+def test_the_table_names_the_options_of_cmake():
+    options = re.findall(
+        r"^(?:option|set)\((KREISEL_(?:METHODS|ISA|DIGITS|TANGENTS))\b",
+        (ROOT / "CMakeLists.txt").read_text(),
+        re.M,
+    )
+    named = re.findall(r"^\| `(KREISEL_\w+)`", SECTIONS["Build options"], re.M)
+    assert named == options and len(options) == 4
+
+
+def test_the_example_asks_for_this_version():
+    asked = re.search(
+        r"find_package\(kreisel (\S+) ", (ROOT / "examples/find_package/CMakeLists.txt").read_text()
+    )
+    assert asked[1] == VERSION.rpartition(".")[0]

@@ -1,0 +1,35 @@
+"""Sizes of programs that link the static library, against the table of the page on embedding.
+
+`python tests/repo/sizes.py FOLDER > docs/sizes.md` writes the table anew.
+"""
+
+import pytest
+from sizes import COLUMNS, ROWS, format_table, measure_column, read_table
+from toolbox import ROOT, need
+
+TABLE = (ROOT / "docs/sizes.md").read_text()
+GROWTH = 1.1
+
+
+@pytest.mark.parametrize("i", range(len(COLUMNS)), ids=map("".join, COLUMNS))
+def test_no_program_has_grown_by_a_tenth(i, tmp_path):
+    need("cmake", "size")
+    measured, expected = measure_column(tmp_path, *COLUMNS[i]), read_table(TABLE)[i]
+    if measured[0] is None:
+        pytest.skip(f"no compiler for {COLUMNS[i][0]}")
+    for (label, *_), now, before in zip(ROWS, measured, expected, strict=True):
+        assert now <= GROWTH * before, f"{label}: {now} kB, {before} kB in docs/sizes.md"
+
+
+def test_small_programs_are_below_their_limits():
+    sizes = read_table(TABLE)[COLUMNS.index(("x86_64", "-Os"))]
+    limits = [limit for *_, limit in ROWS]
+    assert sum(limit is not None for limit in limits) >= 4
+    for (label, *_), size, limit in zip(ROWS, sizes, limits, strict=True):
+        assert limit is None or size <= limit, f"{label}: {size} kB"
+
+
+def test_the_table_has_the_rows_and_columns_that_are_measured():
+    columns = read_table(TABLE)
+    assert all(size is not None for column in columns for size in column)
+    assert format_table(columns) == TABLE
