@@ -390,11 +390,9 @@ KR_API kr_status kr_top_record_low(kr_top *top, size_t n, const double t[], kr_s
  * kr_top_stats begin at zero; watched events are kept. Fails as kr_top_create does, and then leaves
  * the top unchanged. */
 KR_API kr_status kr_top_reset(kr_top *top, const kr_state *state);
-/* Restarts the top with another scene: kr_top_reset with another body, gravity and damping. To push
- * a moving top, or to change its body, start the scene at kr_top_state. The grid of a fixed-step
- * method, and the tangents, begin at the new start. Returns KR_ERR_MEMORY if the closed form of the
- * scene needs more memory than kr_top_create allocated. (Only the method exact needs more memory
- * for some scenes: for Kowalewski and Goryachev-Chaplygin tops.) */
+/* Restarts the top with another scene, like kr_top_reset. To push a moving top, or to change its
+ * body, start the scene at kr_top_state. The grid of steps and the tangents begin at the new start.
+ * Returns KR_ERR_MEMORY if the method exact needs more memory than kr_top_create allocated. */
 KR_API kr_status kr_top_set_scene(kr_top *top, const kr_scene *scene);
 /* Does the same as kr_top_set_scene with the start scene->start + low, for more than 16 digits.
  * scene->start must be the rounded sum, as in kr_top_state and kr_top_low; low.t is 0. */
