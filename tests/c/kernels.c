@@ -95,7 +95,7 @@ static void closed(const kr_exact_isa *isa, const kr_exact_batch_isa *width, int
     static double t[TIMES];
     static kr_state states[TIMES], same[TIMES];
     const kr_scene s = golden_scene(which);
-    kr_exact plan;
+    kr_exact_form plan;
     kr_status status = KR_OK;
     const kr_exact_request asked = {
         .n = 1, .scenes = &s, .times = TIMES, .t = t, .states = same, .status = &status};
