@@ -1,4 +1,4 @@
-/* Saves a moving top to a file, loads it again, and continues with the same bits.
+/* Saves a moving top to a file, loads it again, and continues bitwise as without the interruption.
  *
  *     checkpoint FILE */
 #include <kreisel.h>
@@ -51,7 +51,7 @@ static int run_example(const char *name, kr_top *first, kr_top *second)
     if (kr_top_advance(first, 5.0) != KR_OK || kr_top_advance(second, 5.0) != KR_OK) return 1;
     const kr_state a = kr_top_state(first), b = kr_top_state(second);
     printf("t = %.1f: m = %.10f %.10f %.10f\n", b.t, b.m.x, b.m.y, b.m.z);
-    printf("%s\n", memcmp(&a, &b, sizeof a) == 0 ? "the same bits" : "other bits");
+    printf("%s\n", memcmp(&a, &b, sizeof a) == 0 ? "bitwise equal" : "different");
     return 0;
 }
 int main(int count, char **words)

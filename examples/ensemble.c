@@ -3,7 +3,7 @@
  *     ensemble [THREADS]      4 by default
  *
  * The tops differ by their tilt. For each one, the program computes the largest tilt within a
- * second. The results have the same bits for any number of threads. */
+ * second. The results are bitwise equal for any number of threads. */
 #include <kreisel.h>
 #include <math.h>
 #include <pthread.h>

@@ -234,7 +234,7 @@ def test_a_path_after_a_change_refers_to_its_own_scene(name, tmp_path):
         assert np.array_equal(one(path.t).states, path.states)
         assert np.array_equal(one(path.t).q_low, path.q_low)
         assert one([5.25, 3.5]).t.tolist() == [5.25, 3.5]
-        with pytest.raises(ValueError, match=r"times from 3\.0 to 5\.5"):
+        with pytest.raises(ValueError, match=r"times go from 3\.0 to 5\.5"):
             one(2.0)
     assert path.error == kr.solve(path.scene, path.t - 3.0, before.method, **_words(run)).error or (
         "taylor" in name and path.error < 1e-14

@@ -101,7 +101,7 @@ def need(checkout):
 
 def test_a_foreign_environment_is_not_touched(checkout):
     done = need(checkout)
-    assert done.returncode == 1 and "move it away" in done.stderr
+    assert done.returncode == 1 and "move it elsewhere" in done.stderr
     assert (checkout / ".venv/own").read_text() == "precious"
 
 

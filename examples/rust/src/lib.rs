@@ -177,7 +177,7 @@ impl Top {
         })
     }
 
-    /// Advances to the time `t`. On failure the top keeps its last good state.
+    /// Advances to the time `t`. On failure the top keeps its last valid state.
     pub fn advance(&mut self, t: f64) -> Result<State, Error> {
         check(unsafe { kr_top_advance(self.raw.as_ptr(), t) })?;
         Ok(self.state())

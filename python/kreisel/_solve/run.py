@@ -242,7 +242,7 @@ class Run:
         (True, 3.0)
         """
         jolt = as_vector("impulse", impulse)
-        if self._options.leave_heading and (jolt[0] or jolt[1]):
+        if self._options.can_skip_heading and (jolt[0] or jolt[1]):
             raise ValueError(_no_heading_message("a horizontal impulse"))
         now = self._present()
         momentum, low = add_impulse(now.scene.momentum, now.low[5:], jolt)
@@ -284,7 +284,7 @@ class Run:
             raise TypeError("reset needs a momentum, an attitude, or both")
         turned, moved = given.keys() & _ATTITUDES, given.keys() - _ATTITUDES
         is_free = bool(turned and moved) or given.keys() <= _IN_BODY
-        if self._options.leave_heading and not is_free:
+        if self._options.can_skip_heading and not is_free:
             raise ValueError(_no_heading_message("a reset of a part of the state"))
         now = self._present()
         if turned:
