@@ -8,12 +8,13 @@ const kr_exact_isa *kr_exact_isa_at(int i)
 {
     static const kr_exact_isa isas[] = {
 #ifdef KR_WITH_AVX512
-        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_exact_scalar), kr_exact_evaluate_avx512},
+        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_exact_scalar),
+         KR_BATCHED(kr_exact_evaluate_avx512)},
 #endif
 #ifdef KR_WITH_AVX2
-        {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, kr_exact_evaluate_avx2},
+        {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, KR_BATCHED(kr_exact_evaluate_avx2)},
 #endif
-        {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, kr_exact_evaluate_base},
+        {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, KR_BATCHED(kr_exact_evaluate_base)},
     };
     return i < (int)(sizeof isas / sizeof *isas) ? &isas[i] : NULL;
 }
@@ -35,7 +36,12 @@ kr_state kr_exact_form_state(const kr_exact_form *form, double t)
 }
 void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[])
 {
-    widest_isa()->evaluate(form, n, t, out);
+    const kr_exact_isa *isa = widest_isa();
+    if (isa->evaluate) {
+        isa->evaluate(form, n, t, out);
+        return;
+    }
+    for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(form, t[i]);
 }
 /* Returns the members of a user's closed form. See layout.h for the rules of aliasing. */
 static const kr_exact_form *form_of(const kr_exact *exact)
@@ -92,18 +98,36 @@ const kr_exact_batch_isa *kr_exact_batch_isa_at(int i)
 {
     static const kr_exact_batch_isa widths[] = {
 #ifdef KR_WITH_AVX512
-        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_exact_scalar), kr_exact_batch_avx512},
+        {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_exact_scalar),
+         KR_BATCHED(kr_exact_batch_avx512)},
 #endif
 #ifdef KR_WITH_AVX2
-        {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, kr_exact_batch_avx2},
+        {"avx2", kr_has_avx2, &kr_exact_scalar_avx2, KR_BATCHED(kr_exact_batch_avx2)},
 #endif
-        {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, kr_exact_batch_base},
+        {KR_BASE_NAME, kr_has_base, &kr_exact_scalar_base, KR_BATCHED(kr_exact_batch_base)},
     };
     return i < (int)(sizeof widths / sizeof *widths) ? &widths[i] : NULL;
+}
+/* Processes a request without batches. */
+static void run_singly(const kr_exact_scalar *one, const kr_exact_request *request)
+{
+    for (size_t i = 0; i < request->n; i++) {
+        const double *t = request->own_times ? request->t + i * request->times : request->t;
+        kr_exact_form form;
+        request->status[i] = one->plan(&request->scenes[i], 0, &form);
+        if (request->status[i] != KR_OK) continue;
+        if (request->plans) request->plans[i] = form;
+        for (size_t k = 0; k < request->times; k++)
+            request->states[i * request->times + k] = one->state(&form, t[k]);
+    }
 }
 void kr_exact_run(const kr_exact_request *request)
 {
     int i = 0;
     while (!kr_exact_batch_isa_at(i)->runs_here()) i++; /* untaken: if the first one runs */
-    kr_exact_batch_isa_at(i)->batch(kr_exact_batch_isa_at(i)->scalar, request);
+    const kr_exact_batch_isa *isa = kr_exact_batch_isa_at(i);
+    if (isa->batch)
+        isa->batch(isa->scalar, request);
+    else
+        run_singly(isa->scalar, request);
 }

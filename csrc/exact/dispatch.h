@@ -45,7 +45,7 @@ typedef struct kr_exact_batch_isa {
     const char *name;
     int (*runs_here)(void);
     const kr_exact_scalar *scalar;
-    kr_exact_batch *batch;
+    kr_exact_batch *batch; /* NULL: without batches */
 } kr_exact_batch_isa;
 /* Returns the i-th instruction set that batches were compiled for, the widest first, or NULL after
  * the last. */
@@ -62,7 +62,7 @@ typedef struct kr_exact_isa {
     const char *name;
     int (*runs_here)(void);
     const kr_exact_scalar *scalar;
-    kr_exact_evaluate *evaluate;
+    kr_exact_evaluate *evaluate; /* NULL: without batches */
 } kr_exact_isa;
 /* Returns the i-th instruction set that was compiled in, the widest first, or NULL after the
  * last. */

@@ -13,12 +13,13 @@ const kr_torus_form kr_kowalewski_form = {
     {
 #ifdef KR_WITH_AVX512
         {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_kowalewski_scalar),
-         kr_kowalewski_evaluate_avx512},
+         KR_BATCHED(kr_kowalewski_evaluate_avx512)},
 #endif
 #ifdef KR_WITH_AVX2
-        {"avx2", kr_has_avx2, &kr_kowalewski_scalar_avx2, kr_kowalewski_evaluate_avx2},
+        {"avx2", kr_has_avx2, &kr_kowalewski_scalar_avx2, KR_BATCHED(kr_kowalewski_evaluate_avx2)},
 #endif
-        {KR_BASE_NAME, kr_has_base, &kr_kowalewski_scalar_base, kr_kowalewski_evaluate_base},
+        {KR_BASE_NAME, kr_has_base, &kr_kowalewski_scalar_base,
+         KR_BATCHED(kr_kowalewski_evaluate_base)},
         {NULL, NULL, NULL, NULL},
     },
 };
@@ -30,12 +31,13 @@ const kr_torus_form kr_chaplygin_form = {
     {
 #ifdef KR_WITH_AVX512
         {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_chaplygin_scalar),
-         kr_chaplygin_evaluate_avx512},
+         KR_BATCHED(kr_chaplygin_evaluate_avx512)},
 #endif
 #ifdef KR_WITH_AVX2
-        {"avx2", kr_has_avx2, &kr_chaplygin_scalar_avx2, kr_chaplygin_evaluate_avx2},
+        {"avx2", kr_has_avx2, &kr_chaplygin_scalar_avx2, KR_BATCHED(kr_chaplygin_evaluate_avx2)},
 #endif
-        {KR_BASE_NAME, kr_has_base, &kr_chaplygin_scalar_base, kr_chaplygin_evaluate_base},
+        {KR_BASE_NAME, kr_has_base, &kr_chaplygin_scalar_base,
+         KR_BATCHED(kr_chaplygin_evaluate_base)},
         {NULL, NULL, NULL, NULL},
     },
 };
@@ -45,6 +47,16 @@ static kr_status plan_of_user(const kr_torus_form *form, const kr_scene *scene, 
 {
     if (!memory || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
     return kr_torus_widest_isa(form)->scalar->plan(scene, 0, bound, memory);
+}
+static void evaluate(const kr_torus_form *form, const void *plan, size_t n, const double t[],
+                     kr_state out[])
+{
+    const kr_torus_isa *isa = kr_torus_widest_isa(form);
+    if (isa->evaluate) {
+        isa->evaluate(plan, n, t, out);
+        return;
+    }
+    for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
 }
 /* Returns the text of a refusal, or NULL if the number is not less than `count`. */
 static const char *find_text(const char *const texts[], int count, int refusal)
@@ -70,7 +82,7 @@ kr_state kr_kowalewski_state(const kr_kowalewski *top, double t)
 }
 void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[], kr_state out[])
 {
-    kr_torus_widest_isa(&kr_kowalewski_form)->evaluate(top, n, t, out);
+    evaluate(&kr_kowalewski_form, top, n, t, out);
 }
 const char *kr_kowalewski_refusal_text(int refusal)
 {
@@ -101,7 +113,7 @@ kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double 
 void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n, const double t[],
                                    kr_state out[])
 {
-    kr_torus_widest_isa(&kr_chaplygin_form)->evaluate(top, n, t, out);
+    evaluate(&kr_chaplygin_form, top, n, t, out);
 }
 const char *kr_goryachev_chaplygin_refusal_text(int refusal)
 {

@@ -30,7 +30,7 @@ typedef struct kr_torus_isa {
     const char *name;
     int (*runs_here)(void);
     const kr_torus_scalar *scalar;
-    kr_torus_evaluate *evaluate;
+    kr_torus_evaluate *evaluate; /* NULL: without batches */
 } kr_torus_isa;
 typedef struct kr_torus_form {
     kr_kind kind;                   /* of the body */
