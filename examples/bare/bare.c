@@ -1,7 +1,7 @@
 /* One top on a microcontroller, without an operating system and without a heap.
  *
- * The top is moved by kr_method_strang, which is the only method that is linked. All its steps cost the
- * same, so tick() can run in the interrupt of a timer. */
+ * The top is moved by kr_method_strang, which is the only method that is linked. All its steps cost
+ * the same, so tick() can run in the interrupt of a timer. */
 #include "bare.h"
 
 enum { POOL_DOUBLES = 256 };

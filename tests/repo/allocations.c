@@ -1,4 +1,5 @@
-/* Counts the allocations of a program that is linked with --wrap, and prints the number at its end. */
+/* Counts the allocations of a program that is linked with --wrap, and prints the number at its
+ * end. */
 #include <stdio.h>
 #include <stdlib.h>
 
