@@ -373,13 +373,13 @@ KR_API kr_status kr_top_create(const kr_scene *scene, const kr_method *method, k
                                kr_top **top);
 /* Frees a top; NULL is ignored. */
 KR_API void kr_top_free(kr_top *top);
-/* Advances to the end of the method's next step. On failure the top keeps its last good state. */
+/* Advances to the end of the method's next step. On failure the top keeps its last valid state. */
 KR_API kr_status kr_top_step(kr_top *top);
-/* Advances to time t [T]. On failure the top keeps its last good state, at or before t. */
+/* Advances to time t [T]. On failure the top keeps its last valid state, at or before t. */
 KR_API kr_status kr_top_advance(kr_top *top, double t);
 /* Advances to each of t[0], t[1], ... in the direction of the step and writes the states. `done`
- * (may be NULL) receives the number of good states; the elements of `out` after them are unchanged.
- * On failure the top keeps its last good state. */
+ * (may be NULL) receives the number of valid states; the elements of `out` after them are
+ * unchanged. On failure the top keeps its last valid state. */
 KR_API kr_status kr_top_record(kr_top *top, size_t n, const double t[], kr_state out[],
                                size_t *done);
 /* Does the same as kr_top_record, and writes to `low` the digits that the doubles of `out` cannot
@@ -443,7 +443,7 @@ KR_API double kr_top_tangent_truncation(const kr_top *top);
 /* Checkpoints. A checkpoint can be loaded into a top with the same body, gravity, damping, method,
  * config (max_steps and poll may differ) and watched events. The top then continues with the same
  * bits and events. If taylor continues with another kernel, the states agree up to rounding only.
- * (All kernels with fused multiply-add give the same bits.) */
+ * (All kernels with fused multiply-add give bitwise equal results.) */
 
 /* Returns the size of a checkpoint of this top in bytes. */
 KR_API size_t kr_top_save_size(const kr_top *top);
@@ -488,9 +488,9 @@ KR_API kr_status kr_top_seek(kr_top *top, double t, kr_event_hit *hit);
  * each lane of a vector, and owns the memory that it needs. Each thread needs its own worker. If
  * the method is NULL, tops that kr_exact_plan accepts use their closed form, and all other tops use
  * taylor. The results of a top depend only on this top and its times, not on other tops, their
- * order, the number of calls, or failures. The results have the bits of kr_exact_state or of a
- * kr_top, with one exception: undamped tops that taylor integrates with up to 16 digits run in
- * lanes. Lanes give the same bits on all instruction sets with fused multiply-add. */
+ * order, the number of calls, or failures. The results are bitwise equal to those of kr_exact_state
+ * or of a kr_top, with one exception: undamped tops that taylor integrates with up to 16 digits run
+ * in lanes. Lanes give bitwise equal results on all instruction sets with fused multiply-add. */
 typedef struct kr_worker kr_worker;
 /* Reductions of a component over the times of a top: X(kind, name). The variance is that of a
  * population; WHERE_MIN and WHERE_MAX are the first times of the extrema. If any value is NaN, all
@@ -519,13 +519,13 @@ typedef struct kr_reduction {
     kr_reduce kind;
 } kr_reduction;
 /* Growth of one tangent of an undamped top, computed by taylor with up to 16 digits. The tangent is
- * measured in the top's own units and has size 1 at the start. Two solutions that never grow, the
- * flow and the rotation about the vertical, are projected out. All values are measured from the
- * start of the path: the logarithm of the size (divided by the time: the Lyapunov exponent); the
- * mean of MEGNO; the largest logarithm (the orthogonal indicator); the relative errors of the
- * derivatives of energy and <m, e3> along the tangent, which are constant in exact arithmetic; and
- * the largest last term of the tangent's series, relative to its size. Steps too long for this
- * series are shortened. The status is KR_ERR_TANGENT if no step is short enough. */
+ * measured in the internal units of the top and has size 1 at the start. Two solutions that never
+ * grow, the flow and the rotation about the vertical, are projected out. All values are measured
+ * from the start of the path: the logarithm of the size (divided by the time: the Lyapunov
+ * exponent); the mean of MEGNO; the largest logarithm (the orthogonal indicator); the relative
+ * errors of the derivatives of energy and <m, e3> along the tangent, which are constant in exact
+ * arithmetic; and the largest last term of the tangent's series, relative to its size. Steps too
+ * long for this series are shortened. The status is KR_ERR_TANGENT if no step is short enough. */
 enum {
     KR_GROWTH_LOG,
     KR_GROWTH_MEGNO,
@@ -537,8 +537,8 @@ enum {
 };
 typedef struct kr_outcome {
     kr_status status; /* the status of kr_top_create or kr_top_record */
-    size_t done;      /* number of good states */
-    kr_state last;    /* the last good state; may be later than the last of `states` */
+    size_t done;      /* number of valid states */
+    kr_state last;    /* the last valid state; may be later than the last of `states` */
     kr_stats stats;
 } kr_outcome;
 /* The tops and times of one call of a worker, and its results. The last time of a top decides
@@ -598,7 +598,7 @@ KR_API kr_status kr_exact_plan(const kr_scene *scene, kr_exact *exact);
  * correct, but the attitude is arbitrary. The whole state is NaN if the rates are near the largest
  * doubles. A tilt or motion below 1e-75 counts as zero. */
 KR_API kr_state kr_exact_state(const kr_exact *exact, double t);
-/* Writes n states, with the bits of kr_exact_state, but faster. */
+/* Writes n states, bitwise equal to those of kr_exact_state, but faster. */
 KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], kr_state out[]);
 
 /* Reasons why a Kowalewski top has no closed form: X(name, message). */
@@ -642,7 +642,7 @@ KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *m
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
-/* Writes n states, with the bits of kr_kowalewski_state, but faster. */
+/* Writes n states, bitwise equal to those of kr_kowalewski_state, but faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
 

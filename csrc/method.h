@@ -1,21 +1,21 @@
 /* The interface of a method. Each method has one file in methods/ and one line in methods.def. Each
- * method steps a motion: the state of the top in working axes and own units. The driver handles
- * everything else: conversion to the user's frame, units and time, requested times, limits, checks
- * for NaN and infinity, interruption, and the last good state. */
+ * method steps a motion: the state of the top in working axes and internal units. The driver
+ * handles everything else: conversion to the user's frame, units and time, requested times, limits,
+ * checks for NaN and infinity, interruption, and the last valid state. */
 #ifndef KR_METHOD_H
 #define KR_METHOD_H
 #include "math/su2_dd.h"
 
-/* A motion in working axes and own units. Working axes are principal axes in a certain order: T is
- * the symmetry axis of a symmetric body; otherwise B is the axis of the middle moment. The units
- * are powers of two in which the largest moment and the top's rate are about one. For methods with
- * KR_METHOD_ABSOLUTE the unit of time is the user's. */
+/* A motion in working axes and internal units. Working axes are principal axes in a certain order:
+ * T is the symmetry axis of a symmetric body; otherwise B is the axis of the middle moment. The
+ * units are powers of two in which the largest moment and the top's rate are about one. For methods
+ * with KR_METHOD_ABSOLUTE the unit of time is the user's. */
 typedef struct kr_motion {
     kr_vec3 inertia;
     kr_vec3 lever;    /* mass * gravity * centre of mass: the torque is e3 x (q lever q*) */
     kr_vec3 damping;  /* the torque in the body is -damping * W; 0 unless KR_METHOD_DAMPED */
     double step, tol; /* from the config; tol = 0: the method's default */
-    double clock;     /* time since the start, in own units; used by adaptive methods only */
+    double clock;     /* time since the start, in internal units; used by adaptive methods only */
     kr_stats stats;
     /* The method's memory: method->work doubles, without pointers. In the main motion it begins at
      * a multiple of 64 bytes. */
@@ -33,7 +33,7 @@ typedef struct kr_motion {
     kr_vec3 lever_low;
     kr_state low;
     /* The user's scene with its last start. Closed forms use this scene, to avoid the rounding
-     * errors of a conversion to own units. */
+     * errors of a conversion to internal units. */
     const kr_scene *scene;
 } kr_motion;
 
@@ -48,14 +48,14 @@ typedef struct kr_step_polynomial {
     const double (*x)[8], (*w)[4];
     double end_x[8], end_w[4]; /* values at the end of the step */
     double rate, span;
-    double begin, end; /* times of the step since the start, in own units */
+    double begin, end; /* times of the step since the start, in internal units */
     /* Adds the product of the series a and b to c, up to coefficient `order` or a few beyond. There
      * must be zeros before b and after the end of all three arrays. */
     void (*product)(const double *a, const double *b, int order, double *c);
 } kr_step_polynomial;
 
-/* Deviations from a motion, in working axes and own units: a rotation vector in the body, and a
- * change of the momentum in space. A seed holds the initial deviation for a parameter, and the
+/* Deviations from a motion, in working axes and internal units: a rotation vector in the body, and
+ * a change of the momentum in space. A seed holds the initial deviation for a parameter, and the
  * derivatives of the lever and of the moments (xx, yy, zz, yz, zx, xy) with respect to this
  * parameter. Deviations do not change the motion, with one exception: strongly damped motions with
  * deviations take short steps only. */

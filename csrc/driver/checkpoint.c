@@ -1,5 +1,5 @@
 /* Checkpoints: a top saved as bytes, to be loaded again. A checkpoint holds the motions with their
- * work, times, counts and own units, but no pointers: the loaded top keeps its own pointers. A
+ * work, times, counts and internal units, but no pointers: the loaded top keeps its own pointers. A
  * loaded fixed-step motion continues on its grid. An adaptive motion continues with the step and
  * order chosen last, a dense motion inside its last step. The bytes are a header, the fields of
  * KR_SAVED_TOP (top.h), the work, the tangents, and the state of each event search. With the states

@@ -1,7 +1,7 @@
-/* Conversion between the user's units and own units for tops with more than 16 digits. (For other
- * tops see top.c.) The user's numbers are taken as exact. The attitude and the axes are normalized
- * once, in double-double. The working axes are the principal axes, so that the moments need no
- * change of axes. */
+/* Conversion between the user's units and internal units for tops with more than 16 digits. (For
+ * other tops see top.c.) The user's numbers are taken as exact. The attitude and the axes are
+ * normalized once, in double-double. The working axes are the principal axes, so that the moments
+ * need no change of axes. */
 #include "model/scene.h"
 #include "math/split_double.h"
 #include "top.h"

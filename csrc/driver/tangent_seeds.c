@@ -97,7 +97,8 @@ kr_status kr_tangents_advance(kr_top *top)
     return n > 0 ? top->method->tangents->advance(&top->main, top->tangents, n) : KR_OK;
 }
 
-/* Writes the own unit of each column to `unit`, in the user's units. Each is a power of two. */
+/* Writes the internal unit of each column to `unit`, in the user's units. Each is a power of
+ * two. */
 static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
 {
     const uint64_t by = top->config.tangents;

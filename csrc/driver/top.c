@@ -35,7 +35,7 @@ static kr_status horizon_error(const kr_top *top, double t)
     if (!isfinite(t)) return KR_ERR_ARGUMENT;
     return fabs(t) < kr_scene_horizon(&top->scene) ? KR_ERR_STEP : KR_ERR_RESOLUTION;
 }
-/* Sets the axes, own units and horizon of `top` from its scene and config. */
+/* Sets the axes, internal units and horizon of `top` from its scene and config. */
 static kr_status choose_units(kr_top *top)
 {
     const kr_working working = kr_top_working_axes(top);
@@ -96,7 +96,7 @@ static int64_t find_grid_point(const kr_top *top, double t)
     if (k <= top->steps) return top->steps;
     return k - (!is_at_grid_point(top, k, t) && top->forward * (grid_time(top, k) - t) > 0.0);
 }
-/* Computes the state at t of a fixed-step method, in own units. */
+/* Computes the state at t of a fixed-step method, in internal units. */
 static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
 {
     const int64_t point = find_grid_point(top, t);
@@ -104,7 +104,7 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-/* Returns the time from the start to the user's time t, in own units. */
+/* Returns the time from the start to the user's time t, in internal units. */
 static double time_since_start(const kr_top *top, double t)
 {
     return (t - top->scene.start.t) / top->time_unit;
@@ -126,7 +126,7 @@ void kr_tangents_evaluate(kr_top *top, kr_deviation out[])
     top->method->tangents->evaluate(&top->main, time_since_start(top, top->requested),
                                     top->tangents, kr_tangent_columns(top->config.tangents), out);
 }
-/* Computes the state at t of an adaptive method, in own units. */
+/* Computes the state at t of an adaptive method, in internal units. */
 static kr_status find_adaptive_state(kr_top *top, double t, kr_state *state)
 {
     const int dense = top->method->at != NULL;

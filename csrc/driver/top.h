@@ -25,7 +25,7 @@ struct kr_top {
     int64_t steps;        /* steps made: the grid point of the main motion */
     int64_t saved_steps;  /* steps made when `saved` was written */
     int64_t inspect_at;   /* value of `steps` at which the main motion is inspected next */
-    kr_state before;      /* adaptive methods: state before the last step, in own units */
+    kr_state before;      /* adaptive methods: state before the last step, in internal units */
     double before_clock;  /* adaptive methods: time since the start, before the last step */
     double requested;     /* the last requested time */
     kr_state now;         /* the state at the last requested time, in the user's units */
@@ -88,16 +88,17 @@ static inline void kr_event_reset_search(kr_event *event)
 
 /* Returns the working axes of `top`, and the inertia, com and damping along these axes. */
 kr_working kr_top_working_axes(const kr_top *top);
-/* Returns the state `start` in working axes and own units. */
+/* Returns the state `start` in working axes and internal units. */
 kr_state kr_top_start_in_own_units(kr_top *top, const kr_state *start);
 /* Returns the rotation from working axes to the frame of description, in double-double. */
 quat_dd kr_extended_axes(const kr_top *top);
-/* Conversion between the user's units and own units for tops with more than 16 digits. */
+/* Conversion between the user's units and internal units for tops with more than 16 digits. */
 struct kr_extended_ops {
-    /* Sets the lever of the main motion in double-double; `moment` is the own unit of moments. */
+    /* Sets the lever of the main motion in double-double; `moment` is the internal unit of
+     * moments. */
     void (*set_lever)(kr_top *top, double moment);
-    /* Converts start + low to own units, with the components of the momentum along the axes of the
-     * body. Writes the low words to `low` of the main motion. `low` may be NULL. */
+    /* Converts start + low to internal units, with the components of the momentum along the axes of
+     * the body. Writes the low words to `low` of the main motion. `low` may be NULL. */
     kr_state (*from_user)(kr_top *top, const kr_state *start, const kr_state *low);
     /* Converts a state of the main motion to the user's frame and units. Writes the low words to
      * `low` of the top. */
@@ -127,7 +128,7 @@ static inline void kr_tangents_begin(kr_top *top)
 }
 /* Propagates the tangents over the last step of the main motion. */
 kr_status kr_tangents_advance(kr_top *top);
-/* Writes the tangents at the last requested time, in working axes and own units. */
+/* Writes the tangents at the last requested time, in working axes and internal units. */
 void kr_tangents_evaluate(kr_top *top, kr_deviation out[]);
 /* Restarts a top with another `scene` and `config`, as if kr_top_create had made it with them.
  * `low` has the low words of the start for more than 16 digits, and may be NULL. Leaves the top
@@ -155,10 +156,10 @@ kr_status kr_steps_adaptive(kr_top *top);
 /* Makes one step of a dense method. The step may end after the time `until`. */
 kr_status kr_steps_dense(kr_top *top, double until);
 /* Computes the state at the time `span` after the state `from` by the side motion, and writes it to
- * `end`. All values are in own units. */
+ * `end`. All values are in internal units. */
 kr_status kr_steps_off_grid(kr_top *top, const kr_state *from, double span, kr_state *end);
 /* Calls the user's poll. Returns nonzero if the user wants to stop. */
 int kr_steps_poll(kr_top *top);
-/* Saves the main motion as its last good state. */
+/* Saves the main motion as its last valid state. */
 void kr_steps_save(kr_top *top);
 #endif

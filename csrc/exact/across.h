@@ -107,7 +107,7 @@ static void begin_torus(kr_torus *torus)
     torus->frame = q_one();
 }
 /* Converts a plan to the user's units and the frame of description. If `own` is nonzero, converts
- * it to own units and working axes instead, with time 0 at the beginning. */
+ * it to internal units and working axes instead, with time 0 at the beginning. */
 static void torus_to_user(kr_torus *torus, const across_way *way, double start, int own)
 {
     const double unit = own ? 1.0 : way->units.time;

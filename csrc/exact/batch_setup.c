@@ -124,8 +124,8 @@ static double larger(double a, double b) { return a > b ? a : b; }
  * motion,
  *     (e - g u)(1 - u^2) - (l - n u)^2,   l = W.e3, n = W.a, e = |W|^2 - n^2 + g u0.
  * Tops with the same guess are set up together. Few vectors then need both branches of the set-up.
- * Nothing else depends on the guess. `lever` is in own units; m is in the user's units except for
- * the unit of time. */
+ * Nothing else depends on the guess. `lever` is in internal units; m is in the user's units except
+ * for the unit of time. */
 static int guess_lone_root(const body_data *known, kr_quat q, kr_vec3 m, double lever)
 {
     const kr_vec3 a = q_turn(q, known->apex);
@@ -186,7 +186,7 @@ INLINE wide drop_tiny_momenta(wide m)
 {
     return wide_choose(wide_less(wide_abs(m), wide_splat(LEAST_MOMENTUM)), wide_splat(0.0), m);
 }
-/* Returns the tops of a group in working axes and own units. */
+/* Returns the tops of a group in working axes and internal units. */
 INLINE exact_top read_lanes(group w)
 {
     const wide inverse = 1.0 / in_lanes(w, MOMENT), time = in_lanes(w, TIME),

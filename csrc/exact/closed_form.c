@@ -6,7 +6,7 @@
 #include "turning.h"
 #include "scaling.h"
 
-/* Returns the closed form of a Lagrange top, in own units. */
+/* Returns the closed form of a Lagrange top, in internal units. */
 static kr_exact_form lagrange_closed_form(const exact_top *top)
 {
     const int below = top->lever.hi < 0.0;
@@ -30,7 +30,7 @@ static kr_exact_form lagrange_closed_form(const exact_top *top)
     return s.exact;
 }
 /* Sets up the closed form of a user's scene. If `own` is nonzero, the closed form stays in working
- * axes and own units, and begins at time 0. */
+ * axes and internal units, and begins at time 0. */
 static kr_status set_up(const kr_scene *scene, int own, kr_exact_form *exact)
 {
     described_top top;

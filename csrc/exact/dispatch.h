@@ -1,13 +1,14 @@
 /* Parts of the closed form that are compiled for each instruction set. dispatch.c chooses among
- * them at run time. All instruction sets give the same bits, because only two_product uses fused
- * multiply-add, and its result is exact with and without it. */
+ * them at run time. All instruction sets give bitwise equal results, because only two_product uses
+ * fused multiply-add, and its result is exact with and without it. */
 #ifndef KR_EXACT_DISPATCH_H
 #define KR_EXACT_DISPATCH_H
 #include "layout.h"
 #include "math/isa.h"
 
 /* Functions of closed_form.c: set up one scene, evaluate one state, find the turning points. If
- * `own` is nonzero, the closed form stays in working axes and own units and begins at time 0. */
+ * `own` is nonzero, the closed form stays in working axes and internal units and begins at time
+ * 0. */
 typedef struct kr_exact_scalar {
     kr_status (*plan)(const kr_scene *scene, int own, kr_exact_form *exact);
     kr_state (*state)(const kr_exact_form *exact, double t);
@@ -26,7 +27,7 @@ typedef void kr_exact_evaluate(const kr_exact_form *exact, size_t n, const doubl
  * the states of each top at `times` times; the states of top i begin at states[i * times]. All tops
  * have the times t[0], t[1], ..., unless `own_times` is nonzero. Then the times of top i begin at
  * t[i * times]. `status` receives the result of kr_exact_plan for each top. Nothing else is written
- * for a refused top. All results have the same bits as those of kr_exact_plan and
+ * for a refused top. All results are bitwise equal to those of kr_exact_plan and
  * kr_exact_state. */
 typedef struct kr_exact_request {
     size_t n;
@@ -70,7 +71,8 @@ const kr_exact_isa *kr_exact_isa_at(int i);
 /* The functions of kreisel.h for a closed form in the memory of the library. */
 kr_state kr_exact_form_state(const kr_exact_form *form, double t);
 void kr_exact_form_states(const kr_exact_form *form, size_t n, const double t[], kr_state out[]);
-/* Computes the closed form in working axes and own units from time 0, for the method `exact`. */
+/* Computes the closed form in working axes and internal units from time 0, for the method
+ * `exact`. */
 kr_status kr_exact_plan_own_units(const kr_scene *scene, kr_exact_form *exact);
 /* Returns 1 if the closed form can resolve the tilt and the motion of the axis at the start of a
  * checked scene. From an unstable upright start, the time of the fall depends on the logarithm of

@@ -216,7 +216,7 @@ static void set_up_asymmetric_motion(kr_exact_form *exact, const body_axes *a, k
      * along -e3. */
     exact->spin = -exact->spin;
 }
-/* Returns the closed form of a body without torque, in own units. */
+/* Returns the closed form of a body without torque, in internal units. */
 static kr_exact_form euler_closed_form(const exact_top *top)
 {
     const double moments[3] = {top->inertia.x, top->inertia.y, top->inertia.z};

@@ -193,7 +193,7 @@ static double heading_growth(dd c[6][SERIES_ORDER + 1], double moment)
     }
     return sum;
 }
-/* Returns the largest error of a plan in own units. The attitude is compared at the start. e3,
+/* Returns the largest error of a plan in internal units. The attitude is compared at the start. e3,
  * the momentum and the growth of the heading are compared a short time later. */
 static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *top,
                            kr_quat attitude)
@@ -220,7 +220,7 @@ static double miss_of_plan(const kr_chaplygin_plan *plan, const chaplygin_top *t
     sin_cos(growth, &sine, &cosine);
     return fmax(miss, fabs(grown - sine));
 }
-/* Converts the plan to the user's units, or to own units if `own` is nonzero (across.h). */
+/* Converts the plan to the user's units, or to internal units if `own` is nonzero (across.h). */
 static void bring_back(kr_chaplygin_plan *plan, const across_way *way, const kr_state *start,
                        int own)
 {

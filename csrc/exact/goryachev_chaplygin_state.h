@@ -1,5 +1,5 @@
 /* The state of a Goryachev-Chaplygin top at time t, from its plan. The same kernel evaluates one
- * time, or one time in each lane. A time gets the same bits in a lane as alone.
+ * time, or one time in each lane. A time gives bitwise equal results in a lane and alone.
  *
  * This header is compiled once for each instruction set and number of lanes. */
 #ifndef KR_GORYACHEV_CHAPLYGIN_STATE_H

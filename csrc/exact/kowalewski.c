@@ -31,7 +31,7 @@ static void set_phase(kr_theta_sums *plan, kr_quat q)
              beta = cx_mul(cx_of(q.x, q.y), cx_of(at.x, -at.y)), both = cx_add(alpha, beta);
     phase_start(&plan->torus.turn[2], turns_of(both.im, both.re));
 }
-/* Converts the plan to the user's units, or to own units if `own` is nonzero (across.h). */
+/* Converts the plan to the user's units, or to internal units if `own` is nonzero (across.h). */
 static void bring_back(kr_theta_sums *plan, const across_way *way, double start, int own)
 {
     torus_to_user(&plan->torus, way, start, own);
@@ -39,8 +39,8 @@ static void bring_back(kr_theta_sums *plan, const across_way *way, double start,
     plan->head.second = two_pi * plan->torus.turn[1].fast;
     plan->head.heading = two_pi * plan->torus.turn[2].fast;
 }
-/* Returns the largest error of a plan in own units. The attitude is compared at the start; e3 and
- * the momentum are compared at the start and a short time later, `moment`. */
+/* Returns the largest error of a plan in internal units. The attitude is compared at the start; e3
+ * and the momentum are compared at the start and a short time later, `moment`. */
 static double miss_of_plan(const kr_theta_sums *plan, const kowalewski_top *top, double moment,
                            kr_quat attitude)
 {

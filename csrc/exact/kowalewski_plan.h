@@ -1,4 +1,4 @@
-/* The set-up of a Kowalewski top's plan from the top's state in own units.
+/* The set-up of a Kowalewski top's plan from the top's state in internal units.
  *
  * This header is compiled once for each instruction set. */
 #ifndef KR_KOWALEWSKI_PLAN_H
@@ -234,8 +234,8 @@ static double certificate_of(const kowalewski_work *w)
     const double rates = 1.0 + fabs(w->rates.rate[0].hi) + fabs(w->rates.rate[1].hi);
     return fmax(fmax(t->certificate, t->misfit), fmax(t->matrix.asymmetry, w->rate_miss / rates));
 }
-/* Sets up the plan of a top in own units, beginning at time 0 and without a frame. The caller sets
- * the phase of e. Returns KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
+/* Sets up the plan of a top in internal units, beginning at time 0 and without a frame. The caller
+ * sets the phase of e. Returns KR_KOWALEWSKI_PLANNED, or the reason why the top is refused. */
 static kr_kowalewski_refusal make_plan(const kowalewski_top *top, kowalewski_work *w,
                                        kr_theta_sums *plan)
 {

@@ -368,9 +368,9 @@ static void set_angles(setting *s)
     lagrange_start(exact, &s->start, &s->heights, s->i1.hi, s->mean.hi, &s->top);
     set_rates(exact, s->nu.hi, first.hi, second.hi);
 }
-/* Sets up closed forms in own units, after begin_setting. The axis of each top must not rest at a
- * pole, and its lever must be positive. Each stage is done for all settings before the next stage,
- * because the first-level instruction cache cannot hold the code of all stages. */
+/* Sets up closed forms in internal units, after begin_setting. The axis of each top must not rest
+ * at a pole, and its lever must be positive. Each stage is done for all settings before the next
+ * stage, because the first-level instruction cache cannot hold the code of all stages. */
 INLINE void lagrange_moving(setting s[], int n)
 {
     for (int i = 0; i < n; i++) s[i].heights = turning_heights(&s[i].start);

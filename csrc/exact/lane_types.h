@@ -8,10 +8,10 @@
  *
  * This header is compiled once for each instruction set, like the files that include it, and once
  * more with KR_EXACT_LANES. Each number is then a vector with one lane for each top (math/simd.h).
- * A top gets the same bits in a lane as alone. If lanes differ at a branch, both sides are
- * computed, and each lane selects its result. A loop continues until all lanes are done, and does
- * not change lanes that are done. Without KR_EXACT_LANES, there is one lane, and branches and loops
- * are the ordinary ones for a single top. */
+ * A top gives bitwise equal results in a lane and alone. If lanes differ at a branch, both sides
+ * are computed, and each lane selects its result. A loop continues until all lanes are done, and
+ * does not change lanes that are done. Without KR_EXACT_LANES, there is one lane, and branches and
+ * loops are the ordinary ones for a single top. */
 #ifndef KR_EXACT_LANE_TYPES_H
 #define KR_EXACT_LANE_TYPES_H
 #if defined KR_EXACT_LANES
@@ -86,14 +86,14 @@ INLINE void take_lanes(void *to, const void *from, size_t bytes, mask m)
     }
 }
 
-/* In own units the larger of momentum and lever is about one. A lever below LEAST_LEVER counts as
- * zero, because its effect is negligible at all times that doubles resolve. A component of the
+/* In internal units the larger of momentum and lever is about one. A lever below LEAST_LEVER counts
+ * as zero, because its effect is negligible at all times that doubles resolve. A component of the
  * momentum below LEAST_MOMENTUM counts as zero, because its square underflows. */
 #define LEAST_LEVER 1e-100
 #define LEAST_MOMENTUM 1e-160
 
-/* A scene in working axes and own units. The attitude and the lever are converted without rounding
- * to doubles. */
+/* A scene in working axes and internal units. The attitude and the lever are converted without
+ * rounding to doubles. */
 typedef struct exact_top {
     vec3_lanes inertia;
     dd q[4];  /* the attitude, which need not be of unit length */

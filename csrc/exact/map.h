@@ -154,8 +154,8 @@ static int is_axis_at_rest(const map_link *k, dd plus, dd minus)
     return wh <= least * (w + fabs(k->b.hi)) &&
            (fmin(plus.hi, minus.hi) <= least || (w == 0.0 && k->b.hi == 0.0));
 }
-/* Sets up the map in own units, with the step as unit of time. Returns 0 if 1 + b s = 0, or if the
- * motion is so near a separatrix that the roots are not accurate enough. */
+/* Sets up the map in internal units, with the step as unit of time. Returns 0 if 1 + b s = 0, or if
+ * the motion is so near a separatrix that the roots are not accurate enough. */
 static int own_map(const exact_top *top, map_link k, kr_exact_map_form *map)
 {
     const dd i1 = equal_moment(top);

@@ -198,9 +198,9 @@ static inline void turn_over(exact_lanes *exact)
     exact->precession = -exact->precession;
 }
 
-/* Converts the closed form, except for the frame, from own units to the user's. `unit` is the own
- * unit of time, a power of two, and `momentum` the own unit of momentum, both in the user's
- * units. */
+/* Converts the closed form, except for the frame, from internal units to the user's. `unit` is the
+ * internal unit of time, a power of two, and `momentum` the internal unit of momentum, both in the
+ * user's units. */
 static inline void to_user(exact_lanes *exact, wide start, wide unit, wide momentum)
 {
     const wide rate = 1.0 / unit;

@@ -1,4 +1,4 @@
-/* Conversion of a user's scene to the working axes and own units of the closed form. A state's
+/* Conversion of a user's scene to the working axes and internal units of the closed form. A state's
  * error must not grow with time. Therefore nothing that determines a rate is rounded to doubles:
  * the attitude and mass * gravity * com are double-double products, and the units are powers of
  * two. This header is compiled once for each instruction set, because double-doubles are faster
@@ -8,7 +8,7 @@
 #include "math/exponent.h"
 #include "single.h"
 
-/* A top in own units, and the conversion back. */
+/* A top in internal units, and the conversion back. */
 typedef struct described_top {
     exact_top own;
     kr_quat axes; /* working axes -> frame of description */
@@ -68,8 +68,8 @@ static kr_status read_top(const kr_scene *scene, kr_kind kind, described_top *to
     if (fabs(own->lever.hi) < LEAST_LEVER) own->lever = dd_of(0.0);
     return KR_OK;
 }
-/* Converts the closed form to the frame of description and the user's units; `unit` is the own unit
- * of time. */
+/* Converts the closed form to the frame of description and the user's units; `unit` is the internal
+ * unit of time. */
 static void to_frame_and_units(kr_exact_form *exact, const described_top *top, double start,
                                double unit)
 {

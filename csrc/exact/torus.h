@@ -18,7 +18,7 @@ typedef struct kr_torus {
 } kr_torus;
 
 /* Functions that set up one plan and evaluate one state. If `own` is nonzero, the plan is in
- * working axes and own units and begins at time 0. `bound` is as in kr_kowalewski_plan. */
+ * working axes and internal units and begins at time 0. `bound` is as in kr_kowalewski_plan. */
 typedef struct kr_torus_scalar {
     size_t memory_size; /* of the plan and its set-up, in bytes */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);

@@ -79,8 +79,8 @@ static void turning_times(const initial *s, const turning *r, double *low, doubl
     if (kp <= 1e-74) *high = INFINITY;
     if (kp <= 1e-74 && !falls && here.hi > 0.0) *low = INFINITY;
 }
-/* Returns the members of the result that do not depend on the turning heights, in own units, for
- * gravity that points downwards. */
+/* Returns the members of the result that do not depend on the turning heights, in internal units,
+ * for gravity that points downwards. */
 static kr_turning_form turning_of_body(const exact_top *top, const initial *s, dd i1)
 {
     kr_turning_form r = {0};
@@ -94,8 +94,8 @@ static kr_turning_form turning_of_body(const exact_top *top, const initial *s, d
     r.least = r.greatest = turning_angle(s->minus, s->plus);
     return r;
 }
-/* Returns the turning points of a top whose lever is not negative, in own units. Times are measured
- * from the start. */
+/* Returns the turning points of a top whose lever is not negative, in internal units. Times are
+ * measured from the start. */
 static kr_turning_form turning_downwards(const exact_top *top)
 {
     const dd i1 = dd_half(two_sum(top->inertia.x, top->inertia.y));
@@ -133,7 +133,7 @@ static void flip_turning(kr_turning_form *r)
     r->difference = -r->difference;
     r->lever = -r->lever;
 }
-/* Converts turning points from own units to the user's. */
+/* Converts turning points from internal units to the user's. */
 static void turning_to_user(kr_turning_form *r, const kr_units *units, double start)
 {
     const double momentum = units->moment / units->time, energy = momentum / units->time;

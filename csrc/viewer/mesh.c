@@ -1,4 +1,4 @@
-/* Points for the page's picture of a top (see mesh.h). */
+/* Points for the viewer's picture of a top (see mesh.h). */
 #include <math.h>
 #include "mesh.h"
 #include "math/su2.h"

@@ -1,7 +1,7 @@
-/* Points for the page's picture of a top: a cuboid that represents the body, the trail of the apex,
- * and the elastic rod of the motion. Points are in space, relative to the fixed point. The caller
- * sets the lengths. The newest point comes first. By Kirchhoff's analogy the tangent of the rod is
- * the apex, and the arc length is the time (Bodack 2008, 5.7). */
+/* Points for the viewer's picture of a top: a cuboid that represents the body, the trail of the
+ * apex, and the elastic rod of the motion. Points are in space, relative to the fixed point. The
+ * caller sets the lengths. The newest point comes first. By Kirchhoff's analogy the tangent of the
+ * rod is the apex, and the arc length is the time (Bodack 2008, 5.7). */
 #ifndef KR_MESH_H
 #define KR_MESH_H
 #include "kreisel.h"

@@ -1,4 +1,4 @@
-/* The page's simulation (see simulation.h). */
+/* The viewer's simulation (see simulation.h). */
 #include <math.h>
 #include "simulation.h"
 

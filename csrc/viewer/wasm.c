@@ -1,18 +1,18 @@
-/* Functions for the browser page, in addition to kreisel.h: the simulation, the picture of the
- * tops, and constants from which the page is built. Compiled for WebAssembly only. The simulation
+/* Functions for the viewer, in addition to kreisel.h: the simulation, the picture of the
+ * tops, and constants from which the viewer is built. Compiled for WebAssembly only. The simulation
  * is global, because a page has exactly one. */
 #include <math.h>
 #include <stddef.h>
 #include "viewer/mesh.h"
 #include "viewer/simulation.h"
 
-/* Begins a function for the page. No header declares these functions, because no C code calls them.
- * The macro therefore adds the declaration that compilers require. */
+/* Begins a function for the viewer. No header declares these functions, because no C code calls
+ * them. The macro therefore adds the declaration that compilers require. */
 #define EXPORT(type, name, parameters)                                                             \
     KR_API type name parameters;                                                                   \
     KR_API type name parameters
 
-/* The page reads and writes these structures as arrays of doubles, with each member at a fixed
+/* The viewer reads and writes these structures as arrays of doubles, with each member at a fixed
  * index. If an index is wrong, the type declared here is an array of negative size, which does not
  * compile. */
 #define PLACE(type, part, place)                                                                   \
