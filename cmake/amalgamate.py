@@ -19,7 +19,7 @@ PUBLIC = CSRC / "kreisel.h"
 LEFT_OUT = ("/gsl/", "/wasm.c")  # as in CMakeLists.txt
 
 COMMENT = re.compile(r"/\*.*?\*/", re.S)
-INCLUDE = re.compile(r'#\s*include "(.+)"')
+INCLUDE = re.compile(r'#\s*include (?:"(.+)"|([A-Z]\w+))')
 DEFINE = re.compile(r"#\s*define (\w+)", re.M)
 SWITCH = re.compile(r"#\s*(?:if defined|ifdef) (\w+)$")
 GUARD = re.compile(r"\A((?:/\*.*?\*/\s*)*)#ifndef (\w+_H)\n#define \2\n(.*)#endif\n\Z", re.S)
@@ -48,9 +48,8 @@ HEAD = """\
 #  pragma fp_contract(off)
 #endif
 #if defined __x86_64__ && (defined __clang__ || (defined __GNUC__ && __GNUC__ >= 12)) && \\
-    !defined _MSC_VER && !defined KR_ONE_ISA && !defined KR_PLAIN && !defined KR_X86
-#  define KR_X86
-#endif
+    !defined _MSC_VER && !defined KR_ONE_ISA && !defined KR_PLAIN
+{with_isas}#endif
 """
 FOOT = """
 #if defined __clang__
@@ -96,7 +95,8 @@ class Unit:
                 continue
             self.parts.append((file, "".join(piece)))
             piece = []
-            self.include(find_file(file, included[1]))
+            default = included[2] and re.search(rf'define {included[2]} "(.+)"', text)
+            self.include(find_file(file, default[1] if default else included[1]))
         self.parts.append((file, "".join(piece)))
 
     def include(self, file):
@@ -176,11 +176,12 @@ def names_of(item):
         if re.match(r"(typedef )?enum\b", item):
             names |= set(re.findall(r"(\w+)\s*(?:=[^,}]*)?[,}]", item.split("{")[1]))
         return names
-    head = item.split("{")[0]
-    function = re.search(r"(\w+)\(", head)
-    if function and "=" not in head.split("(")[0]:
+    function = re.match(r"[^=]*?(\w+)\(", item)
+    if function:
         return {function[1]}
-    return set(re.findall(r"(\w+)(?:\[[^]]*\])*(?: [A-Z_]+)?\s*[=;]", head))
+    while "{" in item:
+        item = re.sub(r"\{[^{}]*\}", "", item)
+    return set(re.findall(r"(\w+)(?:\[[^]]*\])*(?: [A-Z_]+)?\s*[=;]", item))
 
 
 def names_of_macros(items):
@@ -274,13 +275,13 @@ def undefine(names):
     return "".join(f"#undef {name}\n" for name in sorted(names))
 
 
-def targeted(features, text):
+def targeted(isa, features, text):
     """Return a text whose functions are compiled for some features of the processor."""
     if not features:
         return text
     target = ",".join(features)
     return f"""
-#if defined KR_X86
+#if defined KR_WITH_{isa.upper()}
 #  if defined __clang__
 #    pragma clang attribute push(__attribute__((target("{target}"))), apply_to = function)
 #  else
@@ -297,19 +298,13 @@ def targeted(features, text):
 """
 
 
-def needed(units, isa, known):
-    """Return the units that export something for an instruction set, directly or indirectly."""
-    wanted, found = set(re.findall(rf"\b(\w+)_{isa}\b", known)), []
-    for name in re.findall(rf"^(\w+)\({isa}\)", known, re.M):  # lists of declarations
-        pass
-    while more := [u for u in units if u not in found and wanted & exports(u)]:
-        found += more
-        wanted |= {name for u in more for name in re.findall(r"KR_NAME\((\w+)\)", u.text_of(u.source))}
-    return [unit for unit in units if unit in found]
-
-
-def exports(unit):
-    return set(EXPORT.findall(unit.text_of(unit.source)))
+def declared(isa, text):
+    """Return the names, without the instruction set, that a text declares for it."""
+    names = set(re.findall(rf"\b(\w+)_{isa}\b", text))
+    for macro in re.findall(rf"^(\w+)\({isa}\)$", text, re.M):
+        body = re.search(rf"^#define {macro}\(.*?[^\\]\n", text, re.S | re.M)
+        names |= set(re.findall(r"\b(\w+)_##", body[0]))
+    return names
 
 
 def amalgamate():
@@ -332,13 +327,16 @@ def amalgamate():
     live = {"KR_ISA"} | set(DEFINE.findall(body)) - optional(body)
     for isa, features in instruction_sets().items():
         sections = []
-        for unit in needed(units, isa, COMMENT.sub("", body)):
+        known = declared(isa, COMMENT.sub("", body))
+        for unit in units:
+            if not known & set(EXPORT.findall(unit.text_of(unit.source))):
+                continue
             text, macros = section(unit, isa, features, common)
             now = macros | set()
             sections.append(undefine(live & now) + text)
             live = live - now
             sections.append(undefine(now))
-        out.append(targeted(features, "".join(sections)))
+        out.append(targeted(isa, features, "".join(sections)))
     return "".join(out) + FOOT
 
 
@@ -347,6 +345,9 @@ def head(system):
     version = re.search(r'KR_VERSION "(.+)"', PUBLIC.read_text())[1]
     return HEAD.format(
         version=version,
+        with_isas="".join(
+            f"#  define KR_WITH_{isa.upper()}\n" for isa, features in instruction_sets().items() if features
+        ),
         license=license.rstrip("\n").removesuffix(" *"),
         system="\n".join(f"#include {name}" for name in sorted(system)),
         options=", ".join(f'"{o}"' for o in STRICT),
