@@ -263,7 +263,23 @@ def section(unit, isa, features, common):
         text = shorter
     macros = "".join(f"#define KR_TARGET_{name.upper()}\n" for name in features)
     defined = {*DEFINE.findall(macros + text), "KR_ISA"} - optional(text)
-    return f"\n/* {unit.source.relative_to(CSRC)} */\n#define KR_ISA {isa}\n{macros}{text}", defined
+    text = with_options(unit.source, f"#define KR_ISA {isa}\n{macros}{text}")
+    return f"\n/* {unit.source.relative_to(CSRC)} */\n{text}", defined
+
+
+def with_options(source, text):
+    """Return a text that is compiled with the options of its source in CMakeLists.txt."""
+    name = source.relative_to(ROOT).as_posix()
+    pattern = rf"\({name}\s+PROPERTIES COMPILE_OPTIONS -f([\w-]+)\)"
+    option = re.search(pattern, (ROOT / "CMakeLists.txt").read_text())
+    if not option:
+        return text
+    begin = f'#  pragma GCC push_options\n#  pragma GCC optimize("{option[1]}")\n'
+    return for_gcc(begin) + text + for_gcc("#  pragma GCC pop_options\n")
+
+
+def for_gcc(text):
+    return f"#if defined __GNUC__ && !defined __clang__\n{text}#endif\n"
 
 
 def optional(text):
@@ -287,6 +303,7 @@ def targeted(isa, features, text):
 #  else
 #    pragma GCC push_options
 #    pragma GCC target("{target}")
+#    pragma GCC optimize("align-functions=64")
 #  endif
 {text}
 #  if defined __clang__

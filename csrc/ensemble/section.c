@@ -50,7 +50,8 @@ int kr_section_set_goal(kr_worker *worker, int lane)
 }
 
 /* Returns 1 if the condition of the event holds at the state `s`. */
-static int is_section_condition_true(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
+static int is_section_condition_true(const kr_worker *worker, const kr_slot *slot,
+                                     const kr_state *s)
 {
     const kr_event *event = &worker->event;
     const kr_scene *scene = &worker->tops->scenes[slot->top];
