@@ -28,12 +28,12 @@
  * memory. APART marks functions that a kernel rarely needs and may call. If KR_SMALL is defined,
  * the compiler decides about inlining, for smaller code. KR_LONG_FUNCTIONS marks files whose code
  * without fused multiply-add is small rather than fast, unless it is for the only instruction set. */
-#if defined KR_LONG_FUNCTIONS && !defined KR_FUSED && !defined KR_SMALL
+#if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
-#    define KR_SMALL
+#    define KR_SMALL_FILE
 #  endif
 #endif
-#if defined __GNUC__ && !defined KR_SMALL
+#if defined __GNUC__ && !defined KR_SMALL && !defined KR_SMALL_FILE
 #  define INLINE static inline __attribute__((always_inline))
 #  define APART static __attribute__((noinline))
 #else
