@@ -247,7 +247,8 @@ def rename(items, prefix):
 
         struct = STRUCT.match(item) if is_type(item) else None
         if not struct:
-            return TOKEN.sub(rename_token, item)
+            text = TOKEN.sub(rename_token, item)
+            return re.sub(rf"(offsetof\(\w+, ){prefix}", r"\1", text)  # a member
         outside = [TOKEN.sub(rename_token, struct[i]) for i in (1, 3)]
         return outside[0] + MEMBER_TYPE.sub(rename_token, struct[2]) + outside[1]
 
