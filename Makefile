@@ -1,5 +1,5 @@
 # Build, test and document kreisel. .ci/need installs the tools; .ci/test runs the tests.
-.PHONY: help build viewer report wheel test fuzz view docs clean installed
+.PHONY: help build viewer report wheel amalgamation test fuzz view docs clean installed
 # Make builds independent of the caller's make flags, of Ninja, and of the compilers that Python was built with.
 unexport MAKEFLAGS
 export CC CXX
@@ -14,7 +14,7 @@ export CCACHE_NOHASHDIR := 1
 endif
 
 help:   ## print this list
-	@awk -F ':[^#]*## ' '/^[a-z]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':[^#]*## ' '/^[a-z]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' Makefile
 
 build:  ## build the library and the Python package, with the dependencies of report and tests, in .venv
 	@.ci/need build
@@ -34,6 +34,9 @@ report: build   ## measure accuracy, speed and stability of every method; write 
 
 wheel: build    ## build the wheel without GSL, and test it in an empty environment
 	@.ci/wheel
+
+amalgamation:   ## write the C library as one file, in build/amalgamation; needs Python only
+	@python3 cmake/amalgamate.py
 
 test: build     ## run the tests: in C, in C under sanitizers, and in Python
 	@.ci/test

@@ -104,11 +104,6 @@ static kr_status find_fixed_state(kr_top *top, double t, kr_state *state)
     if (status != KR_OK || is_at_grid_point(top, point, t)) return status;
     return kr_steps_off_grid(top, state, (t - grid_time(top, point)) / top->time_unit, state);
 }
-/* Returns the time from the start to the user's time t, in internal units. */
-static double time_since_start(const kr_top *top, double t)
-{
-    return (t - top->scene.start.t) / top->time_unit;
-}
 /* Returns the part of time_since_start(top, t) that a double cannot store. */
 static double time_since_start_low(const kr_top *top, double t)
 {

@@ -50,7 +50,8 @@ int kr_section_set_goal(kr_worker *worker, int lane)
 }
 
 /* Returns 1 if the condition of the event holds at the state `s`. */
-static int is_condition_true(const kr_worker *worker, const kr_slot *slot, const kr_state *s)
+static int is_section_condition_true(const kr_worker *worker, const kr_slot *slot,
+                                     const kr_state *s)
 {
     const kr_event *event = &worker->event;
     const kr_scene *scene = &worker->tops->scenes[slot->top];
@@ -86,7 +87,7 @@ static int accept_event(kr_worker *worker, int lane, double place)
         kr_scheduler_fall_back(worker, lane);
         return 0;
     }
-    if (!is_condition_true(worker, slot, &s)) return 1;
+    if (!is_section_condition_true(worker, slot, &s)) return 1;
     kr_worker_store_state(worker, slot, kr_scheduler_accumulators(worker, lane), &s);
     return kr_section_set_goal(worker, lane);
 }

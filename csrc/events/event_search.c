@@ -6,11 +6,6 @@
 #include "sign_changes.h"
 #include "event_polynomial.h"
 
-/* Returns the time from the start to the user's time t, in internal units. */
-static double time_since_start(const kr_top *top, double t)
-{
-    return (t - top->scene.start.t) / top->time_unit;
-}
 /* Converts `clock`, a time inside the last step in internal units, to the user's time. If rounding
  * has moved the result out of the step, moves it back by one double. */
 static double user_time_in_step(const kr_top *top, double clock)

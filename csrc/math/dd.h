@@ -7,6 +7,7 @@
 #ifndef KR_DD_H
 #define KR_DD_H
 #include <math.h>
+#include "isa.h"
 
 /* A dd_part is the type of hi and lo; a dd_truth is the result of comparing two of them. */
 #if defined KR_DD_LANES
@@ -74,7 +75,7 @@ static inline dd two_sum(dd_part a, dd_part b)
 static inline dd two_product(dd_part a, dd_part b)
 {
     const dd_part product = a * b;
-#if defined __FMA__ || defined __aarch64__
+#if defined KR_FMA || defined __aarch64__
     return dd_make(product, part_fma(a, b, -product));
 #else
     /* Veltkamp's splitting into halves of 26 bits, and Dekker's sum of their products. */

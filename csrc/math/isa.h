@@ -6,10 +6,34 @@
 #define KR_ISA_H
 #include <math.h> /* FP_FAST_FMA */
 
+/* The features of x86 that the code uses. kreisel.c (cmake/amalgamate.py) selects them by attributes
+ * of functions, of which clang does not tell the preprocessor, and therefore defines KR_TARGET_AVX2
+ * etc. */
+#if defined __FMA__ || defined KR_TARGET_FMA
+#  define KR_FMA
+#endif
+#if defined __AVX2__ || defined KR_TARGET_AVX2
+#  define KR_AVX2
+#endif
+#if defined __AVX512F__ || defined KR_TARGET_AVX512F
+#  define KR_AVX512
+#endif
+/* KR_FUSED: the hardware has fused multiply-add. The results depend on KR_FUSED, but not otherwise
+ * on the instruction set. */
+#if defined KR_FMA || defined __aarch64__ || defined FP_FAST_FMA
+#  define KR_FUSED
+#endif
+
 /* A kernel is one loop without function calls, because a call would save all vector registers to
  * memory. APART marks functions that a kernel rarely needs and may call. If KR_SMALL is defined,
- * the compiler decides about inlining, for smaller code. */
-#if defined __GNUC__ && !defined KR_SMALL
+ * the compiler decides about inlining, for smaller code. KR_LONG_FUNCTIONS marks files whose code
+ * without fused multiply-add is small rather than fast, unless it is for the only instruction set. */
+#if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
+#  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
+#    define KR_SMALL_FILE
+#  endif
+#endif
+#if defined __GNUC__ && !defined KR_SMALL && !defined KR_SMALL_FILE
 #  define INLINE static inline __attribute__((always_inline))
 #  define APART static __attribute__((noinline))
 #else
@@ -36,11 +60,6 @@
 #  define KR_BASE_NAME "neon"
 #elif !defined KR_BASE_NAME
 #  define KR_BASE_NAME "base"
-#endif
-/* KR_FUSED: the hardware has fused multiply-add. The results depend on KR_FUSED, but not otherwise
- * on the instruction set. */
-#if defined __FMA__ || defined __aarch64__ || defined FP_FAST_FMA
-#  define KR_FUSED
 #endif
 #if !defined KR_ISA
 #  define KR_ISA base

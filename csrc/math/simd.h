@@ -50,14 +50,14 @@ INLINE wide wide_choose(mask m, wide yes, wide no) { return (wide)vbslq_f64(m, y
 INLINE wide wide_fma(wide a, wide b, wide c) { return (wide)vfmaq_f64(c, a, b); }
 #else
 #  include <immintrin.h>
-#  if defined __AVX512F__
+#  if defined KR_AVX512
 enum { LANES = 8 };
 #    define WIDE_DO(what, ...) _mm512_##what(__VA_ARGS__)
 #    define WIDE_LESS(a, b) _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ)
 #    define WIDE_AT_MOST(a, b) _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ)
 #    define WIDE_EQUAL(a, b) _mm512_cmp_pd_mask(a, b, _CMP_EQ_OQ)
 typedef __mmask8 mask;
-#  elif defined __AVX2__
+#  elif defined KR_AVX2
 enum { LANES = 4 };
 #    define WIDE_DO(what, ...) _mm256_##what(__VA_ARGS__)
 #    define WIDE_LESS(a, b) _mm256_cmp_pd(a, b, _CMP_LT_OQ)
@@ -79,7 +79,7 @@ INLINE wide wide_sqrt(wide a) { return (wide)WIDE_DO(sqrt_pd, a); }
 INLINE mask wide_less(wide a, wide b) { return WIDE_LESS(a, b); }
 INLINE mask wide_at_most(wide a, wide b) { return WIDE_AT_MOST(a, b); }
 INLINE mask wide_equal(wide a, wide b) { return WIDE_EQUAL(a, b); }
-#  if defined __AVX512F__
+#  if defined KR_AVX512
 INLINE mask mask_and(mask a, mask b) { return (mask)(a & b); }
 INLINE mask mask_or(mask a, mask b) { return (mask)(a | b); }
 INLINE mask mask_not(mask a) { return (mask)~a; }
@@ -95,7 +95,7 @@ INLINE wide wide_choose(mask m, wide yes, wide no)
     return (wide)WIDE_DO(or_pd, WIDE_DO(and_pd, m, yes), WIDE_DO(andnot_pd, m, no));
 }
 #  endif
-#  if defined __FMA__
+#  if defined KR_FMA
 INLINE wide wide_fma(wide a, wide b, wide c) { return (wide)WIDE_DO(fmadd_pd, a, b, c); }
 #  else
 INLINE wide wide_fma(wide a, wide b, wide c) { return a * b + c; }
@@ -127,7 +127,7 @@ INLINE wide wide_of_bits(wide_integer a)
  * afterwards. */
 INLINE void wide_leave(void)
 {
-#if defined __AVX__ && !defined KR_ONE_LANE && !defined KR_PLAIN
+#if defined KR_AVX2 && !defined KR_ONE_LANE && !defined KR_PLAIN
     _mm256_zeroupper();
 #endif
 }

@@ -26,7 +26,7 @@ INLINE triple triple_all(duo x, duo y, duo z)
     return r;
 }
 /* Returns the same vector for all deviations. */
-INLINE triple triple_of(const double four[4])
+INLINE triple triple_of(const double *four)
 {
     return triple_all(duo_lane(four, 1), duo_lane(four, 2), duo_lane(four, 3));
 }
@@ -51,7 +51,7 @@ INLINE triple triple_sub(triple a, triple b)
 INLINE triple triple_next(triple a) { return triple_all(a.y, a.z, a.x); }
 INLINE triple triple_prev(triple a) { return triple_all(a.z, a.x, a.y); }
 INLINE turned next_prev(triple a) { return a; }
-INLINE path_term path_term_of(const double four[4]) { return four; }
+INLINE path_term path_term_of(const double *four) { return four; }
 INLINE path_term path_zero(void) { return NULL; }
 INLINE turned turned_zero(void) { return triple_splat(duo_splat(0.0)); }
 INLINE halves halves_zero(void)

@@ -1,5 +1,6 @@
 /* Tangents in double-double, for 20 and 30 digits. This file is compiled once for each instruction
  * set. */
+#define KR_LONG_FUNCTIONS
 #include "quat_simd_dd.h"
 enum { WORDS = 2 };
 #include "deviation_single.h"

@@ -22,7 +22,7 @@
  * the instruction cache only if vectors have eight lanes. With narrower vectors loops are not
  * unrolled, and a function marked PER_ORDER has one copy for all orders. If KR_ROLLED is defined,
  * loops are not unrolled on any hardware. */
-#if !defined __AVX512F__ || defined KR_PLAIN || defined KR_ROLLED
+#if !defined KR_AVX512 || defined KR_PLAIN || defined KR_ROLLED
 #  define UNROLL
 #  define PER_ORDER static
 #elif defined __clang__
@@ -93,7 +93,7 @@ typedef double one;
 PAIRED(two, one, 2)
 #  define two_mix(a, i, b, j) two_of((i) ? (a).hi : (a).lo, (j) ? (b).hi : (b).lo)
 #else
-#  if defined __FMA__
+#  if defined KR_FMA
 NATIVE(two, 2, _mm_fmadd_pd(a, b, c))
 #  elif defined KR_NEON
 NATIVE(two, 2, vfmaq_f64(c, a, b))
@@ -106,7 +106,7 @@ NATIVE(two, 2, a *b + c)
 /* `quad` is a quaternion. quad_i, quad_j and quad_k permute its lanes as in a multiplication by the
  * unit i, j or k. The caller applies the signs. quad_next and quad_prev permute the vector part
  * cyclically: (x,y,z) -> (y,z,x) and (z,x,y). */
-#if defined __AVX2__ && !defined KR_PLAIN
+#if defined KR_AVX2 && !defined KR_PLAIN
 NATIVE(quad, 4, _mm256_fmadd_pd(a, b, c))
 #  define quad_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
 INLINE quad quad_i(quad a) { return quad_lanes(a, 1, 0, 3, 2); }
@@ -133,7 +133,7 @@ INLINE quad quad_prev(quad a)
 /* `duo` is two quaternions. duo_i, duo_j and duo_k permute both quaternions. duo_lo and duo_hi
  * return one of them. duo_next_prev and duo_prev_next return both cyclic permutations of one
  * vector. */
-#if defined __AVX512F__ && !defined KR_PLAIN
+#if defined KR_AVX512 && !defined KR_PLAIN
 NATIVE(duo, 8, _mm512_fmadd_pd(a, b, c))
 #  define duo_lanes(a, ...) __builtin_shufflevector(a, a, __VA_ARGS__)
 INLINE duo duo_i(duo a) { return duo_lanes(a, 1, 0, 3, 2, 5, 4, 7, 6); }
@@ -168,7 +168,7 @@ INLINE double lone_fma(double a, double b, double c) { return a * b + c; }
 /* Operations of series.h that quat_simd_dd.h redefines for double-double. duo_lane broadcasts one
  * number of w, duo_scale multiplies by eight exact numbers, duo_span is the difference of two
  * times, and duo_inverse is 1 / n. */
-INLINE duo duo_lane(const double w[4], int lane) { return duo_splat(w[lane]); }
+INLINE duo duo_lane(const double *w, int lane) { return duo_splat(w[lane]); }
 INLINE duo duo_scale(const double exact[8], duo a) { return duo_mul(duo_load(exact), a); }
 INLINE duo duo_span(const double *from, const double *to) { return duo_splat(*to - *from); }
 INLINE quad quad_span(const double *from, const double *to) { return quad_splat(*to - *from); }

@@ -13,6 +13,7 @@ PYTHON = [
     "tests",
     "docs",
     "examples",
+    "cmake",
     ".ci/names",
     ".ci/requirements",
     ".ci/wheel.py",

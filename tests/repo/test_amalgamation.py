@@ -1,0 +1,129 @@
+"""The library as one file, written by cmake/amalgamate.py.
+
+The C tests run against this file as well, in .ci/test (KREISEL_AMALGAMATED).
+"""
+
+import importlib.util
+import re
+import sys
+from collections import defaultdict
+
+import pytest
+from toolbox import CSRC, ROOT, need, run
+
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+TESTS = ROOT / "tests/c"
+# -O0 keeps these tests short. zig adds checks of undefined behaviour to unoptimized code.
+ZIG = [sys.executable, "-m", "ziglang", "cc", "-O0", "-fno-sanitize=undefined"]
+
+
+@pytest.fixture(scope="module")
+def script():
+    spec = importlib.util.spec_from_file_location("amalgamate", ROOT / "cmake/amalgamate.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    to = tmp_path_factory.mktemp("amalgamation")
+    run(sys.executable, ROOT / "cmake/amalgamate.py", to)
+    return to
+
+
+def output(program, library, folder):
+    """Return the output of a program of tests/c that is linked with the object `library`."""
+    flags = ["-std=c99", "-ffp-contract=off", f"-I{CSRC}"]
+    run("gcc", *flags, TESTS / f"{program}.c", library, "-lm", "-o", folder / program)
+    return run(folder / program)
+
+
+def kernels_of(text):
+    """Return the lines of tests/c/kernels.c for each instruction set."""
+    found = defaultdict(list)
+    for line in text.splitlines():
+        isa, bits = line.split(maxsplit=1)
+        found[isa].append(bits)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("compiler", "options"),
+    [("gcc", ["-std=gnu17"]), ("clang", ["-std=c99"]), ("gcc", ["-std=c99", "-DKR_ONE_ISA"])],
+)
+def test_the_file_gives_the_bits_of_the_library(folder, tmp_path, compiler, options):
+    need(compiler, "gcc")
+    library = tmp_path / "kreisel.o"
+    run(compiler, "-O2", *options, *WARNINGS, "-c", folder / "kreisel.c", "-o", library)
+    for name in ("golden", "snapshot"):
+        assert output(name, library, tmp_path) == (TESTS / f"{name}.txt").read_text()
+    golden = (TESTS / "kernels.txt").read_text().splitlines()
+    kernels = kernels_of(output("kernels", library, tmp_path))
+    for isa, lines in kernels.items():
+        assert len(lines) >= 55, isa
+        assert lines == [li for li in golden if li.split()[0] == lines[0].split()[0]], isa
+    assert (len(kernels) == 1) == ("-DKR_ONE_ISA" in options or "avx2" not in kernels)
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        "x86_64-linux-gnu",
+        "x86_64-windows-gnu",
+        "aarch64-linux-gnu",
+        "aarch64-macos",
+        "wasm32-wasi",
+        "thumb-linux-musleabihf",
+        "arm-linux-musleabihf",
+        "riscv64-linux-gnu",
+    ],
+)
+def test_zig_compiles_the_file_without_warning(folder, tmp_path, target):
+    flags = ["-target", target, "-std=c99", *WARNINGS]
+    run(*ZIG, *flags, "-c", folder / "kreisel.c", "-o", tmp_path / "kreisel.o")
+
+
+def test_the_header_is_the_public_header(folder):
+    assert (folder / "kreisel.h").read_bytes() == (CSRC / "kreisel.h").read_bytes()
+
+
+def test_make_needs_no_environment():
+    command = run("make", "--dry-run", "--no-print-directory", "amalgamation")
+    assert command == "python3 cmake/amalgamate.py\n"
+    run("make", "amalgamation")
+    assert (ROOT / "build/amalgamation/kreisel.c").is_file()
+
+
+def test_no_two_files_define_the_same_name(script):
+    """Compare the files that follow one another in kreisel.c."""
+    plain, _ = script.read_units()
+    files = {file for file, _ in plain.parts if file and file.suffix != ".def"}
+    assert len(files) > 60
+    owners = defaultdict(set)
+    for file in files:
+        text = re.sub(r"^#.*?(?<!\\)$", "", file.read_text(), flags=re.M | re.S)
+        for item in script.split_items(text):
+            is_declaration = re.fullmatch(r"(typedef )?struct [^{]*;\n", item)
+            if script.is_static(item) or (script.is_type(item) and not is_declaration):
+                for name in script.names_of(item):
+                    owners[name].add(file.relative_to(CSRC).as_posix())
+    assert {"time_since_start", "dd", "KR_TAYLOR_MAX"} <= owners.keys()
+    assert {name: found for name, found in owners.items() if len(found) > 1} == {}
+
+
+def test_every_section_has_the_features_that_its_instruction_set_is_tested_for(script, folder):
+    text = (folder / "kreisel.c").read_text()
+    sets = script.instruction_sets()
+    assert sets.keys() == {"base", "avx2", "avx512"} and sets["base"] == []
+    for isa, features in sets.items():
+        assert text.count(f"#define KR_ISA {isa}\n") >= 11
+        assert not features or f'GCC target("{",".join(features)}")' in text
+
+
+def test_options_of_single_files_are_those_of_the_build(folder):
+    """Compare CMakeLists.txt with the pragmas of kreisel.c."""
+    options = re.findall(r"COMPILE_OPTIONS -f([\w-]+)\)", (ROOT / "CMakeLists.txt").read_text())
+    assert options == ["tree-vectorize"]
+    text = (folder / "kreisel.c").read_text()
+    assert text.count('#  pragma GCC optimize("tree-vectorize")\n') == 3
