@@ -676,11 +676,15 @@ typedef struct kr_goryachev_chaplygin {
     int refusal; /* a kr_chaplygin_refusal */
 } kr_goryachev_chaplygin;
 #define KR_CHAPLYGIN_BOUND 1e-11
-/* The next four functions are like those of Kowalewski tops. */
+/* Returns the size of the memory that kr_goryachev_chaplygin_plan needs, in bytes. */
 KR_API size_t kr_goryachev_chaplygin_size(void);
+/* Computes the closed form of a scene in `memory`, like kr_kowalewski_plan. If `bound` is 0,
+ * KR_CHAPLYGIN_BOUND is used. */
 KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void *memory,
                                              const kr_goryachev_chaplygin **out);
+/* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
+/* Writes n states. They are bitwise equal to those of kr_goryachev_chaplygin_state, but faster. */
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);
 

@@ -7,7 +7,7 @@
 #include <math.h> /* FP_FAST_FMA */
 
 /* The features of x86 that the code uses. kreisel.c (cmake/amalgamate.py) selects them by attributes
- * of functions, of which clang does not tell the preprocessor, and therefore defines KR_TARGET_AVX2
+ * of functions. Clang defines no macros for such attributes, so kreisel.c defines KR_TARGET_AVX2
  * etc. */
 #if defined __FMA__ || defined KR_TARGET_FMA
 #  define KR_FMA
@@ -27,7 +27,8 @@
 /* A kernel is one loop without function calls, because a call would save all vector registers to
  * memory. APART marks functions that a kernel rarely needs and may call. If KR_SMALL is defined,
  * the compiler decides about inlining, for smaller code. KR_LONG_FUNCTIONS marks files whose code
- * without fused multiply-add is small rather than fast, unless it is for the only instruction set. */
+ * without fused multiply-add is small rather than fast, unless it is for the only instruction
+ * set. */
 #if defined KR_LONG_FUNCTIONS && !defined KR_FUSED
 #  if defined KR_WITH_AVX2 || defined KR_WITH_AVX512 || defined KR_ONE_ISA
 #    define KR_SMALL_FILE
