@@ -48,8 +48,8 @@ static kr_status plan_of_user(const kr_torus_form *form, const kr_scene *scene, 
     if (!memory || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
     return kr_torus_widest_isa(form)->scalar->plan(scene, 0, bound, memory);
 }
-static void evaluate(const kr_torus_form *form, const void *plan, size_t n, const double t[],
-                     kr_state out[])
+static void evaluate_form(const kr_torus_form *form, const void *plan, size_t n, const double t[],
+                          kr_state out[])
 {
     const kr_torus_isa *isa = kr_torus_widest_isa(form);
     if (isa->evaluate) {
@@ -82,7 +82,7 @@ kr_state kr_kowalewski_state(const kr_kowalewski *top, double t)
 }
 void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[], kr_state out[])
 {
-    evaluate(&kr_kowalewski_form, top, n, t, out);
+    evaluate_form(&kr_kowalewski_form, top, n, t, out);
 }
 const char *kr_kowalewski_refusal_text(int refusal)
 {
@@ -113,7 +113,7 @@ kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double 
 void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n, const double t[],
                                    kr_state out[])
 {
-    evaluate(&kr_chaplygin_form, top, n, t, out);
+    evaluate_form(&kr_chaplygin_form, top, n, t, out);
 }
 const char *kr_goryachev_chaplygin_refusal_text(int refusal)
 {
