@@ -39,6 +39,10 @@ HEAD = """\
 {license} */
 #include "kreisel.h"
 {system}
+#if defined __OPTIMIZE_SIZE__       /* -Os */
+#  define KR_SMALL
+#  define KR_NO_BATCHES
+#endif
 /* The results depend on the order of operations. Products and sums must not be fused, even if the
  * compiler's options allow it. Vectorization is off, because gcc 12 fuses where it vectorizes. */
 #if defined __clang__

@@ -1,17 +1,18 @@
 """Measure the code that programs link: prints the table of the page on embedding.
 
-python tests/repo/sizes.py FOLDER > docs/sizes.md      FOLDER keeps the builds
+    python tests/repo/sizes.py > docs/sizes.md
 
-A size is what `size` reports as text and data of a program that links the static library with
---gc-sections, less the size of an empty program. The C library is shared, and does not count.
+A program is linked with kreisel.c (cmake/amalgamate.py), compiled for one instruction set, by
+--gc-sections. Its size is what `size` reports as text and data, less that of an empty program. The
+C library is shared, and does not count.
 """
 
-import os
 import platform
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from toolbox import CSRC, ROOT, run
@@ -44,75 +45,66 @@ int main(void)
 EMPTY = "int main(void) { return 0; }\n"
 
 
-def write_everything():
-    """Return a program that refers to every function of the header."""
+def write_everything(omitted=None):
+    """Return a program that refers to every function of the header, except `omitted` names."""
     header = re.sub(r"/\*.*?\*/", "", (CSRC / "kreisel.h").read_text(), flags=re.DOTALL)
     names = sorted(set(re.findall(r"\b(kr_\w+)\(", header)))
-    table = ", ".join(f"(function)&{name}" for name in names)
+    table = ", ".join(
+        f"(function)&{name}" for name in names if not (omitted and re.search(omitted, name))
+    )
     return (
         "#include <kreisel.h>\n"
         "typedef void (*function)(void);\n"
-        f"extern const function functions[{len(names)}];\n"
-        f"const function functions[{len(names)}] = {{{table}}};\n"
-        "const function *volatile first = functions;\n"  # volatile: the compiler keeps the table
-        "int main(void) { return first[0] == 0; }\n"
+        "extern const function functions[];\n"
+        f"const function functions[] = {{{table}}};\n"
+        "int main(int count, char **words)\n"
+        "{\n"
+        "    functions[count]();\n"
+        "    return words != 0;\n"
+        "}\n"
     )
 
 
-EVERYTHING = write_everything()
-# The rows of the table: label, program, build of the library, limit in kB at -Os on x86_64.
+TORUS = "kowalewski_|chaplygin_"
+# The rows of the table: label, program, options of kreisel.c, limit in kB at -Os on x86_64.
 ROWS = (
-    ("one splitting method, `kr_method_strang`", MOVING % "strang", "one", 40),
-    ("closed form, `kr_exact_plan` and `kr_exact_state`", CLOSED_FORM, "one", 105),
-    ("Taylor series, `kr_method_taylor`, up to 16 digits", MOVING % "taylor", "short", 135),
-    ("Taylor series, `kr_method_taylor`, up to 30 digits", MOVING % "taylor", "one", 135),
-    ("everything on one instruction set, up to 16 digits", EVERYTHING, "short", None),
-    ("everything on one instruction set, up to 30 digits", EVERYTHING, "one", None),
-    ("everything on all instruction sets", EVERYTHING, "all", None),
+    ("one splitting method, `kr_method_strang`", MOVING % "strang", (), 40),
+    ("closed form, `kr_exact_plan` and `kr_exact_state`", CLOSED_FORM, (), 105),
+    ("Taylor series, `kr_method_taylor`, 30 digits, tangents", MOVING % "taylor", (), 135),
+    (
+        "everything, with `-DKR_NO_TORUS`",
+        write_everything(TORUS),
+        ("-DKR_NO_TORUS",),
+        270,
+    ),
+    ("everything", write_everything(), (), None),
 )
-ONE_ISA = {"x86_64": "sse2", "arm64": "neon"}
-SHORT = ["-DKREISEL_DIGITS=16", "-DKREISEL_TANGENTS=OFF"]
-LEVELS = {"-Os": ["-DCMAKE_BUILD_TYPE=MinSizeRel"], "-O2": ["-DCMAKE_C_FLAGS_RELEASE=-O2"]}
+LEVELS = {"-Os": ["-Os", "-fno-asynchronous-unwind-tables"], "-O2": ["-O2"]}
 COLUMNS = [(processor, level) for processor in ("x86_64", "arm64") for level in ("-Os", "-O2")]
 NONE = "-"
 ARM_TARGET = "aarch64-linux-gnu"
 
 
-def write_wrapper(folder, name, *command):
-    """Write a shell script that runs a command with further arguments, and return its path."""
-    script = Path(folder) / name
-    script.write_text(f'#!/bin/sh\nexec {" ".join(command)} "$@"\n')
-    script.chmod(0o755)
-    return script
-
-
-def find_compiler(processor, folder):
-    """Return the compiler for a processor and its options of CMake; None if there is none."""
+def find_compiler(processor):
+    """Return the command of a compiler for a processor; None if there is none."""
     if platform.machine() == {"x86_64": "x86_64", "arm64": "aarch64"}[processor]:
-        return ("gcc", []) if shutil.which("gcc") else None
+        return ["gcc"] if shutil.which("gcc") else None
     if processor == "x86_64":
         return None
-    cross = ["-DCMAKE_SYSTEM_NAME=Linux", "-DCMAKE_SYSTEM_PROCESSOR=aarch64"]
-    if shutil.which(f"{ARM_TARGET}-gcc"):
-        return f"{ARM_TARGET}-gcc", cross
-    if subprocess.run([sys.executable, "-c", "import ziglang"], capture_output=True).returncode:
-        return None
-    zig = [f'"{sys.executable}"', "-m", "ziglang"]
-    compiler = write_wrapper(folder, "zig-cc", *zig, "cc", "-target", ARM_TARGET)
-    archiver, index = (write_wrapper(folder, f"zig-{s}", *zig, s) for s in ("ar", "ranlib"))
-    return compiler, [*cross, f"-DCMAKE_AR={archiver}", f"-DCMAKE_RANLIB={index}"]
+    has_zig = subprocess.run([sys.executable, "-c", "import ziglang"], capture_output=True)
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", ARM_TARGET]
+    return zig if has_zig.returncode == 0 else None
 
 
-def build_library(folder, processor, level, kind):
-    """Build the static library, and return its file."""
-    compiler, options = find_compiler(processor, folder)
-    build = Path(folder) / f"{processor}{level}-{kind}"
-    options = [*options, *LEVELS[level], "-DKREISEL_TESTS=OFF", f"-DCMAKE_C_COMPILER={compiler}"]
-    options += [] if kind == "all" else [f"-DKREISEL_ISA={ONE_ISA[processor]}"]
-    options += SHORT if kind == "short" else []
-    run("cmake", "-S", ROOT, "-B", build, *options)
-    run("cmake", "--build", build, "--target", "kreisel_static", "--parallel", os.cpu_count())
-    return build / "libkreisel.a"
+def compile_library(folder, compiler, level, options):
+    """Compile kreisel.c for one instruction set, and return the object file."""
+    to = Path(folder) / f"kreisel{''.join(options)}.o"
+    if not to.exists():
+        run(sys.executable, ROOT / "cmake/amalgamate.py", folder)
+        flags = ["-std=c99", *LEVELS[level], "-ffunction-sections", "-fdata-sections"]
+        source = Path(folder) / "kreisel.c"
+        run(*compiler, *flags, "-DKR_ONE_ISA", *options, "-c", source, "-o", to)
+    return to
 
 
 def link_program(folder, compiler, level, text, library):
@@ -120,7 +112,7 @@ def link_program(folder, compiler, level, text, library):
     source, program = Path(folder) / "program.c", Path(folder) / "program"
     source.write_text(text)
     linking = ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", library, "-lm"]
-    run(compiler, "-std=c99", level, f"-I{CSRC}", source, *linking, "-o", program)
+    run(*compiler, "-std=c99", *LEVELS[level], f"-I{CSRC}", source, *linking, "-o", program)
     return program
 
 
@@ -131,20 +123,28 @@ def sum_sections(program):
 
 
 def measure_column(folder, processor, level):
-    """Return the size of each row in kB of 1000 bytes, or None in each row without a compiler."""
-    found = find_compiler(processor, folder)
-    if found is None:
+    """Return the size of each row in kB, 1000 bytes; None if no compiler is there."""
+    compiler = find_compiler(processor)
+    if compiler is None:
         return [None for _ in ROWS]
-    libraries, sizes = {}, []
-    for _, text, kind, _ in ROWS:
-        if processor == "arm64" and kind == "all":  # every arm64 has NEON, and nothing more
-            kind = "one"
-        if kind not in libraries:
-            libraries[kind] = build_library(folder, processor, level, kind)
-        programs = [(text, libraries[kind]), (EMPTY, libraries[kind])]
-        used, empty = (sum_sections(link_program(folder, found[0], level, *p)) for p in programs)
+    sizes = []
+    for _, text, options, _ in ROWS:
+        library = compile_library(folder, compiler, level, options)
+        used, empty = (
+            sum_sections(link_program(folder, compiler, level, program, library))
+            for program in (text, EMPTY)
+        )
         sizes.append(round((used - empty) / 1000, 1))
     return sizes
+
+
+def measure():
+    """Return the sizes of all columns."""
+    columns = []
+    for column in COLUMNS:
+        with tempfile.TemporaryDirectory() as folder:
+            columns.append(measure_column(folder, *column))
+    return columns
 
 
 def format_table(columns):
@@ -167,6 +167,4 @@ def read_table(text):
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1])
-    folder.mkdir(parents=True, exist_ok=True)
-    print(format_table([measure_column(folder, *column) for column in COLUMNS]), end="")
+    print(format_table(measure()), end="")

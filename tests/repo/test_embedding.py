@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from toolbox import ROOT, VERSION, need, run
+from toolbox import ROOT, VERSION, need, need_cargo, run
 
 PAGE = (ROOT / "docs/embedding.md").read_text()
 INCLUDED = re.compile(
@@ -23,7 +23,7 @@ LAST_LINES = {
     "CMake: FetchContent": (r"end: t = 3\.000, tilt .+", ["cmake", "cc"]),
     "pkg-config": (r"t = 1\.0 s: tilt 1\.115\d+ rad", ["make", "pkg-config", "cc"]),
     "C++": ("caught: there is no step: .+", ["c++"]),
-    "Rust": ("refused: there is no step: .+", ["cargo"]),
+    "Rust": ("refused: there is no step: .+", ["cc"]),
     "Python's ctypes": ("refused: a time lies behind the one before it", ["python3"]),
     "Microcontrollers": (r"success, \d+ bytes of memory", ["make", "cc", "python3"]),
 }
@@ -52,6 +52,8 @@ def prefix(tmp_path_factory):
 def test_the_commands_of_a_section_work_with_the_files_of_the_page(section, prefix, tmp_path):
     last_line, tools = LAST_LINES[section]
     need(*tools)
+    if section == "Rust":
+        need_cargo()
     write_files(tmp_path)
     commands = "\n".join(COMMANDS.findall(SECTIONS[section]))
     environment = {"KREISEL": str(ROOT), "PREFIX": str(prefix), "CARGO_NET_OFFLINE": "true"}

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
-from toolbox import ROOT, VERSION, compile_and_run, install_library, need, run
+from toolbox import ROOT, VERSION, compile_and_run, install_library, need, need_cargo, run
 
 EXAMPLES = ROOT / "examples"
 REFUSAL = r"there is no step: .+"
@@ -261,7 +261,8 @@ def one_file(tmp_path_factory):
 
 @pytest.mark.parametrize("source", ["installed", "pkg_config", "one_file"])
 def test_the_rust_crate_is_built_offline(source, prefix, request, tmp_path):
-    need("cargo", "cc", "ar")
+    need("cc", "ar")
+    need_cargo()
     crate = shutil.copytree(EXAMPLES / "rust", tmp_path / "rust")
     environment = {"PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}
     if source == "installed":

@@ -66,6 +66,12 @@ def need(*tools):
         )
 
 
+def need_cargo():
+    """Skip the test if cargo is missing: `make test` does not install it, because of its size."""
+    if not shutil.which("cargo"):
+        pytest.skip("needs cargo")
+
+
 def need_gsl():
     need("pkg-config")
     if subprocess.run(["pkg-config", "--exists", "gsl"]).returncode:
