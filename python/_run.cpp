@@ -93,6 +93,7 @@ class run
             low = rows;
         }
         size_t done = 0;
+        watching.end = t.end();
         const kr_status status = go(progress, [&] {
             return kr_top_record_low(top.get(), t.size(), t.data(), states, rest, &done);
         });
@@ -119,6 +120,7 @@ class run
         const double *times = t.data();
         double *high = carried.mutable_data(), *under = rest.mutable_data();
         size_t done = 0;
+        watching.end = n ? times[n - 1] : 0.0;
         const kr_status status = go(progress, [&] {
             kr_status came = KR_OK;
             for (; done < size_t(n) && came == KR_OK; done += came == KR_OK) {
@@ -131,10 +133,9 @@ class run
             }
             return came;
         });
-        const double end = n ? times[n - 1] : 0.0;
         const auto rows = py::make_tuple(name_of(status), reached(out, done),
                                          low_too ? py::object(reached(low, done)) : py::none(),
-                                         counts(kr_top_stats(top.get())), end);
+                                         counts(kr_top_stats(top.get())), watching.end);
         return py::make_tuple(rows, reached(carried, done), reached(rest, done),
                               kr_top_tangent_truncation(top.get()));
     }
@@ -146,14 +147,14 @@ class run
         journal path, met;
         const double *times = t.data();
         const auto n = size_t(t.size());
+        watching.end = n ? times[n - 1] : 0.0;
         const kr_status status = go(progress, [&] {
             return follow(top.get(), times, n, wanted, path, met,
                           [&] { return watch::poll(&watching); });
         });
-        const double end = n ? times[n - 1] : 0.0;
         return py::make_tuple(py::make_tuple(name_of(status), array_of_states(path.states),
                                              array_of_states(path.low),
-                                             counts(kr_top_stats(top.get())), end),
+                                             counts(kr_top_stats(top.get())), watching.end),
                               numbers_of(met));
     }
     py::bytes save()

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include "arrays.hpp"
 
@@ -55,6 +56,7 @@ struct watch {
     using clock = std::chrono::steady_clock;
     static constexpr std::chrono::milliseconds longest{100}; // between calls of progress
     const kr_top *top = nullptr;
+    double end = 0.0; // the last requested time; a step of the top may end after it
     py::object progress = py::none();
     std::shared_ptr<work> shared; // used instead of progress
     work *counted = nullptr;      // progress is called with the share of this work
@@ -76,6 +78,11 @@ struct watch {
         begin(all.listens ? all.progress : py::none());
         counted = &all;
     }
+    double time_reached() const
+    {
+        const double time = kr_top_time(top);
+        return std::fabs(time) < std::fabs(end) ? time : end;
+    }
     void look()
     {
         const bool due = counted ? !progress.is_none() && counted->is_due()
@@ -85,7 +92,7 @@ struct watch {
         try {
             if (signals == unknown) signals = in_main_thread() ? ours : theirs;
             if (signals == ours && PyErr_CheckSignals() != 0) throw py::error_already_set();
-            if (due) progress(counted ? counted->share() : kr_top_time(top));
+            if (due) progress(counted ? counted->share() : time_reached());
         } catch (py::error_already_set &error) {
             raised = std::make_unique<py::error_already_set>(std::move(error));
         }

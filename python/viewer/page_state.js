@@ -43,7 +43,7 @@ export class PageState {
       if (!before) throw error;
       Object.assign(this, { scene: before, previousMotion: null });
       this.buildTops(false);
-      this.showMessage(`This is not possible: ${error.message}`);
+      this.showMessage(`This scene cannot be used: ${error.message}`);
     }
     this.onChange();
     return this.scene !== before;

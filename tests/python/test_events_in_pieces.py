@@ -156,7 +156,7 @@ except kr.Interrupted as stopped:
 def test_every_needs_steps_that_events_do_not_have(verb):
     with pytest.raises(ValueError, match="every needs a method of fixed step"):
         verb(GENERAL, 1.0, events=LOOKED_FOR, every=2)
-    with pytest.raises(ValueError, match=r"events need the polynomials .* 'strang' has none"):
+    with pytest.raises(ValueError, match=r"events need the polynomials .* 'strang' computes none"):
         verb(GENERAL, 1.0, "strang", step=0.1, events=LOOKED_FOR, every=2)
 
 

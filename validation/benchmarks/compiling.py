@@ -20,7 +20,7 @@ AVX2 = ("-mavx2", "-mfma", "-falign-functions=64")
 CLOSED_FORMS = ("closed_form.c", "goryachev_chaplygin.c", "kowalewski.c", "map.c")
 SMALL = dict.fromkeys((*CLOSED_FORMS, "batch_setup.c"), ("-Os", "-fno-inline-functions"))
 SMALL |= dict.fromkeys(
-    ("kernel_dd.c", "kernel_tangent_batch_dd.c", "kernel_tangents_dd.c"), ("-O2", "-DKR_SMALL")
+    ("kernel_dd.c", "kernel_tangent_batch_dd.c", "kernel_tangents_dd.c"), ("-O2",)
 )
 ISAS = {"avx2": AVX2, "avx512": (*AVX2, "-mavx512f", "-mavx512vl", "-mavx512dq")}
 

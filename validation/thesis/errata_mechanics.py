@@ -111,7 +111,9 @@ def rods():
     text = 0.5 * (rod.curvature**2 @ (two, one) + twist * rod.torsion**2) + rod.frame[
         :, 2, 2
     ] * path.scene.gravity * np.linalg.norm(path.scene.body.com)
-    return abs(text - lagrangian).max() / sizes, abs(rod.density - lagrangian).max() / sizes
+    return abs(text - lagrangian).max() / sizes, abs(
+        rod.lagrangian_density - lagrangian
+    ).max() / sizes
 
 
 def action(angle, end, n=400):
