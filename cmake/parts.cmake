@@ -1,18 +1,22 @@
 # Remove the sources of parts that KREISEL_METHODS, KREISEL_DIGITS and KREISEL_TANGENTS leave out. `is_complete` is ON if
 # nothing is left out, which the tests and the Python extension require.
 set(is_complete ON)
+# Stop if a name in the list called `option` is not in the list called `allowed`.
+function(check_names option allowed)
+  foreach(name ${${option}})
+    if(NOT name IN_LIST ${allowed})
+      list(JOIN ${allowed} ", " names)
+      message(FATAL_ERROR "${option}: ${name} is not one of ${names}")
+    endif()
+  endforeach()
+endfunction()
 if(KREISEL_METHODS)
   file(STRINGS csrc/methods.def lines REGEX "^X")
   string(REGEX MATCHALL "[a-z_0-9]+" known "${lines}")
   if(NOT KREISEL_GSL)
     list(FILTER known EXCLUDE REGEX "^gsl_")
   endif()
-  foreach(method ${KREISEL_METHODS})
-    if(NOT method IN_LIST known)
-      list(JOIN known ", " names)
-      message(FATAL_ERROR "KREISEL_METHODS: no method is called ${method}; there are ${names}")
-    endif()
-  endforeach()
+  check_names(KREISEL_METHODS known)
   # The table of the methods that are built. The other names are kept, so that kr_top_create can report them as left out.
   set(table "")
   foreach(method ${known})

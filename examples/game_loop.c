@@ -48,7 +48,7 @@ static kr_status push(int i, kr_vec3 impulse)
     s.m.z += lever * (a.x * impulse.y - a.y * impulse.x);
     return kr_top_reset(tops[i], &s);
 }
-/* Gives a top another body. Its attitude, angular momentum and time go on. */
+/* Replaces the body of a top, at its present attitude, angular momentum and time. */
 static kr_status change_body(int i, const kr_body *body)
 {
     kr_scene changed = scenes[i];

@@ -160,7 +160,7 @@ static void test_near_principal_axis(void)
     const kr_exact closed = closed_form(&s);
     NEAR(kr_attitude_error(kr_exact_state(&closed, 8.0).q, q_exp(v3(4.0, 0.0, 0.0))), 0.0, 1e-14);
 }
-/* Whether a motion of the axis is too small for the closed form does not depend on the units. */
+/* The limit below which the closed form refuses a motion of the axis does not depend on units. */
 static void test_smallest_motion(void)
 {
     for (double unit = 0x1p-60; unit < 0x1p61; unit *= 0x1p60)

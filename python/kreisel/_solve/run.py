@@ -9,7 +9,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path as File
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -267,19 +267,14 @@ class Run:
         that do not depend on the heading, and the new state depends on the present heading: then
         give an attitude and a momentum, or only body_momentum or body_velocity.
         """
-        given: SceneKwargs = {}
-        if momentum is not None:
-            given["momentum"] = momentum
-        if attitude is not None:
-            given["attitude"] = attitude
-        if velocity is not None:
-            given["velocity"] = velocity
-        if body_momentum is not None:
-            given["body_momentum"] = body_momentum
-        if body_velocity is not None:
-            given["body_velocity"] = body_velocity
-        if attitude_xyzw is not None:
-            given["attitude_xyzw"] = attitude_xyzw
+        given = _select_given(
+            momentum=momentum,
+            attitude=attitude,
+            velocity=velocity,
+            body_momentum=body_momentum,
+            body_velocity=body_velocity,
+            attitude_xyzw=attitude_xyzw,
+        )
         if not given:
             raise TypeError("reset needs a momentum, an attitude, or both")
         turned, moved = given.keys() & _ATTITUDES, given.keys() - _ATTITUDES
@@ -313,13 +308,7 @@ class Run:
         changed. Raises ValueError if the method does not apply to the changed top, as a closed form
         does not apply to a damped top.
         """
-        given: SceneKwargs = {}
-        if body is not None:
-            given["body"] = body
-        if gravity is not None:
-            given["gravity"] = gravity
-        if damping is not None:
-            given["damping"] = damping
+        given = _select_given(body=body, gravity=gravity, damping=damping)
         if not given:
             raise TypeError("change needs a body, gravity or damping")
         if keep not in ("momentum", "velocity"):
@@ -424,6 +413,12 @@ def _create_motion(scene: Scene, options: SolveOptions, back: bool, origin: Orig
     result = status, state, None, (0, 0, 0, 0), -0.1 if back else 0.0
     path = make_path(scene, options, result, origin)
     raise stop_exception(status, path, progress_text(path, origin.begin))
+
+
+def _select_given(**arguments: object) -> SceneKwargs:
+    """Return the arguments that are not None."""
+    given = {name: value for name, value in arguments.items() if value is not None}
+    return cast(SceneKwargs, given)
 
 
 def _no_heading_message(what: str) -> str:
