@@ -149,7 +149,7 @@ def measure():
 
 def format_table(columns):
     """Return the table as Markdown, from a list of sizes for each column."""
-    heads = [f"{processor}, `{level}`" for processor, level in COLUMNS]
+    heads = [f"`{processor} {level}`" for processor, level in COLUMNS]
     lines = [f"| linked | {' | '.join(heads)} |", f"| --- |{' ---: |' * len(heads)}"]
     for i, (label, *_) in enumerate(ROWS):
         cells = [NONE if column[i] is None else f"{column[i]:.1f}" for column in columns]
