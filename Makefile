@@ -54,7 +54,7 @@ docs:           ## run all examples and build the site, in build/docs/index.html
 
 clean:  ## remove all build products
 	rm -rf build .venv report dist docs/gallery .pytest_cache python/kreisel/viewer.html
-	find csrc python tests validation docs -name __pycache__ -prune -exec rm -rf {} +
+	find cmake csrc python tests validation docs -name __pycache__ -prune -exec rm -rf {} +
 
 # The Python package is an editable install: edits in python/ take effect at once, edits in csrc/ after `make build`.
 gsl := $(shell pkg-config --exists gsl 2>/dev/null && echo ON || echo OFF)
