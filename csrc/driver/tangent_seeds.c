@@ -109,21 +109,27 @@ static void put_units(const kr_top *top, double unit[KR_TANGENT_COLUMNS_MAX])
     if (by & KR_TANGENT_MOMENTS)
         for (int i = 0, first = by & KR_TANGENT_START ? 6 : 0; i < 3; i++) unit[first + i] = moment;
 }
-/* Writes the product factor * value as a double, and the remainder to `low`. */
-static void put_axis(double *out, double *low, dd value, double factor)
+/* Returns a rotation vector in the frame of description, given in working axes. Up to 16 digits the
+ * rotation is in doubles. `axes` is kr_extended_axes. */
+static vec_dd turn_to_user(const kr_top *top, quat_dd axes, vec_dd turn)
 {
-    const dd v = dd_scale(factor, value);
-    *out = v.hi;
-    *low = v.lo;
+    const kr_vec3 none = {0.0, 0.0, 0.0};
+    if (!top->is_turned) return turn;
+    return top->main.digits > 16 ? qdd_turn(axes, turn)
+                                 : v_dd(q_turn(top->axes, vdd_high(turn)), none);
 }
 /* Writes one column of the tangents in the user's frame and units. */
-static void put_column(const kr_top *top, const kr_deviation *from, double unit, size_t n,
-                       double *out, double *low)
+static void put_column(const kr_top *top, quat_dd axes, const kr_deviation *from, double unit,
+                       size_t n, double *out, double *low)
 {
-    const vec_dd turn = top->is_turned ? qdd_turn(kr_extended_axes(top), from->turn) : from->turn;
+    const vec_dd turn = turn_to_user(top, axes, from->turn);
     const dd axis[6] = {turn.x, turn.y, turn.z, from->push.x, from->push.y, from->push.z};
-    for (size_t i = 0; i < 6; i++)
-        put_axis(out + i * n, low + i * n, axis[i], (i < 3 ? 1.0 : top->momentum_unit) / unit);
+    const double factors[2] = {1.0 / unit, top->momentum_unit / unit};
+    for (size_t i = 0; i < 6; i++) {
+        const dd v = dd_scale(factors[i / 3], axis[i]);
+        out[i * n] = v.hi;
+        low[i * n] = v.lo;
+    }
 }
 kr_status kr_top_tangents(kr_top *top, double out[], double low[])
 {
@@ -132,9 +138,10 @@ kr_status kr_top_tangents(kr_top *top, double out[], double low[])
     double unit[KR_TANGENT_COLUMNS_MAX], high[6 * KR_TANGENT_COLUMNS_MAX],
         rest[6 * KR_TANGENT_COLUMNS_MAX];
     if (n == 0 || !out) return KR_ERR_ARGUMENT;
+    const quat_dd axes = kr_extended_axes(top);
     kr_tangents_evaluate(top, came);
     put_units(top, unit);
-    for (size_t i = 0; i < n; i++) put_column(top, &came[i], unit[i], n, high + i, rest + i);
+    for (size_t i = 0; i < n; i++) put_column(top, axes, &came[i], unit[i], n, high + i, rest + i);
     for (size_t i = 0; i < 6 * n; i++)
         if (!isfinite(high[i] + rest[i])) return KR_ERR_TANGENT;
     memcpy(out, high, 6 * n * sizeof *out);

@@ -21,6 +21,7 @@ typedef struct kr_tangent {
     double x[KR_TAYLOR_MAX + 1][8]; /* coefficients */
     double end[8], at[8];           /* values at the end of the step, and at the sampled time */
     double begin[8];                /* values at the start of the step */
+    double part_end[8];             /* values at the end of the part that is in memory */
     double ahead[4], behind[4];     /* (Ax - Az) / Ax, (Ay - Ax) / Ax; and cyclic */
     double per[4], drag[4];         /* 1 / A, D */
     double up[4], down[4];          /* next(c), -prev(c) */
@@ -30,7 +31,7 @@ typedef struct kr_tangent {
     double t;                       /* time of the expansion */
     double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
     double truncation;              /* largest relative size of a last term so far */
-    double unused[120];
+    double unused[112];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* deviations in a batch */

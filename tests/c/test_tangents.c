@@ -129,6 +129,22 @@ static void test_long_steps(void)
     kr_top_free(top);
     kr_top_free(fine);
 }
+/* Tangents between the steps do not depend on the other requested times, also in steps that are
+ * divided into parts. */
+static void test_outputs_in_parts(const kr_scene *s, int digits)
+{
+    double often[6 * KR_TANGENT_COLUMNS_MAX], once[6 * KR_TANGENT_COLUMNS_MAX];
+    kr_top *top = top_with(s, ALL, digits, 0.0);
+    for (int i = 1; i < 120; i++) {
+        kr_top *other = top_with(s, ALL, digits, 0.0);
+        IS(kr_top_advance(top, i / 16.0) == KR_OK && kr_top_advance(other, i / 16.0) == KR_OK);
+        IS(kr_top_tangents(top, often, NULL) == KR_OK);
+        IS(kr_top_tangents(other, once, NULL) == KR_OK);
+        IS(memcmp(often, once, sizeof once) == 0);
+        kr_top_free(other);
+    }
+    kr_top_free(top);
+}
 /* In the user's units, the time at the end of a step is rounded. */
 static void test_after_a_step(kr_scene s)
 {
@@ -217,6 +233,10 @@ int main(void)
         test_times_between(&s, 16);
     }
     test_times_between(&s, 20);
+    const kr_scene sleeping = upright(9.0);
+    test_times_between(&sleeping, 16);
+    test_outputs_in_parts(&sleeping, 16);
+    test_outputs_in_parts(&sleeping, 20);
     test_start_and_refusals(&s);
     test_long_steps();
     test_after_a_step(s);
