@@ -440,6 +440,13 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
  * the last term of a tangent's series to the size of the tangent. The steps are chosen without
  * regard to the tangents. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
+/* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], from the
+ * tangents [n][6][columns] by the same parameters. Those of q are a rotation vector, of 3 numbers.
+ * Derivatives that do not exist are NaN: of Euler's angles at a vertical apex, of the apex by com at
+ * com = 0, and of K and G by numbers whose change makes them NaN. */
+KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
+                                 const kr_state states[], uint64_t by, const double tangents[],
+                                 double out[]);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same body, gravity, damping, method,
  * config (max_steps and poll may differ) and watched events. The top then continues with the same

@@ -5,12 +5,15 @@ import itertools
 import kreisel as kr
 import numpy as np
 import pytest
+from kreisel._core import values
+from kreisel._options.quantities import ANGLES, QUANTITIES
 from scene_numbers import change_number, list_columns, states_of
 
 ALL = ("start", "moments", "com", "gravity", "mass", "damping")
 TIMES = [0.75, 2.0]
 COM, DAMPING = (0.2, -0.1, 0.9), (0.1, 0.25, 0.4)
 START = {"momentum": (0.3, -0.7, 1.5), "attitude": (0.8, 0.6, 0.0, 0.0), "gravity": 1.25}
+OF_THE_APEX = ("apex", "spin", "axial_momentum", *sorted(ANGLES))
 # Central differences of eighth order.
 WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 
@@ -84,3 +87,66 @@ def test_tangents_by_every_number_are_differences_for_every_order_of_axes(name):
     for digits in (None, 16, 20):
         path = kr.solve(scene, TIMES, "taylor", digits=digits, tangents=ALL)
         assert np.abs(path.tangents - fine.tangents).max() < 1e-13 * size
+
+
+def continue_angles(values, near):
+    """Return `values` changed by multiples of 2 pi so that they are nearest to `near`."""
+    return values + 2.0 * np.pi * np.round((near - values) / (2.0 * np.pi))
+
+
+def quantity_changes(name, reference):
+    """Return a function of states: the values of a quantity."""
+    near = getattr(reference, name)
+
+    def values_at(block, states, low):
+        found = values(name, block, states)
+        return continue_angles(found, near) if name in ANGLES else found
+
+    return values_at
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_derivatives_of_every_quantity_are_differences(name):
+    scene = SCENES[name]
+    path = kr.solve(scene, TIMES, "taylor", tangents=ALL)
+    for quantity in QUANTITIES:
+        own = path.derivative(quantity)
+        assert own.shape == (2, *(QUANTITIES[quantity].shape if quantity != "q" else (3,)), 17)
+        if quantity == "q":
+            assert np.abs(own - path.tangents[:, :3]).max() == 0.0
+            continue
+        values_at = quantity_changes(quantity, path)
+        for column, (word, component) in enumerate(list_columns()):
+            if word == "damping" and not any(scene.damping):
+                continue
+            if word == "com" and not any(scene.body.com) and quantity in OF_THE_APEX:
+                assert np.isnan(own[..., column]).all()  # the apex jumps
+                continue
+            found = differences(scene, word, component, values_at)
+            # K and G have no derivative if the change makes the body one of another kind
+            assert np.array_equal(np.isnan(found), np.isnan(own[..., column]))
+            exists = np.isfinite(found)
+            within = 1e-12 + 1e-10 * np.abs(own[..., column])[exists].max(initial=0.0)
+            assert np.abs(found - own[..., column])[exists].max(initial=0.0) < within
+
+
+def test_angles_have_no_derivative_where_the_apex_is_vertical():
+    path = kr.solve(kr.scenes.sleeping, [0.0, 1.0], tangents=("start", "com"))
+    for name in ANGLES:
+        own = path.derivative(name)
+        assert np.isnan(own[0]).all() and np.isfinite(own[1]).all()
+    assert np.isfinite(path.derivative("apex")).all()
+
+
+def test_derivatives_are_refused_by_name():
+    path = kr.solve(kr.scenes.thesis, [0.0, 1.0], tangents="start")
+    with pytest.raises(ValueError, match="did you mean 'nutation'"):
+        path.derivative("nutatio")
+    for name in ("t", "q_low", None, 3, ["apex"]):
+        with pytest.raises(ValueError, match="unknown quantity"):
+            path.derivative(name)
+    with pytest.raises(AttributeError, match="solve with tangents='start'"):
+        kr.solve(kr.scenes.thesis, [0.0, 1.0]).derivative("apex")
+    assert not path.derivative("apex").flags.writeable
+    assert path[:0].derivative("frame").shape == (0, 3, 3, 6)
+    assert np.array_equal(path[1].derivative("spin"), path.derivative("spin")[1:])
