@@ -167,6 +167,10 @@ def alone(
     states: _Array | None,
     low: _Array | None,
     columns: dict[str, _Array],
+    by: int = ...,
+    tangents: _Array | None = ...,
+    tangents_low: _Array | None = ...,
+    truncation: _Array | None = ...,
 ) -> tuple[_Array, _Array, npt.NDArray[np.int64], npt.NDArray[np.int64], _Met]: ...
 def growth(
     tops: Tops,
@@ -182,6 +186,15 @@ def growth(
 ) -> None: ...
 def values_of_tops(
     name: str, tops: Tops, states: _Array, done: npt.NDArray[np.int64], out: _Array
+) -> None: ...
+def derivatives_of_tops(
+    name: str,
+    tops: Tops,
+    states: _Array,
+    done: npt.NDArray[np.int64],
+    by: int,
+    tangents: _Array,
+    out: _Array,
 ) -> None: ...
 def horizons(tops: Tops, out: _Array) -> None: ...
 def unsuited(tops: Tops, method: str) -> tuple[int, int]: ...

@@ -1,6 +1,8 @@
 """Derivatives of states and of quantities, compared with differences of runs with 30 digits."""
 
 import itertools
+import pickle
+from concurrent.futures import ThreadPoolExecutor
 
 import kreisel as kr
 import numpy as np
@@ -150,3 +152,69 @@ def test_derivatives_are_refused_by_name():
     assert not path.derivative("apex").flags.writeable
     assert path[:0].derivative("frame").shape == (0, 3, 3, 6)
     assert np.array_equal(path[1].derivative("spin"), path.derivative("spin")[1:])
+
+
+def members():
+    """Return an ensemble of damped tops, of several kinds."""
+    return SCENES["turned"].vary(gravity=[[0.0], [0.5], [1.25]], mass=[1.0, 1.5])
+
+
+@pytest.mark.parametrize("digits", [None, 20])
+@pytest.mark.parametrize("threads", [1, 3])
+def test_tops_of_an_ensemble_have_the_tangents_of_each_alone(digits, threads):
+    tops, by = members(), ("start", "damping", "com")
+    paths = kr.solve(tops, TIMES, digits=digits, tangents=by, threads=threads).check()
+    assert paths.tangents.shape == (3, 2, 2, 6, 12) == paths.tangents_low.shape
+    moved = paths.derivative("body_acceleration")
+    for index in np.ndindex(tops.shape):
+        alone = kr.solve(tops[index], TIMES, "taylor", digits=digits, tangents=by)
+        one = paths[index]
+        for path in (paths.tangents[index], one.tangents):
+            assert np.array_equal(path, alone.tangents)
+        assert np.array_equal(paths.states[index], alone.states)
+        assert np.array_equal(paths.tangents_low[index], alone.tangents_low)
+        assert paths.tangents_rest[index] == alone.tangents_rest == one.tangents_rest
+        assert np.array_equal(moved[index], alone.derivative("body_acceleration"))
+    assert np.array_equal(paths[1:, 0].tangents, paths.tangents[1:, 0])
+    assert np.array_equal(pickle.loads(pickle.dumps(paths)).tangents, paths.tangents)
+    with pytest.raises(AttributeError, match="solve with tangents='start'"):
+        _ = kr.solve(tops, TIMES).tangents
+    with pytest.raises(ValueError, match="did you mean 'apex'"):
+        paths.derivative("apexx")
+
+
+def test_an_ensemble_with_tangents_takes_the_other_arguments_or_refuses_them():
+    tops, by = members(), {"tangents": ["gravity"]}
+    times = np.linspace(-0.5, -1.0, 6).reshape(3, 2, 1)
+    back = kr.solve(tops, times, executor=ThreadPoolExecutor(2), **by)
+    assert np.array_equal(back[2, 1].tangents, kr.solve(tops[2, 1], times[2, 1], **by).tangents)
+    out = np.empty((3, 2, 2, 8))
+    assert np.shares_memory(kr.solve(tops, TIMES, out=out, **by).states, out)
+    for word, value in {"want": ["q"], "events": [], "error": 1e-6}.items():
+        with pytest.raises(ValueError, match=f"leave out {word}"):
+            kr.solve(tops, TIMES, **{word: value}, **by)
+    with pytest.raises(ValueError, match="computes no tangents"):
+        kr.solve(SCENES["Kowalewski"].vary(mass=[1.0]), TIMES, "rk4", step=0.1, **by)
+    with pytest.raises(ValueError, match="name in tangents"):
+        kr.solve(tops, TIMES, tangents="moment")
+    nobody = kr.solve(tops[:0], TIMES, **by)
+    assert nobody.tangents.shape == (0, 2, 2, 6, 1)
+    assert nobody.derivative("nutation").shape == (0, 2, 2, 1)
+
+
+def test_a_failed_top_of_an_ensemble_keeps_its_valid_tangents():
+    tops = members()
+    paths = kr.solve(tops, np.linspace(0.0, 40.0, 50), tangents="start", max_steps=9)
+    done = paths.state_counts
+    assert (paths.status_names == "ERR_LIMIT").all() and (done > 0).all() and (done < 50).all()
+    finite = np.isfinite(paths.tangents).all(axis=(-1, -2))
+    assert np.array_equal(finite, np.arange(50) < done[..., None])
+    assert np.array_equal(finite, np.isfinite(paths.derivative("spin")).all(axis=-1))
+    one = paths[1, 1]
+    assert len(one) == done[1, 1] == len(one.tangents) == len(one.derivative("q"))
+    with pytest.raises(kr.Error) as caught:
+        paths.check()
+    assert len(caught.value.path.tangents) == done[0, 0]
+    upright = kr.scenes.sleeping.replace(momentum=(0.0, 0.0, 0.0)).vary(gravity=[1.0, 2.0])
+    grown = kr.solve(upright, np.arange(0.0, 4000.0, 10.0), tangents="start")
+    assert (grown.status_names == "ERR_TANGENT").all() and len(grown[0].tangents) > 10

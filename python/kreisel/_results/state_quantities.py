@@ -11,9 +11,9 @@ import numpy as np
 from .._core import derivatives, modified_energy, modified_energy4, values
 from .._model.scene import Scene
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, Quantity
+from .._options.quantities import QUANTITIES, RECORDABLE, Quantity, check_quantity
 from .._options.solve_options import SolveOptions
-from .._utils.errors import suggest, unknown_name_message
+from .._utils.errors import suggest
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
 from .._utils.validation import Array, as_float, read_only, short_repr
 from .core_calls import Origin
@@ -242,11 +242,9 @@ class States(QuantityAttributes):
         if self._tangent_data is None:
             hint = TANGENT_ATTRIBUTES["derivative"]
             raise AttributeError(f"this path has no derivatives: {hint}")
-        if not isinstance(quantity, str) or quantity not in QUANTITIES:
-            raise ValueError(unknown_name_message("quantity", str(quantity), QUANTITIES))
-        data = self._tangent_data
+        name, data = check_quantity(quantity), self._tangent_data
         block = self.scene._block
-        return read_only(derivatives(quantity, block, self.states, data.bits, data.high))
+        return read_only(derivatives(name, block, self.states, data.bits, data.high))
 
     def _tangents(self) -> TangentData:
         if self._tangent_data is None:
