@@ -140,7 +140,7 @@ def solve(
         special = error, events, tangents, others
         options = _parse_special(scene, method, step, tol, digits, max_steps, want, every, *special)
     else:
-        options = parse_options(scene, method, step, tol, digits, max_steps, want, every)
+        options = parse_options(scene, method, step, tol, digits, max_steps, want, every, t=t)
     if options.is_plain and (progress is None or callable(progress)):
         path = record_path_fast(scene, options, t, progress)
         if path is not None:

@@ -61,6 +61,11 @@ def parse_tangent_options(
             raise ValueError(f"tangents are computed for all states of a path: leave out {name}")
     chosen = FALLBACK if method == "auto" else method
     options = parse_options(top, chosen, *controls, requested=method)
+    if options.method.exact:
+        raise ValueError(
+            f"the method {chosen!r} computes no tangents, because most changes of the moments or "
+            "of com lead to bodies without closed form: use method='taylor' or 'auto'"
+        )
     if not options.method.tangents:
         raise ValueError(
             f"the method {chosen!r} computes no tangents: use method='taylor' or 'auto'"
