@@ -1,9 +1,12 @@
 """Ensembles of Kowalewski and Goryachev-Chaplygin tops in closed form, also with Lagrange tops."""
 
+import signal
+
 import kreisel as kr
 import numpy as np
 import pytest
 from ensembles import same
+from kreisel._solve import exact_ensemble
 
 ATTITUDE = (0.8, 0.4, -0.2, 0.4)
 
@@ -105,6 +108,21 @@ def test_reductions_and_quantities_are_those_of_the_states():
     assert np.array_equal(kept["last"], paths.nutation[..., -1])
     parts = list(kr.stream(TOPS, TIMES, "exact", chunk=300))
     assert np.array_equal(np.concatenate([part.q for part in parts]), paths.q.reshape(4, -1, 4))
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="needs a timer with a signal")
+@pytest.mark.parametrize("threads", [1, 2])
+def test_ctrl_c_stops_the_set_up_of_many_tops(threads, monkeypatch):
+    monkeypatch.setattr(exact_ensemble, "parse_threads", lambda *_: threads)
+    tops = CHAPLYGIN.vary(momentum=np.broadcast_to((0.9, 2.1, 0.0), (200_000, 3)))
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            kr.exact(tops)  # the set-up of all tops would take minutes
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_plans_count_closed_forms():
