@@ -115,6 +115,9 @@ struct kr_method {
     void (*read)(const kr_motion *motion, kr_state *s);
     /* Writes q and m at the time `clock` inside the last step. NULL: the method is not dense. */
     void (*at)(kr_motion *motion, double clock, kr_state *s);
+    /* Writes q and m at n times, which need not lie inside the last step. The states are bitwise
+     * equal to those of `at`, but take less time. NULL: not available. */
+    void (*at_times)(const kr_motion *motion, size_t n, const double clock[], kr_state out[]);
     /* Returns the last step as a polynomial. NULL: not available. */
     kr_step_polynomial (*polynomial)(const kr_motion *motion);
     /* Propagation of deviations, for KR_METHOD_TANGENTS. NULL: left out of this build. */

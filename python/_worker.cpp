@@ -317,9 +317,17 @@ static void derivatives_of_tops(const std::string &name, const tops &all, const 
         }
     });
 }
+// Returns true if the method supports a scene with this body, gravity and damping.
+static bool suits_some_start(const kr_method *method, const kr_scene &scene)
+{
+    if (!(kr_method_flags(method) & KR_METHOD_INTEGRABLE)) return kr_method_suits(method, &scene);
+    const kr_vec3 d = scene.damping;
+    return d.x == 0.0 && d.y == 0.0 && d.z == 0.0 &&
+           (scene.gravity == 0.0 || kr_method_applies(method, &scene.body));
+}
 // Returns the index of the first top that the method does not support, and the number of such tops.
-// A top that differs from the one before only in its start is not checked again. The method exact,
-// which depends on the start, reports such tops when it runs.
+// Starts are not checked. The method exact, which depends on the start, reports the starts without
+// a closed form when it runs.
 static py::tuple unsuited(const tops &all, const std::string &name)
 {
     const bool chosen = name == "auto";
@@ -339,10 +347,7 @@ static py::tuple unsuited(const tops &all, const std::string &name)
             kr_scene scene;
             all.fill(i, i + 1, &scene);
             if (is_like(scene)) continue;
-            const kr_kind kind = kr_body_kind(&scene.body, KR_KIND_RTOL);
-            const bool left = chosen && scene.gravity != 0.0 &&
-                              (kind == KR_KIND_KOWALEWSKI || kind == KR_KIND_GORYACHEV_CHAPLYGIN);
-            if (kr_method_suits(method, &scene) && !left) {
+            if (suits_some_start(method, scene) && !(chosen && has_torus(scene))) {
                 suited = scene;
                 found = true;
             } else if (count++ == 0)

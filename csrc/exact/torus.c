@@ -48,16 +48,6 @@ static kr_status plan_of_user(const kr_torus_form *form, const kr_scene *scene, 
     if (!memory || !(bound >= 0.0)) return KR_ERR_ARGUMENT;
     return kr_torus_widest_isa(form)->scalar->plan(scene, 0, bound, memory);
 }
-static void evaluate_form(const kr_torus_form *form, const void *plan, size_t n, const double t[],
-                          kr_state out[])
-{
-    const kr_torus_isa *isa = kr_torus_widest_isa(form);
-    if (isa->evaluate) {
-        isa->evaluate(plan, n, t, out);
-        return;
-    }
-    for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
-}
 /* Returns the text of a refusal, or NULL if the number is not less than `count`. */
 static const char *find_text(const char *const texts[], int count, int refusal)
 {
@@ -82,7 +72,7 @@ kr_state kr_kowalewski_state(const kr_kowalewski *top, double t)
 }
 void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[], kr_state out[])
 {
-    evaluate_form(&kr_kowalewski_form, top, n, t, out);
+    kr_torus_states(&kr_kowalewski_form, top, n, t, out);
 }
 const char *kr_kowalewski_refusal_text(int refusal)
 {
@@ -113,7 +103,7 @@ kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double 
 void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n, const double t[],
                                    kr_state out[])
 {
-    evaluate_form(&kr_chaplygin_form, top, n, t, out);
+    kr_torus_states(&kr_chaplygin_form, top, n, t, out);
 }
 const char *kr_goryachev_chaplygin_refusal_text(int refusal)
 {

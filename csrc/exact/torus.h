@@ -59,6 +59,17 @@ static inline const kr_torus_isa *kr_torus_widest_isa(const kr_torus_form *form)
     while (!isa->runs_here()) isa++; /* untaken: if the first one runs */
     return isa;
 }
+/* Writes n states of a plan, bitwise equal to those of kr_torus_scalar, but faster. */
+static inline void kr_torus_states(const kr_torus_form *form, const void *plan, size_t n,
+                                   const double t[], kr_state out[])
+{
+    const kr_torus_isa *isa = kr_torus_widest_isa(form);
+    if (isa->evaluate) {
+        isa->evaluate(plan, n, t, out);
+        return;
+    }
+    for (size_t i = 0; i < n; i++) out[i] = isa->scalar->state(plan, t[i]);
+}
 /* Returns 1 if <m, e3> of a checked scene is zero within the rounding errors of m. */
 int kr_chaplygin_is_level(const kr_scene *scene);
 #endif

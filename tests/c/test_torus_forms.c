@@ -242,6 +242,51 @@ static void tops_and_workers_give_the_same_states(const form_case *c)
         kr_top_free(own);
     }
 }
+enum { MANY = 300 };
+/* Fills t with times of which some are equal, and one is the start. */
+static void fill_times(double t[MANY])
+{
+    for (int i = 0; i < MANY; i++) t[i] = i % 70 == 69 ? t[i - 1] : 0.1 * i;
+}
+static int stop_at_first_call(void *calls) { return ++*(int *)calls == 1; }
+/* A top that records many times at once has the states, the steps and the failures of a top that
+ * records each time alone. */
+static void check_recording(const kr_scene *s, kr_config config, kr_status expected)
+{
+    double t[MANY];
+    kr_state out[MANY], own;
+    size_t done = 0;
+    int calls[2] = {0, 0};
+    fill_times(t);
+    memset(out, 0, sizeof out);
+    config.context = &calls[0];
+    kr_top *together = make(s, kr_method_find("exact"), config);
+    config.context = &calls[1];
+    kr_top *alone = make(s, kr_method_find("exact"), config);
+    IS(kr_top_record(together, MANY, t, out, &done) == expected);
+    IS((done == MANY) == (expected == KR_OK) && done > 100);
+    for (size_t i = 0; i < done; i++) {
+        IS(kr_top_record(alone, 1, &t[i], &own, NULL) == KR_OK);
+        IS(same(own, out[i]));
+    }
+    IS(same(kr_top_state(together), kr_top_state(alone)));
+    IS(kr_top_stats(together).steps == kr_top_stats(alone).steps);
+    if (done < MANY) {
+        IS(kr_top_advance(alone, t[done]) == expected);
+        IS(out[done].q.w == 0.0 && out[done].t == 0.0);
+    }
+    kr_top_free(together);
+    kr_top_free(alone);
+}
+static void many_times_are_recorded_as_each_alone(const form_case *c)
+{
+    const kr_scene scenes[] = {c->some, kr_scene_default()};
+    for (int i = 0; i < 2; i++) {
+        check_recording(&scenes[i], (kr_config){0}, KR_OK);
+        check_recording(&scenes[i], (kr_config){.max_steps = 130}, KR_ERR_LIMIT);
+        check_recording(&scenes[i], (kr_config){.poll = stop_at_first_call}, KR_ERR_INTERRUPTED);
+    }
+}
 /* Without a requested end, a step is a period of the first angle. */
 static void a_step_is_a_period_of_the_first_angle(const form_case *c)
 {
@@ -293,6 +338,7 @@ static void check_form(const form_case *c)
     axes_of_description_change_nothing(c);
     batches_and_instruction_sets_agree(c);
     tops_and_workers_give_the_same_states(c);
+    many_times_are_recorded_as_each_alone(c);
     a_step_is_a_period_of_the_first_angle(c);
     a_refused_reset_leaves_the_top_as_it_was(c);
     checkpoints_go_on(c);

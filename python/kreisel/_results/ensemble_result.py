@@ -63,7 +63,8 @@ class EnsembleResult(ReadOnlyArrays):
     def method(self) -> str:
         """The name of the requested method.
 
-        'auto' uses exact for tops that have a closed form, and taylor for all other tops.
+        'auto' uses exact for Lagrange tops, spherical bodies and bodies without torque, and taylor
+        for all other tops.
         """
         return self._options.solve.requested_method
 

@@ -143,7 +143,7 @@ class Path(ReadOnlyArrays, Tables):
     @cached_property
     def plan(self) -> Plan:
         """The kreisel.Plan of this path: what the solver used and left out, and why."""
-        return make_plan(self.scene, self._options, len(self), self._choice)
+        return make_plan(self.scene, self._options, len(self), self._choice, self.t)
 
     @cached_property
     def events(self) -> Events:

@@ -137,9 +137,10 @@ def plan(
     if isinstance(scene, Ensemble):
         arguments = SolveArguments(step, tol, digits, every, want=want, reduce=reduce)
         return _plan_ensemble(scene, t, method, arguments, parse_threads(threads, None))
-    options = parse_options(scene, method, step, tol, digits, 0, want, every)
-    states = None if t is None else time_array(t, options.step, options.every, options.size).size
-    return make_plan(scene, options, states)
+    options = parse_options(scene, method, step, tol, digits, 0, want, every, t=t)
+    times = None if t is None else time_array(t, options.step, options.every, options.size)
+    states = None if times is None else times.size
+    return make_plan(scene, options, states, times=times)
 
 
 def _plan_ensemble(

@@ -51,6 +51,11 @@ def reject_with_tangents(arguments: Mapping[str, object]) -> None:
 
 def check_computes_tangents(method: Method) -> None:
     """Raise ValueError unless the method computes tangents."""
+    if method.exact:
+        raise ValueError(
+            f"the method {method.name!r} computes no tangents, because most changes of the moments "
+            "or of com lead to bodies without closed form: use method='taylor' or 'auto'"
+        )
     if not method.tangents:
         raise ValueError(
             f"the method {method.name!r} computes no tangents: use method='taylor' or 'auto'"
