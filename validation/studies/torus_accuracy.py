@@ -99,7 +99,8 @@ def compare_restarted(scene, top, tau, rng, scale):
     """
     at = float(rng.uniform(1.0, 20.0) * tau)
     begin = solve_with_30_digits(scene, [at])
-    moved = scene.replace(attitude=tuple(begin.q[0]), momentum=tuple(begin.m[0]))
+    momentum = (*begin.m[0, :2], scene.momentum[2])
+    moved = scene.replace(attitude=tuple(begin.q[0]), momentum=momentum)
     late = LATE * tau * float(rng.choice([-1, 1]))
     try:
         other = kr.exact(moved)
