@@ -118,6 +118,13 @@ INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
     }
     return sum;
 }
+/* Returns sin x / x for |x| <= 1/2. The first term left out is below 5e-17. */
+INLINE wide sinc_of(wide x)
+{
+    const wide xx = x * x,
+               last = 1.0 / 362880 - xx * (1.0 / 39916800 - xx * (1.0 / 6227020800.0));
+    return 1.0 - xx * (1.0 / 6 - xx * (1.0 / 120 - xx * (1.0 / 5040 - xx * last)));
+}
 /* Returns the sum of the integrals of the slow terms, value cos(phase + rate tau), over the time
  * `tau` since the start. */
 INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2], wide tau)
@@ -127,12 +134,7 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
         const kr_slow_term *n = &plan->slow[i];
         const wide x = n->rate * tau;
         const mask near = wide_less(wide_abs(x), wide_splat(1.0));
-        const wide half = wide_choose(near, 0.5 * x, wide_splat(0.0)), hh = half * half,
-                   sinc =
-                       1.0 -
-                       hh * (1.0 / 6 -
-                             hh * (1.0 / 120 - hh * (1.0 / 5040 -
-                                                     hh * (1.0 / 362880 - hh * (1.0 / 39916800)))));
+        const wide half = wide_choose(near, 0.5 * x, wide_splat(0.0)), sinc = sinc_of(half);
         wide s, c, unused;
         const dd turn = one_turn();
         sincos_turns(dd_add(dd_of(wide_splat(n->phase)), dd_times(half, turn)), &unused, &c);
