@@ -241,7 +241,7 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
                  g1 = top->state[3].hi, g2 = top->state[4].hi, g3 = top->state[5].hi,
                  size = 1.0 + v_largest(v3(p, q, r)), slack = 1e-13 * size * size;
     const kr_vec3 w = v3(p, q, r), slope = v3(q * r, -p * r - g3, g2);
-    if (v_largest(slope) < slack && v_largest(w) < slack) return KR_KOWALEWSKI_REST;
+    if (v_largest(slope) < 1e-8 && v_largest(w) < 1e-8) return KR_KOWALEWSKI_REST;
     if (v_largest(slope) < slack && v_largest(v_cross(v3(g1, g2, g3), w)) < slack)
         return KR_KOWALEWSKI_ROTATION;
     if (v_largest(v3(p, q, g3)) < slack || v_largest(v3(p, r, g2)) < slack)
