@@ -121,8 +121,7 @@ INLINE wide sum_heading(const kr_chaplygin_plan *plan, const angle_lanes a[2])
 /* Returns sin x / x for |x| <= 1/2. The first term left out is below 5e-17. */
 INLINE wide sinc_of(wide x)
 {
-    const wide xx = x * x,
-               last = 1.0 / 362880 - xx * (1.0 / 39916800 - xx * (1.0 / 6227020800.0));
+    const wide xx = x * x, last = 1.0 / 362880 - xx * (1.0 / 39916800 - xx * (1.0 / 6227020800.0));
     return 1.0 - xx * (1.0 / 6 - xx * (1.0 / 120 - xx * (1.0 / 5040 - xx * last)));
 }
 /* Returns the sum of the integrals of the slow terms, value cos(phase + rate tau), over the time

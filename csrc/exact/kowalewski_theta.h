@@ -49,7 +49,7 @@ typedef struct theta_work {
     double constant[SUMS][CLASSES];
     cx wave[2][2 * WIDE_MOST + 1];
     torus_sample sample[SAMPLES];
-    cx column[SAMPLES][2][CLASSES]; /* sums over each class, for two sums at each sample */
+    cx column[SAMPLES][2][CLASSES]; /* sums over each index, for two sums at each sample */
     lsq lsq;
 } theta_work;
 
@@ -71,7 +71,7 @@ static int class_of(int kind, int k1, int k2)
     return 4 * odd(k1) + ((k2 - 2 * floor_half(k1)) & 3);
 }
 /* Returns 1 if the sum has terms of this class. */
-static int has_class(int kind, int sum, int class)
+static int has_class(int kind, int sum, int index)
 {
     /* Bit i stands for class i. */
     static const unsigned char classes[KINDS][SUMS] = {
@@ -79,7 +79,7 @@ static int has_class(int kind, int sum, int class)
         {0x0f, 0x0f, 0x07, 0x02, 0x0d}, {0x0f, 0x0f, 0x07, 0x02, 0x0d},
         {0x55, 0xaa, 0x55, 0x0a, 0xaa}, {0x0f, 0x0f, 0x0f, 0x0a, 0x0f},
     };
-    return classes[kind][sum] >> class & 1;
+    return classes[kind][sum] >> index & 1;
 }
 /* Returns the sign of a term within its class, for a given sum. */
 static double sign_of_term(int kind, int sum, int k1, int k2)
@@ -131,8 +131,8 @@ static int list_terms(const kowalewski_matrix *m, int kind, const int sum[2], co
         if (!(half + fabs(middle) < 0.5 * WIDE_MOST)) return 0;
         for (int k2 = (int)ceil(2.0 * (middle - half)); k2 <= 2.0 * (middle + half); k2++) {
             const double y = 0.5 * k2 - y0;
-            const int class = class_of(kind, k1, k2);
-            if (!has_class(kind, sum[0], class) && !has_class(kind, sum[1], class)) continue;
+            const int index = class_of(kind, k1, k2);
+            if (!has_class(kind, sum[0], index) && !has_class(kind, sum[1], index)) continue;
             const double size = decay(0.5 * (m->b11 * x * x + m->b22 * y * y) + m->b12 * x * y);
             if (out->count == TERMS) return 0;
             sum_term *term = &out->term[out->count++];
@@ -202,13 +202,13 @@ static double solve_spinor(theta_work *w)
     m->rows = 2 * SAMPLES;
     m->columns = 0;
     for (int j = 0; j < 2; j++)
-        for (int class = 0; class < CLASSES; class++) {
-            if (!has_class(w->kind, spinor_sums[j], class)) continue;
+        for (int index = 0; index < CLASSES; index++) {
+            if (!has_class(w->kind, spinor_sums[j], index)) continue;
             double *const a = m->a[m->columns++];
             for (int i = 0; i < SAMPLES; i++) {
                 const torus_sample *s = &w->sample[i];
                 const cx factor = cx_scale((j ? -1.0 : 1.0) / s->size, j ? s->y : s->x),
-                         value = cx_mul(w->column[i][j][class], factor);
+                         value = cx_mul(w->column[i][j][index], factor);
                 a[2 * i] = value.re;
                 a[2 * i + 1] = value.im;
             }
@@ -216,9 +216,9 @@ static double solve_spinor(theta_work *w)
     lsq_factor(m);
     const double ratio = lsq_null(m, null);
     for (int j = 0, at = 0; j < 2; j++)
-        for (int class = 0; class < CLASSES; class++)
-            w->constant[spinor_sums[j]][class] =
-                has_class(w->kind, spinor_sums[j], class) ? null[at++] : 0.0;
+        for (int index = 0; index < CLASSES; index++)
+            w->constant[spinor_sums[j]][index] =
+                has_class(w->kind, spinor_sums[j], index) ? null[at++] : 0.0;
     return ratio;
 }
 /* Computes D at all samples. */
@@ -283,11 +283,11 @@ static void find_velocity(theta_work *w, const int sum[2], int which)
     lsq *m = &w->lsq;
     m->rows = 2 * SAMPLES;
     m->columns = 0;
-    for (int class = 0; class < CLASSES; class++) {
-        if (!has_class(w->kind, sum[which], class)) continue;
+    for (int index = 0; index < CLASSES; index++) {
+        if (!has_class(w->kind, sum[which], index)) continue;
         double *const a = m->a[m->columns++];
         for (int i = 0; i < SAMPLES; i++) {
-            const cx value = cx_scale(1.0 / w->sample[i].size, w->column[i][which][class]);
+            const cx value = cx_scale(1.0 / w->sample[i].size, w->column[i][which][index]);
             a[2 * i] = value.re;
             a[2 * i + 1] = value.im;
         }
@@ -299,8 +299,8 @@ static void find_velocity(theta_work *w, const int sum[2], int which)
     }
     lsq_factor(m);
     lsq_solve(m, right, solution);
-    for (int class = 0, at = 0; class < CLASSES; class++)
-        constant[class] = has_class(w->kind, sum[which], class) ? solution[at++] : 0.0;
+    for (int index = 0, at = 0; index < CLASSES; index++)
+        constant[index] = has_class(w->kind, sum[which], index) ? solution[at++] : 0.0;
     /* After the reflections, the elements below the columns are the residuals. */
     for (int i = m->columns; i < m->rows; i++) miss = fmax(miss, fabs(right[i]));
     w->misfit = fmax(w->misfit, miss / most);

@@ -73,14 +73,14 @@ def compare_with_series(scene, top, t, rng, scale, limit):
 
 
 def drift_of_integrals(top, tau, rng, scale):
-    """Return the largest relative deviations of energy, vertical momentum and the third integral."""
+    """Return the largest relative deviations of energy, vertical momentum, third integral."""
     t = rng.choice([-1, 1], INTEGRALS) * 10.0 ** rng.uniform(0, np.log10(LATE), INTEGRALS) * tau
     path = top(np.sort(np.concatenate([[0.0], t])))
     body, zero = top.scene.body, np.searchsorted(np.sort(t), 0.0)
     unit = scale / max(body.inertia)
-    name, power = ("kowalewski", 4) if max(body.inertia) < 3 * min(body.inertia) else (
-        "goryachev_chaplygin", 3)
-    third = getattr(path, name)
+    is_kowalewski = max(body.inertia) < 3 * min(body.inertia)
+    third = path.kowalewski if is_kowalewski else path.goryachev_chaplygin
+    power = 4 if is_kowalewski else 3
 
     def apart(values, size):
         return float(np.max(np.abs(values - values[zero]))) / size

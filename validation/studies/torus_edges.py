@@ -34,9 +34,7 @@ class Family(NamedTuple):
 def turn_upwards(up):
     """Return an attitude in which the direction `up` of the body is vertical."""
     x, y, z = up
-    q = np.array([1.0 + z, y, -x, 0.0]) if z > -0.9 else np.array([-x, 0.0, 1.0 - z, y])
-    if z <= -0.9:
-        q = np.array([y, 1.0 - z, 0.0, x])
+    q = np.array([1.0 + z, y, -x, 0.0] if z > -0.9 else [y, 1.0 - z, 0.0, x])
     return q / np.linalg.norm(q)
 
 
@@ -57,7 +55,7 @@ def make_scene(kind, velocity, up):
 
 
 def see_from_body(scene):
-    """Return the angular momentum and the vertical in the body, whose frame is that of description."""
+    """Return the angular momentum and the vertical, seen from the body."""
     w, x, y, z = scene.attitude
     up = np.array([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
     rows = np.array(
@@ -78,54 +76,57 @@ def constants(scene):
     return h, scene.momentum[2], abs((p + 1j * q) ** 2 + g1 + 1j * g2)
 
 
-def discriminant(h, l, c):
-    """Return the discriminant of 2 (w + h)(w^2 + c) - l^2."""
-    b, d, e = h, c, h * c - l * l / 2
+def discriminant(h, vertical, c):
+    """Return the discriminant of 2 (w + h)(w^2 + c) - vertical^2."""
+    b, d, e = h, c, h * c - vertical * vertical / 2
     return 18 * b * d * e - 4 * b**3 * e + b * b * d * d - 4 * d**3 - 27 * e * e
 
 
-def scale_to(kind, value, zero):
-    """Return a family of random starts, with momenta scaled until `value` of the scene is zero.
+def find_size(value, velocity, up, kind):
+    """Return a factor of the velocity for which `value` of the scene is zero, or None."""
+    sizes = np.linspace(0.1, 2.5, 25)
+    values = [value(make_scene(kind, x * velocity, up)) for x in sizes]
+    for i in range(len(sizes) - 1):
+        if values[i] * values[i + 1] < 0.0:
+            low, high = sizes[i], sizes[i + 1]
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                if value(make_scene(kind, middle * velocity, up)) * values[i] > 0.0:
+                    low = middle
+                else:
+                    high = middle
+            return low
+    return None
 
-    The momentum is then multiplied by 1 + eps. Starts without such a scale are drawn again.
+
+def scale_to(kind, value, name):
+    """Return a family of random starts with a velocity for which `value` of the scene is zero.
+
+    The velocity is then multiplied by 1 + eps.
     """
 
     def make(eps, numbers):
         rng = np.random.default_rng(abs(int(1e9 * numbers[0])))
-        while True:
+        for _ in range(1000):
             velocity, up = rng.normal(size=3), rng.normal(size=3)
+            size = find_size(value, velocity, up, kind)
+            if size is not None:
+                return make_scene(kind, size * (1.0 + eps) * velocity, up)
+        raise ArithmeticError(f"no start with {name}")
 
-            def at(size, velocity=velocity, up=up):
-                return value(make_scene(kind, size * velocity, up))
-
-            sizes = np.linspace(0.1, 2.5, 25)
-            values = [at(x) for x in sizes]
-            found = [i for i in range(24) if values[i] * values[i + 1] < 0.0]
-            if not found:
-                continue
-            low, high = sizes[found[0]], sizes[found[0] + 1]
-            for _ in range(60):
-                middle = 0.5 * (low + high)
-                if at(middle) * at(low) <= 0.0:
-                    high = middle
-                else:
-                    low = middle
-            return make_scene(kind, low * (1.0 + eps) * velocity, up)
-
-    return Family(zero, make)
+    return Family(name, make)
 
 
-def root_at(sign):
-    def value(scene):
-        h, l, k = constants(scene)
-        return h + sign * k - l * l / 2
-
-    return value
+def value_at_minus_k(scene):
+    """Return half of phi at -k, for Kowalewski tops."""
+    h, vertical, k = constants(scene)
+    return h - k - vertical * vertical / 2
 
 
-def double_root(scene):
-    h, l, k = constants(scene)
-    return discriminant(h, l, 1 - k * k)
+def discriminant_of_phi(scene):
+    """Return the discriminant of phi, for Kowalewski tops."""
+    h, vertical, k = constants(scene)
+    return discriminant(h, vertical, 1 - k * k)
 
 
 def separatrix(scene):
@@ -160,9 +161,7 @@ def across_momentum(eps, v):
 
 def level_momentum(eps, v):
     """Return a Goryachev-Chaplygin top with G about eps: the momentum is along axis 2."""
-    return make_scene(
-        "goryachev_chaplygin", [eps * v[0], 1.2, eps * v[1]], [0.3, eps * v[2], 0.9]
-    )
+    return make_scene("goryachev_chaplygin", [eps * v[0], 1.2, eps * v[1]], [0.3, eps * v[2], 0.9])
 
 
 def families(kind):
@@ -205,8 +204,8 @@ def families(kind):
             ),
         ),
         Family("l = eps", across_momentum),
-        scale_to(kind, root_at(-1), "phi(-k) = 0"),
-        scale_to(kind, double_root, "double root of phi"),
+        scale_to(kind, value_at_minus_k, "phi(-k) = 0"),
+        scale_to(kind, discriminant_of_phi, "double root of phi"),
         Family("fast, rate 1/eps", lambda e, v: make_scene(kind, v[:3] / max(e, 1e-19), v[3:])),
     ]
 
