@@ -58,6 +58,23 @@ static void separate(chaplygin_top *y)
     if (product.im.hi * y->L[0].hi + product.re.hi * y->L[1].hi < 0.0)
         y->root[1] = cdd_neg(y->root[1]);
 }
+/* Extends the series of the parts, and the series of the time, with zeros to the length of the
+ * longest one. */
+static void equalise_series(kr_angle_series angle[2])
+{
+    int parts = 0, times = 0;
+    for (int j = 0; j < 2; j++) {
+        if (angle[j].times > times) times = angle[j].times;
+        for (int i = 0; i < 2; i++)
+            if (angle[j].count[i] > parts) parts = angle[j].count[i];
+    }
+    for (int j = 0; j < 2; j++) {
+        kr_angle_series *e = &angle[j];
+        for (; e->times < times; e->times++) e->time[e->times] = e->time_rate[e->times] = 0.0;
+        for (int i = 0; i < 2; i++)
+            while (e->count[i] < parts) e->part[i][e->count[i]++] = 0.0;
+    }
+}
 /* Returns half of an arc's angle at the start [turns], and writes the sum of the time series there.
  * Sets the signs of the series c and s. The variable u decreases while x increases from 0 to pi. */
 static dd start_angle(const chaplygin_curve *o, const chaplygin_arc *arc, dd u, cdd root,
@@ -115,9 +132,9 @@ static const double LEAST_G = 1e-24;
 static int is_planar(const chaplygin_top *y)
 {
     const kr_vec3 L = v3(y->L[0].hi, y->L[1].hi, y->L[2].hi);
-    const double slack = 1e-13 * (1.0 + v_largest(L));
-    return v_largest(v3(L.x, L.y, y->g[2].hi)) < slack ||
-           v_largest(v3(L.x, L.z, y->g[1].hi)) < slack;
+    const double size = 1.0 + v_largest(L), slack = 1e-13 * size;
+    return v_largest(v3(L.x, L.y, y->g[2].hi * size)) < slack ||
+           v_largest(v3(L.x, L.z, y->g[1].hi * size)) < slack;
 }
 /* Returns the name of a degenerate motion, or `refusal` if the motion has no name. */
 static kr_chaplygin_refusal name_motion(const chaplygin_top *y, const chaplygin_curve *o,
@@ -153,6 +170,7 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     w->tail = 0.0;
     for (int j = 0; j < 2; j++)
         if (!make_angle_series(o, w, &w->arc[j], &plan->angle[j])) return KR_CHAPLYGIN_INTEGRALS;
+    equalise_series(plan->angle);
     set_angle_rates(plan, w->arc, rate);
     for (int j = 0; j < 2; j++)
         half[j] = start_angle(o, &w->arc[j], y->u[j], y->root[j], &plan->angle[j], &time[j]);

@@ -239,12 +239,12 @@ static kr_kowalewski_refusal name_motion(const kowalewski_top *top, kr_kowalewsk
 {
     const double p = top->state[0].hi, q = top->state[1].hi, r = top->state[2].hi,
                  g1 = top->state[3].hi, g2 = top->state[4].hi, g3 = top->state[5].hi,
-                 size = 1.0 + v_largest(v3(p, q, r)), slack = 1e-13 * size * size;
+                 size = 1.0 + v_largest(v3(p, q, r)), slack = 1e-13 * size;
     const kr_vec3 w = v3(p, q, r), slope = v3(q * r, -p * r - g3, g2);
     if (v_largest(slope) < 1e-8 && v_largest(w) < 1e-8) return KR_KOWALEWSKI_REST;
-    if (v_largest(slope) < slack && v_largest(v_cross(v3(g1, g2, g3), w)) < slack)
+    if (v_largest(slope) < slack * size && v_largest(v_cross(v3(g1, g2, g3), w)) < slack)
         return KR_KOWALEWSKI_ROTATION;
-    if (v_largest(v3(p, q, g3)) < slack || v_largest(v3(p, r, g2)) < slack)
+    if (v_largest(v3(p, q, g3 * size)) < slack || v_largest(v3(p, r, g2 * size)) < slack)
         return KR_KOWALEWSKI_PLANAR;
     return refusal;
 }
