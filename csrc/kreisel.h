@@ -613,6 +613,9 @@ KR_API void kr_exact_states(const kr_exact *exact, size_t n, const double t[], k
 /* clang-format off */
 #define KR_KOWALEWSKI_REFUSAL_LIST(X)                                                             \
     X(PLANNED,     "there is a plan")                                                             \
+    X(REST,        "the top is in equilibrium, or nearly")                                        \
+    X(ROTATION,    "the top rotates uniformly about the vertical")                                \
+    X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
     X(INTEGRALS,   "a period of its curve does not converge")                                     \
@@ -659,7 +662,9 @@ KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const doubl
 #define KR_CHAPLYGIN_REFUSAL_LIST(X)                                                              \
     X(PLANNED,     "there is a plan")                                                             \
     X(VERTICAL,    "the angular momentum has a vertical component")                               \
-    X(ZERO,        "the integral G is near zero: the motion is elliptic, planar or at rest")      \
+    X(REST,        "the top is in equilibrium, or nearly")                                        \
+    X(PLANAR,      "the top swings or circles in a plane, like a pendulum")                       \
+    X(ZERO,        "the integral G is near zero: the motion is near a separatrix")                \
     X(COINCIDENT,  "two branch points of its curve coincide: the motion is degenerate")           \
     X(SEPARATRIX,  "the motion is too near to a separatrix for its frequencies to be known")      \
     X(INTEGRALS,   "a series of one angle of its torus does not converge")                        \

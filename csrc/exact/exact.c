@@ -76,7 +76,7 @@ static kr_status reset_torus(kr_motion *motion, const kr_torus_form *form)
     char *plan = plan_of_motion(motion), *made = plan + form->plan_size;
     const kr_status status = kr_torus_widest_isa(form)->scalar->plan(motion->scene, 1, 0.0, made);
     if (status != KR_OK) return status;
-    memcpy(plan, made, form->plan_size);
+    memcpy(plan, made, form->used_size(made));
     kr_torus torus;
     memcpy(&torus, plan + form->torus_offset, sizeof torus);
     const kr_exact_form period = {.period = 0.5 / torus.turn[0].fast};

@@ -5,11 +5,27 @@
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"
 
+static size_t kowalewski_used_size(const void *memory)
+{
+    const kr_theta_sums *plan = memory;
+    size_t terms = 0;
+    for (int sum = 0, at = 0; sum < SUMS; sum++)
+        for (int i = 0; i < plan->rows[sum]; i++) terms += (size_t)plan->row[at++].count;
+    return offsetof(kr_theta_sums, term) + terms * sizeof *plan->term;
+}
+static size_t chaplygin_used_size(const void *memory)
+{
+    const kr_chaplygin_plan *plan = memory;
+    size_t terms = 0;
+    for (int i = 0; i < plan->rows; i++) terms += 2 * (size_t)plan->row[i].count;
+    return offsetof(kr_chaplygin_plan, term) + terms * sizeof *plan->term;
+}
 const kr_torus_form kr_kowalewski_form = {
     KR_KIND_KOWALEWSKI,
     sizeof(kr_theta_sums),
     offsetof(kr_theta_sums, torus),
     NULL,
+    kowalewski_used_size,
     {
 #ifdef KR_WITH_AVX512
         {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_kowalewski_scalar),
@@ -28,6 +44,7 @@ const kr_torus_form kr_chaplygin_form = {
     sizeof(kr_chaplygin_plan),
     offsetof(kr_chaplygin_plan, torus),
     kr_chaplygin_is_level,
+    chaplygin_used_size,
     {
 #ifdef KR_WITH_AVX512
         {"avx512", kr_has_avx512, &KR_SCALAR_NAME(kr_chaplygin_scalar),

@@ -1,7 +1,7 @@
 /* The closed forms of tops whose motion is on a torus, on which two angles grow at constant rates:
  * Kowalewski tops and Goryachev-Chaplygin tops. A closed form is a plan in memory of a fixed size.
- * The plan begins with the head that kreisel.h declares. The memory behind the plan is used for its
- * set-up only. */
+ * The plan begins with the head that kreisel.h declares, and ends with the coefficients of its
+ * series. The memory behind the plan is used for its set-up only. */
 #ifndef KR_EXACT_TORUS_H
 #define KR_EXACT_TORUS_H
 #include "layout.h"
@@ -38,6 +38,8 @@ typedef struct kr_torus_form {
     /* Returns 1 if the closed form applies to the start of a checked scene with a body of this
      * kind. NULL: to all starts. */
     int (*suits)(const kr_scene *scene);
+    /* Returns the size of the used part of a plan, in bytes. A copy of this part is a plan. */
+    size_t (*used_size)(const void *plan);
     /* The instruction sets that were compiled in, the widest first. A name of NULL ends the
      * table. */
     kr_torus_isa isas[4];

@@ -202,6 +202,22 @@ static void batches_and_instruction_sets_agree(const form_case *c)
             if (isa->runs_here()) check_instruction_set(c, isa, &s, plan);
     }
 }
+/* A copy of the used part of a plan is a plan. */
+static void a_copy_of_the_used_part_is_a_plan(const form_case *c)
+{
+    const kr_torus_scalar *scalar = kr_torus_widest_isa(c->form)->scalar;
+    for (int i = 0; i < 5; i++) {
+        const kr_scene s = c->draw();
+        const void *plan = plan_of(c, &s);
+        if (!plan) continue;
+        const size_t size = c->form->used_size(plan);
+        void *copy = malloc(size);
+        memcpy(copy, plan, size);
+        IS(size < c->form->plan_size);
+        IS(same(scalar->state(copy, 7.0), c->state(plan, 7.0)));
+        free(copy);
+    }
+}
 enum { TOPS = 5, TIMES_OF_TOPS = 4 };
 /* Writes states that a worker with the method `exact` computes at the times t. */
 static void run_worker(const kr_scene scenes[TOPS], const double t[],
@@ -337,6 +353,7 @@ static void check_form(const form_case *c)
     results_scale_with_powers_of_two(c);
     axes_of_description_change_nothing(c);
     batches_and_instruction_sets_agree(c);
+    a_copy_of_the_used_part_is_a_plan(c);
     tops_and_workers_give_the_same_states(c);
     many_times_are_recorded_as_each_alone(c);
     a_step_is_a_period_of_the_first_angle(c);
