@@ -112,7 +112,7 @@ class Rod:
         The states must be so close that the rod bends little between two of them. Raises
         ImportError if matplotlib is not installed.
         """
-        from .._plot.charts import new_axes
+        from .._plot.panels import new_axes
         from .._plot.solids import ORANGE, check_axes, draw_bar, draw_tube
 
         drawn = new_axes() if axes is None else check_axes(axes)

@@ -19,6 +19,7 @@ from .._options.plan import Plan, StepChoice, make_plan
 from .._options.solve_options import SolveOptions, parse_want
 from .._utils.archive import Integers
 from .._utils.atomic_io import atomic_write
+from .._utils.html import display_picture
 from .._utils.quantity_attributes import QuantityName
 from .._utils.validation import Array, Numbers, ReadOnlyArrays
 from .core_calls import ORIGIN, CoreResult, Origin, creation_error, record_unordered
@@ -29,6 +30,8 @@ from .state_quantities import NO_STATES, STATE_COLUMNS
 from .state_quantities import Stats as Stats
 from .tables import Tables
 from .tangent_data import TangentData
+
+MOST_DISPLAYED = 100_000  # number of states of the longest path that notebooks display as a picture
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -277,11 +280,30 @@ class Path(ReadOnlyArrays, Tables):
         met = self._events
         return None if met is None else (met.path, met.which, met.direction)
 
-    def plot(self, axes: Iterable[Axes] | None = None, *, degrees: bool = False) -> Picture:
+    def plot(
+        self,
+        axes: Iterable[Axes] | None = None,
+        *,
+        degrees: bool = True,
+        time_unit: str = "T",
+    ) -> Picture:
         """Draw this path as kreisel.plot does, and return the picture."""
         from .._plot.charts import plot_paths
 
-        return plot_paths([(self, self.events.path if len(self.events) else None)], axes, degrees)
+        events = self.events.path if len(self.events) else None
+        return plot_paths([(self, events)], axes, degrees, time_unit)
+
+    def _repr_html_(self) -> str | None:
+        """Return the picture of this path, which notebooks display.
+
+        Returns None if matplotlib is missing, or if the path has no states, too many states or not
+        the quantities that are drawn. The notebook then displays the repr.
+        """
+        drawn = {"apex", "nutation", "precession_angle"}
+        is_stored = self.want is None or drawn.issubset(self.want)
+        if not is_stored or not 0 < len(self) <= MOST_DISPLAYED:
+            return None
+        return display_picture(lambda: self.plot()[0], repr(self))
 
     def animate(
         self,
