@@ -8,6 +8,7 @@ from .._utils.optional import optional_dependency
 from .._utils.validation import Array, short_repr
 
 with optional_dependency("'kreisel[plot]'"):
+    import matplotlib
     from matplotlib.axes import Axes
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import to_rgb
@@ -15,7 +16,7 @@ with optional_dependency("'kreisel[plot]'"):
 BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
 _LIGHT = np.array((-0.4, -0.5, 0.77))
 _SLICES = 96
-_ROUND = 16  # flat sides that approximate a round tube
+_ROUND = 24  # flat sides that approximate a round tube
 
 
 def project(
@@ -81,9 +82,9 @@ def hide_axes(axes: Axes) -> None:
     axes.axis("off")
 
 
-def draw_bar(
+def draw_tube(
     centre: Array,
-    frame: Array,
+    normals: Array,
     section: tuple[float, float],
     axes: Axes,
     thickness: float | None = None,
@@ -91,35 +92,16 @@ def draw_bar(
     elevation: float = 20.0,
     azimuth: float = 0.0,
 ) -> None:
-    """Draw a bar of rectangular cross-section along a curve (n, 3).
+    """Draw a tube of elliptical cross-section along a curve (n, 3).
 
-    The sides of the cross-section are along the first two axes of `frame` (n, 3, 3). The larger
-    side is `thickness`, by default a thirtieth of the extent of the curve.
-    """
-    half = 0.5 * _thickness(centre, thickness) * np.array(section)
-    signs = np.array([(1, 1), (-1, 1), (-1, -1), (1, -1)]) * half
-    rims = centre[:, None] + np.einsum("cj,njk->nck", signs, frame[:, :2])  # (n, 4, 3)
-    ends = np.stack([rims[0, ::-1], rims[-1]])
-    draw_faces(axes, np.concatenate([_sides(rims), ends]), colour, elevation, azimuth)
-    hide_axes(axes)
-
-
-def draw_tube(
-    centre: Array,
-    tangent: Array,
-    axes: Axes,
-    thickness: float | None = None,
-    colour: str = ORANGE,
-    elevation: float = 20.0,
-    azimuth: float = 0.0,
-) -> None:
-    """Draw a tube of circular cross-section along a curve (n, 3) with unit tangents (n, 3).
-
-    The diameter is `thickness`, by default a thirtieth of the extent of the curve.
+    The diameters of the ellipse are along the two unit vectors of `normals` (n, 2, 3), with the
+    ratio `section`. The larger one is `thickness`, by default a thirtieth of the extent of the
+    curve.
     """
     angle = 2.0 * np.pi * np.arange(_ROUND) / _ROUND
-    ring = 0.5 * _thickness(centre, thickness) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, _parallel_frames(tangent))
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=-1) * np.array(section)
+    ring *= 0.5 * _thickness(centre, thickness)
+    rims = centre[:, None] + np.einsum("cj,njk->nck", ring, normals)
     pieces = np.arange(0, _ROUND, 2)[:, None] + np.arange(3)  # rim points of the end faces
     first, last = (rims[k, pieces % _ROUND] for k in (0, -1))
     middle = np.broadcast_to(centre[[0, -1], None, None], (2, len(pieces), 1, 3))
@@ -129,6 +111,38 @@ def draw_tube(
     ]
     draw_faces(axes, np.concatenate([_sides(rims), *ends]), colour, elevation, azimuth)
     hide_axes(axes)
+
+
+def draw_scale(
+    centre: Array, axes: Axes, unit: str, elevation: float = 20.0, azimuth: float = 0.0
+) -> None:
+    """Mark the start of a curve (n, 3), and draw a bar of known length below the curve.
+
+    The length of the bar is 1, 2 or 5 times a power of ten, at most a quarter of the extent of the
+    drawing.
+    """
+    ink = matplotlib.rcParams["text.color"]
+    x, y, _ = project(centre, elevation, azimuth)
+    axes.plot(x[:1], y[:1], "o", color=ink, markersize=4, zorder=4)
+    style = {"textcoords": "offset points", "fontsize": 8, "color": ink}
+    side = -1 if x[0] <= x.mean() else 1
+    axes.annotate(
+        "start", (x[0], y[0]), xytext=(8 * side, 0), va="center",
+        ha="right" if side < 0 else "left", **style,
+    )  # fmt: skip
+    extent = float(max(np.ptp(x), np.ptp(y)))
+    if not extent > 0.0:
+        return
+    power = 10.0 ** np.floor(np.log10(0.25 * extent))
+    length = float(max(k for k in (1.0, 2.0, 5.0) if k * power <= 0.25 * extent) * power)
+    left, below = float(x.max()) - length, float(y.min()) - 0.08 * extent
+    axes.plot(
+        [left, left + length], [below, below], color=ink, linewidth=2.0, solid_capstyle="butt"
+    )
+    axes.annotate(
+        f"{length:.12g} {unit}", (left + 0.5 * length, below), xytext=(0, -4), va="top",
+        ha="center", **style,
+    )  # fmt: skip
 
 
 def _thickness(centre: Array, thickness: float | None) -> float:
@@ -141,7 +155,7 @@ def _sides(rims: Array) -> Array:
     return np.stack([rims[:-1], after[:-1], after[1:], rims[1:]], axis=2).reshape(-1, 4, 3)
 
 
-def _parallel_frames(tangent: Array) -> Array:
+def parallel_normals(tangent: Array) -> Array:
     """Return two unit normals (n, 2, 3) at each point, which do not rotate about the curve."""
     normals = np.empty_like(tangent)
     normal = np.eye(3)[np.argmin(np.abs(tangent[0]))]
