@@ -14,8 +14,10 @@ with optional_dependency("'kreisel[plot]'"):
     from matplotlib.colors import to_rgb
 
 BLUE, ORANGE, FAINT = "#2f7de1", "#e8710a", "#8c8c8c"
+RED, CREAM = "#c73237", "#f7ecd2"  # colours of a body, as in the interactive viewer
 _LIGHT = np.array((-0.4, -0.5, 0.77))
 _SLICES = 96
+_PIECES = 4  # straight pieces that approximate each piece of a profile
 _ROUND = 24  # flat sides that approximate a round tube
 
 
@@ -197,7 +199,7 @@ def _cuboid_of_mass(mass: float, moments: Array, lever: Array) -> tuple[Array, A
 
 
 def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]:
-    """Return the faces (6, 4, 3) of a cuboid and their colours; one face is orange."""
+    """Return the faces (6, 4, 3) of a cuboid and their colours; one face is bright."""
     square = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
     corners = []
     for k in range(3):
@@ -206,7 +208,7 @@ def cuboid_faces(half: Array, centre: Array, axes: Array) -> tuple[Array, Array]
             face[:, k] = side
             face[:, [(k + 1) % 3, (k + 2) % 3]] = square[:: int(side)]
             corners.append(face)
-    shades = ["#2f7de1", "#2f7de1", "#7fb2f0", "#7fb2f0", "#1f5fb5", ORANGE]
+    shades = [RED, RED, "#d8575b", "#d8575b", "#a8262b", CREAM]
     return centre + (np.array(corners) * half) @ axes, np.array([to_rgb(c) for c in shades])
 
 
@@ -215,7 +217,7 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
 
     `radius` and `half` are the radius and half length of a cylinder with its centre at `height`. If
     `tip` is False, the body is this cylinder. If `tip` is True, the body is a spinning top of about
-    the same size that stands on the origin. The colours make the rotation visible.
+    the same size that stands on the origin. A bright sector makes the rotation visible.
     """
     low = height - half
     if tip:
@@ -223,7 +225,7 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
         start = [(0.05, low)] if foot else [(0.0, min(low, 0.0))]
         body = [(0.62, 0.55), (0.93, 0.9), (1.0, 1.1), (0.95, 1.3), (0.7, 1.5), (0.2, 1.62)]
         stem = [(0.1, 1.68), (0.1, 2.15), (0.16, 2.2), (0.16, 2.35), (0.0, 2.4)]
-        profile = foot + start + [(r, low + z * half) for r, z in body + stem]
+        profile = foot + start + [(r, low + z * half) for r, z in [*_smooth(body), *stem]]
     else:
         profile = [(0.0, low), (1.0, low), (1.0, low + 2 * half), (0.0, low + 2 * half)]
     r, z = np.array(profile).T
@@ -233,9 +235,24 @@ def revolve(radius: float, half: float, height: float, tip: bool) -> tuple[Array
     rings[..., :2] = radius * r[:, None, None] * ring
     rings[..., 2] = z[:, None]
     quads = np.stack([rings[:-1, :-1], rings[:-1, 1:], rings[1:, 1:], rings[1:, :-1]], axis=2)
-    marked = np.arange(_SLICES) // (_SLICES // 8) % 4 == 0
-    colours = np.where(marked[:, None], to_rgb(ORANGE), to_rgb(BLUE))
+    marked = np.arange(_SLICES) < _SLICES // 6
+    colours = np.where(marked[:, None], to_rgb(CREAM), to_rgb(RED))
     return quads.reshape(-1, 4, 3), np.tile(colours, (len(r) - 1, 1))
+
+
+def _smooth(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return points of a smooth curve (Catmull-Rom spline) through points (r, z), with r <= 1."""
+    given = np.array(points)
+    slopes = np.gradient(given, axis=0)
+    u = np.linspace(0.0, 1.0, _PIECES, endpoint=False)[:, None]
+    parts = [
+        (1 + 2 * u) * (1 - u) ** 2 * p + u**2 * (3 - 2 * u) * q
+        + u * (1 - u) ** 2 * a - u**2 * (1 - u) * b
+        for p, q, a, b in zip(given[:-1], given[1:], slopes[:-1], slopes[1:], strict=True)
+    ]  # fmt: skip
+    curve = np.concatenate([*parts, given[-1:]])
+    curve[:, 0] = np.minimum(curve[:, 0], 1.0)
+    return [(float(r), float(z)) for r, z in curve]
 
 
 def build_solid(mass: float, moments: Array, com: Array) -> tuple[Array, Array]:

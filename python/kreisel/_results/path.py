@@ -312,20 +312,24 @@ class Path(ReadOnlyArrays, Tables):
         speed: float | None = None,
         fps: int = 25,
         size: int = 480,
+        time_unit: str | None = None,
     ) -> Film:
         """Return a film of the moving body with the trace of its apex, drawn with matplotlib.
 
         A notebook displays the film, and the film can be written to a file. A body that is
         symmetric about its apex is drawn as a body of revolution, any other body as a cuboid. The
         proportions of the drawn body follow from the moments of inertia. Its centre lies on the
-        line through the fixed point and the centre of mass. The camera sees the initial tilt from
-        the side.
+        line through the fixed point and the centre of mass. The floor is so low that the body does
+        not touch it, and carries the shadow of the body. The camera sees the initial tilt from the
+        side.
 
-        file   a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written atomically
-        speed  the time of the path that passes in one second of the film [T]; default: the whole
-               path in 8 seconds
-        fps    frames per second; the duration of a frame of a GIF is rounded to 1/100 second
-        size   the height and width of a frame [pixels]
+        file       a name ending in .gif, .mp4 (needs ffmpeg) or .html; the file is written
+                   atomically
+        speed      the time of the path that passes in one second of the film [T]; default: the
+                   whole path in 8 seconds
+        fps        frames per second; the duration of a frame of a GIF is rounded to 1/100 second
+        size       the height and width of a frame [pixels]
+        time_unit  the unit of time in which the scene is described, for the clock; default: none
 
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, 2)
@@ -339,7 +343,7 @@ class Path(ReadOnlyArrays, Tables):
         """
         from .._plot.film import make_film
 
-        return make_film(self, file, speed, fps, size)
+        return make_film(self, file, speed, fps, size, time_unit)
 
 
 @dataclass(frozen=True, eq=False)
