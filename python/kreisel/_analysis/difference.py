@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,7 +21,8 @@ def compute_difference(a: Path, b: Path) -> Difference:
 
     If a path does not store its attitude, the angle between both apexes is returned. Paths with
     different times are compared at the times of the path that has more of them in the interval
-    that both cover. The other path is evaluated at these times, which repeats its run.
+    that both cover. The other path is evaluated at these times, which repeats its run. The closed
+    form of a map cannot be evaluated between its steps, so the other path is.
     """
     from .._plot.charts import Difference
 
@@ -36,11 +39,15 @@ def _share_times(a: Path, b: Path) -> tuple[Path, Path]:
         return a, b
     low, high = max(a.t.min(), b.t.min()), min(a.t.max(), b.t.max())
     own, other = (path[(path.t >= low) & (path.t <= high)] for path in (a, b))
-    try:
-        return (own, b(own.t)) if len(own) >= len(other) else (a(other.t), other)
-    except ValueError:  # a closed form of a map has no states between its steps
-        _, i, j = np.intersect1d(a.t, b.t, return_indices=True)
-        return a[i], b[j]
+    ways: list[Callable[[], tuple[Path, Path]]] = [
+        lambda: (own, b(own.t)),
+        lambda: (a(other.t), other),
+    ]
+    for way in ways if len(own) >= len(other) else reversed(ways):
+        with suppress(ValueError):  # a closed form of a map has no states between its steps
+            return way()
+    _, i, j = np.intersect1d(a.t, b.t, return_indices=True)
+    return a[i], b[j]
 
 
 def _attitudes(path: Path) -> tuple[Array, Array]:

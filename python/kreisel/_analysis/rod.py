@@ -120,7 +120,7 @@ class Rod:
             >>> import kreisel as kr
             >>> path = kr.solve(kr.scenes.cusps, [0.1 * k for k in range(201)])
             >>> [text.get_text() for text in kr.rod(path).plot(length_unit="m").texts]
-            ['start', '5 m']
+            ['start', '2 m']
 
         The states must be so close that the rod bends little between two of them. Raises ValueError
         for a rod of fewer than two states, and ImportError if matplotlib is not installed.

@@ -113,8 +113,9 @@ class Indicator(ReadOnlyArrays):
         """(*shape,) True for chaotic motion; a bool for one scene.
 
         The verdict is that `final_megno` exceeds `threshold`. A motion that is not chaotic has a
-        Lyapunov exponent below about 2 * threshold / t. The value is False for a failed top. See
-        also `doubt`.
+        Lyapunov exponent below about 2 * threshold / t. A start exactly on an unstable steady or
+        periodic motion has a positive exponent, and counts as chaotic. The value is False for a
+        failed top. See also `doubt`.
         """
         return _scalar_or_array(self.final_megno > THRESHOLD)
 
