@@ -54,6 +54,16 @@ def test_a_section_shows_verdicts_on_chaos():
     assert 0 < len(texts) <= 3 and set(texts) <= {"regular", "chaotic", "in doubt"}
 
 
+@pytest.mark.parametrize("tops", [TOP, TOP.vary(gravity=[[0.5], [1.0]], spin=[0.0, 1.0, 2.0])])
+def test_sections_of_any_shape_are_drawn(tops):
+    section, told = kr.section(tops, n=3), kr.oli(tops, 800.0)
+    colours = section.plot(indicator=told).collections[0].get_facecolors()[:, :3]
+    chaotic = np.repeat(np.ravel(told.is_chaotic & ~np.asarray(told.is_doubtful)), 3)
+    assert chaotic.any()
+    expected = to_rgb(panels.CLASSES[1][1])
+    assert np.array_equal((colours == expected).all(axis=1), chaotic)
+
+
 @pytest.mark.parametrize(
     ("words", "error", "text"),
     [

@@ -134,23 +134,25 @@ class Indicator(ReadOnlyArrays):
         Of the tops that were called regular without doubt, 2 % were chaotic after 100 turns, 0.7 %
         after 300 turns, and none after 1000 turns.
         """
-        low, high = NEAR
-        megno = self.final_megno
         found = np.array(self.status, dtype=object)
         found[self.status == "OK"] = ""
-        cases = {
-            f"certificate above {WORST:g}": ~(self.certificate <= WORST),
-            "MEGNO near the threshold": (low < megno) & (megno < high),
-            f"under {FEWEST_TURNS:g} turns": (self.turns < FEWEST_TURNS) & ~(megno > THRESHOLD),
-        }
-        for text, is_so in cases.items():
+        for text, is_so in self._doubts().items():
             found[is_so & (found == "")] = text
         return _scalar_or_array(found.astype(np.str_))
 
     @property
     def is_doubtful(self) -> npt.NDArray[np.bool_] | bool:
         """(*shape,) True where `doubt` has a reason; a bool for one scene."""
-        return _scalar_or_array(np.asarray(self.doubt) != "")
+        return _scalar_or_array(np.any([self.status != "OK", *self._doubts().values()], axis=0))
+
+    def _doubts(self) -> dict[str, npt.NDArray[np.bool_]]:
+        """Return the reasons for doubt in verdicts of runs that did not fail."""
+        megno, (low, high) = self.final_megno, NEAR
+        return {
+            f"certificate above {WORST:g}": ~(self.certificate <= WORST),
+            "MEGNO near the threshold": (low < megno) & (megno < high),
+            f"under {FEWEST_TURNS:g} turns": (self.turns < FEWEST_TURNS) & ~(megno > THRESHOLD),
+        }
 
     def __repr__(self) -> str:
         if self.curve.ndim == 1:

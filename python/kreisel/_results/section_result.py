@@ -136,7 +136,8 @@ class Section(EnsembleResult, QuantityAttributes):
         """
         if indicator is not None:
             check_type("indicator", indicator, Indicator)
-            if indicator.status.shape != self.shape:
+            is_one = self.size == 1 and not indicator.status.shape  # both of a single scene
+            if indicator.status.shape != self.shape and not is_one:
                 raise ValueError(
                     f"indicator must be of the same tops, of shape {self.shape}, not of shape "
                     f"{indicator.status.shape}"
