@@ -28,11 +28,10 @@ class RunBlock(Directive):
 
     def run(self):
         program = "\n".join(self.content)
-        document = self.state.document
-        if not hasattr(document, "run_names"):
-            document.run_names = {"__name__": "__main__"}
+        page = self.state.document.settings.env.temp_data  # is emptied at the end of each page
+        names = page.setdefault("run_names", {"__name__": "__main__"})
         with matplotlib.rc_context(LOOK):
-            output, value = run_program(program, document.run_names)
+            output, value = run_program(program, names)
             shown = render_value(value, self.options.get("alt", "The picture of this program"))
         made = [nodes.literal_block(program, program, language="python")]
         if output:

@@ -110,7 +110,7 @@ def test_plain_docstrings_become_lists_code_and_links():
     ]
 
 
-PROGRAMS = {"start": 6, "coming_from": 5, "scope": 1}  # numbers of programs of the pages
+PROGRAMS = {"start": 6, "coming_from": 4, "scope": 1}  # numbers of programs of the pages
 
 
 @pytest.mark.parametrize("page", PROGRAMS)
