@@ -20,14 +20,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._options.methods import EXACT, has_torus
 from .._results.path import Path
 from .._solve.exact import exact
-from .._utils.validation import Array, ReadOnlyArrays, as_int, check_type, freeze_arrays
+from .._utils.html import display_picture
+from .._utils.validation import (
+    Array,
+    ReadOnlyArrays,
+    as_int,
+    as_unit,
+    check_type,
+    freeze_arrays,
+)
 from .turns import Waves, compute_motion, count_turns
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _SHARPNESS = 11.0  # shape parameter of the window, whose side lobes are below exp(-11 pi)
 _FEWEST = 64  # least number of states
@@ -71,6 +83,30 @@ class Frequencies(ReadOnlyArrays):
     def __repr__(self) -> str:
         told = ", ".join(f"{w} {getattr(self, w):.6g}" for w in ("precession", "nutation", "spin"))
         return f"<kreisel.Frequencies: {told}; {len(self.lines)} lines, rest {self.rest:.1e}>"
+
+    def plot(self, axes: Axes | None = None, *, time_unit: str = "T") -> Axes:
+        """Draw the spectrum of the apex with matplotlib, and return the axes.
+
+        Each line has a dot at its amplitude. The number above a line is its distance from the
+        precession, which is dashed, as a multiple of the frequency of the nutation.
+
+        axes       the axes to draw in; default: a new figure
+        time_unit  the unit of time in which the scene is described, for the labels
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.cusps, [0.1 * i for i in range(1000)])
+            >>> kr.frequencies(path).plot(time_unit="s").get_xlabel()
+            'angular frequency [s⁻¹]'
+
+        Raises ImportError if matplotlib is not installed.
+        """
+        from .._plot.spectrum import draw_lines
+
+        return draw_lines(self, axes, as_unit("time_unit", time_unit))
+
+    def _repr_html_(self) -> str | None:
+        """Return the picture of the spectrum, which notebooks display."""
+        return display_picture(self.plot, repr(self))
 
 
 def frequencies(path: Path, n: int = 12) -> Frequencies:

@@ -8,6 +8,7 @@ import numpy as np
 
 from .._core import start, values
 from .._model.scene import Scene
+from .._utils.html import format_table
 from .._utils.validation import Array
 from .closed_form_choice import explain_series
 from .methods import EXACT, FALLBACK, describe_kind, explain_no_closed_form, has_torus
@@ -86,7 +87,8 @@ class Plan:
     choice: StepChoice | None = None
     turn: float | None = None
 
-    def __str__(self) -> str:
+    def _rows(self) -> list[tuple[str, str]]:
+        """Return the lines of the description as pairs; a name that is repeated is empty."""
         order = (
             f"order {self.order}"
             if self.order
@@ -104,12 +106,18 @@ class Plan:
             "kept": [f"{what}: {why}" for what, why in self.kept],
             "chosen": [str(self.choice)] if self.choice else [],
         }
-        rows = [
+        return [
             (name if i == 0 else "", text)
             for name, texts in parts.items()
             for i, text in enumerate(texts)
         ]
-        return "\n".join(f"{name:<11}{text}" for name, text in rows)
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:<11}{text}" for name, text in self._rows())
+
+    def _repr_html_(self) -> str:
+        """Return the plan as a table, which notebooks display."""
+        return format_table(self._rows())
 
 
 def make_plan(
