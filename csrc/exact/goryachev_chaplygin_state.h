@@ -45,11 +45,14 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
     return e->is_sine[which] ? a->s * (last + before) : a->c * (last - before);
 }
 /* Returns the slip, which is the difference between tau and its mean growth. `half` has the halves
- * of the mean angles. Newton's method in a bracket is safe, because t grows with tau everywhere.
- * Writes the true angles to `a`. */
+ * of the mean angles. Newton's method in a bracket is safe, because t grows with tau everywhere. A
+ * step of Newton's method that is not at most half of the last step is replaced by bisection,
+ * because Newton's method can alternate between two points on both sides of the solution. Writes
+ * the true angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
-    wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high;
+    wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high,
+         last = 4.0 * high;
     mask done = wide_less(high, low);
     for (int step = 0; step < 80 && !mask_all(done); step++) {
         wide value = plan->mean * slip, slope = wide_splat(plan->mean);
@@ -65,10 +68,13 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         const mask up = wide_less(wide_splat(0.0), value);
         high = wide_choose(up, slip, high);
         low = wide_choose(up, low, slip);
-        wide next = slip - value / slope;
-        next = wide_choose(mask_and(wide_at_most(low, next), wide_at_most(next, high)), next,
-                           0.5 * (low + high));
-        const mask settled = wide_at_most(wide_abs(next - slip), wide_splat(plan->tolerance));
+        const wide newton = value / slope;
+        wide next = slip - newton;
+        const mask is_inside = mask_and(wide_at_most(low, next), wide_at_most(next, high)),
+                   is_short = wide_at_most(wide_abs(newton), 0.5 * last);
+        next = wide_choose(mask_and(is_inside, is_short), next, 0.5 * (low + high));
+        last = wide_abs(next - slip);
+        const mask settled = wide_at_most(last, wide_splat(plan->tolerance));
         slip = wide_choose(done, slip, next);
         done = mask_or(done, settled);
     }
