@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <memory>
 #include <vector>
+#include "exact/torus_angles.h"
 #include "times.hpp"
 #include "tops.hpp"
 
@@ -95,6 +96,25 @@ static py::object torus_states(const torus_memory &plan, const py::object &t, do
             kr_goryachev_chaplygin_states(plan.chaplygin, count, times.data() + i, states + i);
     });
     return std::move(out);
+}
+// Returns the states of a plan at the angles of each row of `turns`, from a copy of the plan.
+static doubles torus_states_at(const torus_memory &plan, const doubles &turns)
+{
+    if (!plan.kowalewski && !plan.chaplygin) throw py::value_error("there is no plan");
+    if (turns.ndim() != 2 || turns.shape(1) != 2) throw py::value_error("each row has two angles");
+    const size_t bytes = plan.kowalewski ? kr_kowalewski_size() : kr_goryachev_chaplygin_size();
+    const kr_kind kind = plan.kowalewski ? KR_KIND_KOWALEWSKI : KR_KIND_GORYACHEV_CHAPLYGIN;
+    torus_memory copy;
+    copy.allocate(bytes);
+    std::memcpy(copy.doubles.get(), plan.doubles.get(), bytes);
+    const py::ssize_t n = turns.shape(0);
+    doubles out({n, py::ssize_t(8)});
+    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
+    const double *angle = turns.data();
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        for (; i < end; i++) states[i] = kr_torus_state_at(kind, copy.doubles.get(), angle + 2 * i);
+    });
+    return out;
 }
 // Calls use(i, scene) for the tops begin to end until one is refused. Returns the index of the
 // refused top, or `end`, and the status.
@@ -223,6 +243,7 @@ void bind_exact(py::module_ &m)
     py::class_<torus_memory>(m, "TorusPlan");
     m.def("torus_plan", torus_plan, "scene"_a, "bound"_a);
     m.def("torus_states", torus_states, "plan"_a, "t"_a, "most"_a);
+    m.def("torus_states_at", torus_states_at, "plan"_a, "turns"_a);
     py::list names;
     for (const char *course : courses) names.append(course);
     m.attr("courses") = names;

@@ -4,6 +4,7 @@
 #include <math.h>
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"
+#include "torus_angles.h"
 
 const kr_torus_form kr_kowalewski_form = {
     KR_KIND_KOWALEWSKI,
@@ -123,6 +124,23 @@ const char *kr_goryachev_chaplygin_refusal_text(int refusal)
 #undef KR_X_
     };
     return find_text(texts, KR_CHAPLYGIN_REFUSAL_COUNT, refusal);
+}
+
+kr_state kr_torus_state_at(kr_kind kind, void *plan, const double angle[2])
+{
+    const int is_chaplygin = kind == KR_KIND_GORYACHEV_CHAPLYGIN;
+    const kr_torus_form *form = is_chaplygin ? &kr_chaplygin_form : &kr_kowalewski_form;
+    kr_torus *torus = (kr_torus *)((char *)plan + form->torus_offset);
+    for (int j = 0; j < 2; j++) {
+        /* The phases are halves of angles. `second` is the rate of the whole angle if all series
+         * have whole multiples of it. */
+        const int is_half =
+            is_chaplygin && j == 1 && ((const kr_chaplygin_plan *)plan)->angle[1].is_whole[0];
+        const double turns = is_half ? 0.5 * angle[j] : angle[j];
+        torus->turn[j].start = 1.0 + (turns - floor(turns + 0.5));
+        torus->turn[j].more = 0.0;
+    }
+    return kr_torus_widest_isa(form)->scalar->state(plan, torus->begin);
 }
 
 int kr_chaplygin_is_level(const kr_scene *scene)

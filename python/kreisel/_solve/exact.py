@@ -19,6 +19,7 @@ from .._core import (
     statuses,
     torus_plan,
     torus_states,
+    torus_states_at,
     turning_potential,
 )
 from .._model.scene import Ensemble, Scene
@@ -42,6 +43,7 @@ from .exact_ensemble import (
     no_closed_form_error,
     parse_time_list,
 )
+from .torus_actions import compute_action
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
@@ -208,6 +210,34 @@ class ExactTorus(Exact):
     certificate: float
     mismatch: float
     _torus: TorusPlan = field(repr=False, compare=False)
+
+    @cached_property
+    def actions(self) -> tuple[float, float, float]:
+        """The actions (first, second, third) that belong to `frequencies` [M L^2 T^-1].
+
+        An action is the integral of <m, dR R^T> along a loop of the torus, divided by 2 pi. Here m
+        is the angular momentum, and R turns the body's axes into space. Along a loop, one angle
+        makes a turn in the direction in which it grows with time, and the others are constant. The
+        third action is <m, e3>. The energy is a function of the actions, and its derivatives are
+        the frequencies: between neighbouring tops, d energy = sum of frequencies * d actions. For
+        Goryachev-Chaplygin tops, the neighbours must have <m, e3> = 0 too.
+
+        Some motions already return after half a turn of the first angle, or of both angles, up to a
+        rotation about the vertical. The loops of the actions are then not the smallest ones.
+
+        Raises ValueError if the motion is too near to a separatrix. Source: V. I. Arnold,
+        Mathematical Methods of Classical Mechanics, section 50.
+        """
+        is_level = self.scene.body.kind == "goryachev_chaplygin"
+        first, second = (compute_action(self._states_at, j, is_level) for j in (0, 1))
+        return first, second, 0.0 if is_level else self.scene.momentum[2]
+
+    def _states_at(self, turns: Array) -> Array:
+        """Return states, as rows, at rows of the first two angles of the torus [turns].
+
+        The heading is that of the start or, for a Goryachev-Chaplygin top, arbitrary.
+        """
+        return torus_states_at(self._torus, turns)
 
     def _states(self, t: object, most: float) -> Array | None:
         return torus_states(self._torus, t, most)
