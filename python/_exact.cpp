@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <memory>
 #include <vector>
-#include "exact/torus_angles.h"
 #include "times.hpp"
 #include "tops.hpp"
 
@@ -97,22 +96,22 @@ static py::object torus_states(const torus_memory &plan, const py::object &t, do
     });
     return std::move(out);
 }
-// Returns the states of a plan at the angles of each row of `turns`, from a copy of the plan.
+// Returns the states of a plan at the two angles in each row of `turns`.
 static doubles torus_states_at(const torus_memory &plan, const doubles &turns)
 {
     if (!plan.kowalewski && !plan.chaplygin) throw py::value_error("there is no plan");
     if (turns.ndim() != 2 || turns.shape(1) != 2) throw py::value_error("each row has two angles");
-    const size_t bytes = plan.kowalewski ? kr_kowalewski_size() : kr_goryachev_chaplygin_size();
-    const kr_kind kind = plan.kowalewski ? KR_KIND_KOWALEWSKI : KR_KIND_GORYACHEV_CHAPLYGIN;
-    torus_memory copy;
-    copy.allocate(bytes);
-    std::memcpy(copy.doubles.get(), plan.doubles.get(), bytes);
     const py::ssize_t n = turns.shape(0);
     doubles out({n, py::ssize_t(8)});
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
     const double *angle = turns.data();
     in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
-        for (; i < end; i++) states[i] = kr_torus_state_at(kind, copy.doubles.get(), angle + 2 * i);
+        for (; i < end; i++) {
+            const double first = angle[2 * i], second = angle[2 * i + 1];
+            states[i] = plan.kowalewski
+                            ? kr_kowalewski_state_at(plan.kowalewski, first, second)
+                            : kr_goryachev_chaplygin_state_at(plan.chaplygin, first, second);
+        }
     });
     return out;
 }

@@ -52,7 +52,7 @@ INLINE wide part_at(const kr_angle_series *e, int which, const angle_lanes *a)
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
     wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high,
-         last = 4.0 * high;
+         moved = 4.0 * high;
     mask done = wide_less(high, low);
     for (int step = 0; step < 80 && !mask_all(done); step++) {
         wide value = plan->mean * slip, slope = wide_splat(plan->mean);
@@ -71,10 +71,10 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         const wide newton = value / slope;
         wide next = slip - newton;
         const mask is_inside = mask_and(wide_at_most(low, next), wide_at_most(next, high)),
-                   is_short = wide_at_most(wide_abs(newton), 0.5 * last);
+                   is_short = wide_at_most(wide_abs(newton), 0.5 * moved);
         next = wide_choose(mask_and(is_inside, is_short), next, 0.5 * (low + high));
-        last = wide_abs(next - slip);
-        const mask settled = wide_at_most(last, wide_splat(plan->tolerance));
+        moved = wide_abs(next - slip);
+        const mask settled = wide_at_most(moved, wide_splat(plan->tolerance));
         slip = wide_choose(done, slip, next);
         done = mask_or(done, settled);
     }
@@ -152,16 +152,15 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     }
     return sum;
 }
-/* Returns the state at `time`, which is `span` after the beginning. The frame of the plan makes it
- * a state of the frame of description. */
-INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+/* Returns the state at `time`, when the halves of the mean angles are `mean`. `elapsed` is the mean
+ * growth of tau since the start. The frame of the plan makes it a state of the frame of
+ * description. */
+INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
+                                       wide elapsed)
 {
-    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
-                        torus_phase_at(&plan->torus, 1, span)};
     const dd turn = one_turn();
     angle_lanes a[2];
-    const wide slip = find_slip(plan, mean, a),
-               tau = span.hi * plan->tau_rate + (slip - plan->slip);
+    const wide slip = find_slip(plan, mean, a), tau = elapsed + (slip - plan->slip);
     const wide c1 = part_at(&plan->angle[0], 0, &a[0]), s1 = part_at(&plan->angle[0], 1, &a[0]),
                c2 = part_at(&plan->angle[1], 0, &a[1]), s2 = part_at(&plan->angle[1], 1, &a[1]);
     const wide size = (c1 * c1 + s1 * s1) + (c2 * c2 + s2 * s2);
@@ -186,5 +185,12 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
     r.m.z = wide_splat(plan->vertical);
     r.q = torus_attitude(&plan->torus, q);
     return r;
+}
+/* Returns the state at `time`, which is `span` after the beginning. */
+INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+{
+    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
+                        torus_phase_at(&plan->torus, 1, span)};
+    return chaplygin_kernel_at(plan, time, mean, span.hi * plan->tau_rate);
 }
 #endif

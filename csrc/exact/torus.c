@@ -4,7 +4,6 @@
 #include <math.h>
 #include "goryachev_chaplygin.h"
 #include "kowalewski.h"
-#include "torus_angles.h"
 
 const kr_torus_form kr_kowalewski_form = {
     KR_KIND_KOWALEWSKI,
@@ -81,6 +80,10 @@ kr_state kr_kowalewski_state(const kr_kowalewski *top, double t)
 {
     return kr_torus_widest_isa(&kr_kowalewski_form)->scalar->state(top, t);
 }
+kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second)
+{
+    return kr_torus_widest_isa(&kr_kowalewski_form)->scalar->state_at(top, first, second);
+}
 void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[], kr_state out[])
 {
     evaluate_form(&kr_kowalewski_form, top, n, t, out);
@@ -111,6 +114,11 @@ kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double 
 {
     return kr_torus_widest_isa(&kr_chaplygin_form)->scalar->state(top, t);
 }
+kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
+                                         double second)
+{
+    return kr_torus_widest_isa(&kr_chaplygin_form)->scalar->state_at(top, first, second);
+}
 void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n, const double t[],
                                    kr_state out[])
 {
@@ -124,23 +132,6 @@ const char *kr_goryachev_chaplygin_refusal_text(int refusal)
 #undef KR_X_
     };
     return find_text(texts, KR_CHAPLYGIN_REFUSAL_COUNT, refusal);
-}
-
-kr_state kr_torus_state_at(kr_kind kind, void *plan, const double angle[2])
-{
-    const int is_chaplygin = kind == KR_KIND_GORYACHEV_CHAPLYGIN;
-    const kr_torus_form *form = is_chaplygin ? &kr_chaplygin_form : &kr_kowalewski_form;
-    kr_torus *torus = (kr_torus *)((char *)plan + form->torus_offset);
-    for (int j = 0; j < 2; j++) {
-        /* The phases are halves of angles. `second` is the rate of the whole angle if all series
-         * have whole multiples of it. */
-        const int is_half =
-            is_chaplygin && j == 1 && ((const kr_chaplygin_plan *)plan)->angle[1].is_whole[0];
-        const double turns = is_half ? 0.5 * angle[j] : angle[j];
-        torus->turn[j].start = 1.0 + (turns - floor(turns + 0.5));
-        torus->turn[j].more = 0.0;
-    }
-    return kr_torus_widest_isa(form)->scalar->state(plan, torus->begin);
 }
 
 int kr_chaplygin_is_level(const kr_scene *scene)
