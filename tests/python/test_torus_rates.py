@@ -35,11 +35,11 @@ def exact_path(scene, t):
     return kr.solve(scene, t, method="exact")
 
 
-def turned(q, v):
+def turn_rows(q, v):
     return quaternion.turn(tuple(q.T), tuple(v))
 
 
-def counted_rate(t, signal):
+def count_turns(t, signal):
     return float(np.angle(signal[1:] * signal[:-1].conj()).sum()) / (t[-1] - t[0])
 
 
@@ -64,10 +64,10 @@ def test_mean_precession_is_that_of_counted_turns(scene):
     assert found.exact
     axis = np.array(scene.body.com)
     first = np.roll(axis, 1)
-    apex, one, two = (turned(path.q, v) for v in (axis, first, np.cross(axis, first)))
+    apex, one, two = (turn_rows(path.q, v) for v in (axis, first, np.cross(axis, first)))
     precession, spin = apex[0] + 1j * apex[1], two[2] + 1j * one[2]
-    assert abs(found.precession - counted_rate(t, precession)) < 2e-3
-    assert abs(found.spin - counted_rate(t, spin)) < 2e-3
+    assert abs(found.precession - count_turns(t, precession)) < 2e-3
+    assert abs(found.spin - count_turns(t, spin)) < 2e-3
     first, second, heading = kr.exact(scene).frequencies
     if scene.body.kind == "goryachev_chaplygin":
         assert abs(found.precession) < 1e-9
