@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import pytest
+
 from validation.parts import late_states
 from validation.references.problems import load_problem
 
