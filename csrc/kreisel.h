@@ -653,6 +653,9 @@ KR_API kr_status kr_kowalewski_plan(const kr_scene *scene, double bound, void *m
                                     const kr_kowalewski **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_kowalewski_state(const kr_kowalewski *top, double t);
+/* Returns the state at two angles of the torus [turns], which grow in time at the rates `first` and
+ * `second`. The time and the heading are those of the start. */
+KR_API kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second);
 /* Writes n states, bitwise equal to those of kr_kowalewski_state, but faster. */
 KR_API void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[],
                                  kr_state out[]);
@@ -697,6 +700,9 @@ KR_API kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound
                                              const kr_goryachev_chaplygin **out);
 /* Returns the state at time t, like kr_exact_state. */
 KR_API kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t);
+/* Returns the state at two angles, like kr_kowalewski_state_at, but with an arbitrary heading. */
+KR_API kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
+                                                double second);
 /* Writes n states. They are bitwise equal to those of kr_goryachev_chaplygin_state, but faster. */
 KR_API void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n,
                                           const double t[], kr_state out[]);

@@ -112,6 +112,25 @@ static py::object torus_states(const torus_memory &plan, const py::object &t, do
     });
     return std::move(out);
 }
+// Returns the states of a plan at the two angles in each row of `turns`.
+static doubles torus_states_at(const torus_memory &plan, const doubles &turns)
+{
+    if (!plan.kowalewski && !plan.chaplygin) throw py::value_error("there is no plan");
+    if (turns.ndim() != 2 || turns.shape(1) != 2) throw py::value_error("each row has two angles");
+    const py::ssize_t n = turns.shape(0);
+    doubles out({n, py::ssize_t(8)});
+    auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
+    const double *angle = turns.data();
+    in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
+        for (; i < end; i++) {
+            const double first = angle[2 * i], second = angle[2 * i + 1];
+            states[i] = plan.kowalewski
+                            ? kr_kowalewski_state_at(plan.kowalewski, first, second)
+                            : kr_goryachev_chaplygin_state_at(plan.chaplygin, first, second);
+        }
+    });
+    return out;
+}
 // Calls use(i, scene) for the tops begin to end, until one is refused or the work is stopped.
 // Returns the index of this top, or `end`, and the status.
 template <class Use>
@@ -273,6 +292,7 @@ void bind_exact(py::module_ &m)
     py::class_<torus_memory>(m, "TorusPlan");
     m.def("torus_plan", torus_plan, "scene"_a, "bound"_a);
     m.def("torus_states", torus_states, "plan"_a, "t"_a, "most"_a);
+    m.def("torus_states_at", torus_states_at, "plan"_a, "turns"_a);
     py::list names;
     for (const char *course : courses) names.append(course);
     m.attr("courses") = names;

@@ -349,5 +349,14 @@ static kr_state chaplygin_state(const void *memory, double t)
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     return isfinite(t) ? chaplygin_kernel(plan, t, torus_span(&plan->torus, t)) : none;
 }
+static kr_state chaplygin_state_at(const void *memory, double first, double second)
+{
+    const kr_chaplygin_plan *plan = memory;
+    /* The phases are halves of angles. `second` is a whole angle if only its whole multiples occur.
+     */
+    const double part = plan->angle[1].is_whole[0] ? 0.5 : 1.0;
+    const dd mean[2] = {dd_of(fraction_of_turns(first)), dd_of(part * fraction_of_turns(second))};
+    return chaplygin_kernel_at(plan, plan->torus.begin, mean, 0.0);
+}
 const kr_torus_scalar KR_NAME(kr_chaplygin_scalar) = {sizeof(chaplygin_memory), plan_scene,
-                                                      chaplygin_state};
+                                                      chaplygin_state, chaplygin_state_at};

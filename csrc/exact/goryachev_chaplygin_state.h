@@ -101,11 +101,14 @@ INLINE void sum_times(const kr_chaplygin_plan *plan, const angle_lanes a[2], wid
                        second->rate * (q.other - a[1].cosine * q.other_before));
 }
 /* Returns the slip, which is the difference between tau and its mean growth. `half` has the halves
- * of the mean angles. Newton's method in a bracket is safe, because t grows with tau everywhere.
- * Writes the true angles to `a`. */
+ * of the mean angles. Newton's method in a bracket is safe, because t grows with tau everywhere. A
+ * step of Newton's method that is not at most half of the last step is replaced by bisection,
+ * because Newton's method can alternate between two points on both sides of the solution. Writes
+ * the true angles to `a`. */
 INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lanes a[2])
 {
-    wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high;
+    wide slip = wide_splat(0.0), high = wide_splat(plan->most_slip), low = -high,
+         moved = 4.0 * high;
     mask done = wide_less(high, low);
     for (int step = 0; step < 80 && !mask_all(done); step++) {
         const angle_lanes at[2] = {angle_of(phase_plus(half[0], slip * plan->angle[0].half_turns)),
@@ -115,10 +118,13 @@ INLINE wide find_slip(const kr_chaplygin_plan *plan, const dd half[2], angle_lan
         const mask up = wide_less(wide_splat(0.0), value);
         high = wide_choose(up, slip, high);
         low = wide_choose(up, low, slip);
-        wide next = slip - value / slope;
-        next = wide_choose(mask_and(wide_at_most(low, next), wide_at_most(next, high)), next,
-                           0.5 * (low + high));
-        const mask settled = wide_at_most(wide_abs(next - slip), wide_splat(plan->tolerance));
+        const wide newton = value / slope;
+        wide next = slip - newton;
+        const mask is_inside = mask_and(wide_at_most(low, next), wide_at_most(next, high)),
+                   is_short = wide_at_most(wide_abs(newton), 0.5 * moved);
+        next = wide_choose(mask_and(is_inside, is_short), next, 0.5 * (low + high));
+        moved = wide_abs(next - slip);
+        const mask settled = wide_at_most(moved, wide_splat(plan->tolerance));
         slip = wide_choose(done, slip, next);
         done = mask_or(done, settled);
     }
@@ -197,16 +203,16 @@ INLINE wide sum_slow_terms(const kr_chaplygin_plan *plan, const angle_lanes a[2]
     }
     return sum;
 }
-/* Returns the state at `time`, which is `span` after the beginning. The frame of the plan makes it
- * a state of the frame of description. */
-INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+/* Returns the state at `time`, when the halves of the mean angles are `mean`. `elapsed` is the mean
+ * growth of tau since the start. The frame of the plan makes it a state of the frame of
+ * description. */
+INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time, const dd mean[2],
+                                       wide elapsed)
 {
-    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
-                        torus_phase_at(&plan->torus, 1, span)};
     const dd turn = one_turn();
     angle_lanes a[2];
     const wide slip = find_slip(plan, mean, a),
-               tau = span.hi * plan->tau_rate + (slip - plan->slip);
+               tau = elapsed + (slip - plan->slip);
     wide part[2], other[2];
     sum_parts(plan, a, part, other);
     const wide c1 = part[0], c2 = part[1], s1 = other[0], s2 = other[1],
@@ -232,5 +238,12 @@ INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd
     r.m.z = wide_splat(plan->vertical);
     r.q = torus_attitude(&plan->torus, q);
     return r;
+}
+/* Returns the state at `time`, which is `span` after the beginning. */
+INLINE state_lanes chaplygin_kernel(const kr_chaplygin_plan *plan, wide time, dd span)
+{
+    const dd mean[2] = {torus_phase_at(&plan->torus, 0, span),
+                        torus_phase_at(&plan->torus, 1, span)};
+    return chaplygin_kernel_at(plan, time, mean, span.hi * plan->tau_rate);
 }
 #endif

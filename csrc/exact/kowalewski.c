@@ -91,5 +91,13 @@ static kr_state kowalewski_state(const void *memory, double t)
     const kr_state none = {t, {NAN, NAN, NAN, NAN}, {NAN, NAN, NAN}};
     return isfinite(t) ? kowalewski_kernel(plan, t, torus_span(&plan->torus, t)) : none;
 }
+static kr_state kowalewski_state_at(const void *memory, double first, double second)
+{
+    const kr_theta_sums *plan = memory;
+    const kr_torus *torus = &plan->torus;
+    const dd phase[3] = {dd_of(fraction_of_turns(first)), dd_of(fraction_of_turns(second)),
+                         torus_phase_at(torus, 2, dd_of(0.0))};
+    return kowalewski_kernel_at(plan, torus->begin, phase);
+}
 const kr_torus_scalar KR_NAME(kr_kowalewski_scalar) = {sizeof(kowalewski_memory), plan_scene,
-                                                       kowalewski_state};
+                                                       kowalewski_state, kowalewski_state_at};

@@ -87,6 +87,10 @@ kr_state kr_kowalewski_state(const kr_kowalewski *top, double t)
 {
     return kr_torus_widest_isa(&kr_kowalewski_form)->scalar->state(top, t);
 }
+kr_state kr_kowalewski_state_at(const kr_kowalewski *top, double first, double second)
+{
+    return kr_torus_widest_isa(&kr_kowalewski_form)->scalar->state_at(top, first, second);
+}
 void kr_kowalewski_states(const kr_kowalewski *top, size_t n, const double t[], kr_state out[])
 {
     kr_torus_states(&kr_kowalewski_form, top, n, t, out);
@@ -116,6 +120,11 @@ kr_status kr_goryachev_chaplygin_plan(const kr_scene *scene, double bound, void 
 kr_state kr_goryachev_chaplygin_state(const kr_goryachev_chaplygin *top, double t)
 {
     return kr_torus_widest_isa(&kr_chaplygin_form)->scalar->state(top, t);
+}
+kr_state kr_goryachev_chaplygin_state_at(const kr_goryachev_chaplygin *top, double first,
+                                         double second)
+{
+    return kr_torus_widest_isa(&kr_chaplygin_form)->scalar->state_at(top, first, second);
 }
 void kr_goryachev_chaplygin_states(const kr_goryachev_chaplygin *top, size_t n, const double t[],
                                    kr_state out[])

@@ -23,6 +23,8 @@ typedef struct kr_torus_scalar {
     size_t memory_size; /* of the plan and its set-up, in bytes */
     kr_status (*plan)(const kr_scene *scene, int own, double bound, void *memory);
     kr_state (*state)(const void *plan, double t);
+    /* The state at two angles, like kr_kowalewski_state_at. */
+    kr_state (*state_at)(const void *plan, double first, double second);
 } kr_torus_scalar;
 /* Evaluates many states, one in each lane. */
 typedef void kr_torus_evaluate(const void *plan, size_t n, const double t[], kr_state out[]);

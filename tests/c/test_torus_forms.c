@@ -10,6 +10,7 @@
 typedef struct plan_head {
     double rate, certificate, mismatch;
     int refusal;
+    double frequency[2];
 } plan_head;
 /* A closed form, its functions of kreisel.h, and what the tests expect of it. */
 typedef struct form_case {
@@ -17,6 +18,7 @@ typedef struct form_case {
     size_t (*size)(void);
     kr_status (*plan)(const kr_scene *scene, double bound, void *memory, const void **out);
     kr_state (*state)(const void *plan, double t);
+    kr_state (*state_at)(const void *plan, double first, double second);
     plan_head (*head)(const void *plan);
     kr_scene (*draw)(void);         /* returns a random top */
     kr_scene some, other, rest;     /* two tops of the same body, and a top that is refused */
@@ -38,10 +40,14 @@ static kr_state state_of_kowalewski(const void *plan, double t)
 {
     return kr_kowalewski_state(plan, t);
 }
+static kr_state kowalewski_at(const void *plan, double first, double second)
+{
+    return kr_kowalewski_state_at(plan, first, second);
+}
 static plan_head head_of_kowalewski(const void *plan)
 {
     const kr_kowalewski *k = plan;
-    return (plan_head){k->second, k->certificate, k->mismatch, k->refusal};
+    return (plan_head){k->second, k->certificate, k->mismatch, k->refusal, {k->first, k->second}};
 }
 static kr_scene draw_kowalewski(void) { return drawn_top_of_ratio(2.0); }
 static kr_status plan_chaplygin(const kr_scene *scene, double bound, void *memory, const void **out)
@@ -55,10 +61,14 @@ static kr_state state_of_chaplygin(const void *plan, double t)
 {
     return kr_goryachev_chaplygin_state(plan, t);
 }
+static kr_state chaplygin_at(const void *plan, double first, double second)
+{
+    return kr_goryachev_chaplygin_state_at(plan, first, second);
+}
 static plan_head head_of_chaplygin(const void *plan)
 {
     const kr_goryachev_chaplygin *g = plan;
-    return (plan_head){g->first, g->certificate, g->mismatch, g->refusal};
+    return (plan_head){g->first, g->certificate, g->mismatch, g->refusal, {g->first, g->second}};
 }
 static kr_scene draw_chaplygin(void)
 {
@@ -342,6 +352,35 @@ static void checkpoints_go_on(const form_case *c)
     kr_top_free(top);
     kr_top_free(loaded);
 }
+/* Returns the difference between two states as seen from the body, where the heading does not
+ * matter. */
+static double off_in_body(const kr_scene *s, kr_state one, kr_state other)
+{
+    return off(q_vertical(one.q), q_vertical(other.q)) +
+           off(q_turn_back(one.q, one.m), q_turn_back(other.q, other.m)) / scale_of(s);
+}
+/* Both angles grow at the frequencies of the plan, and turns of them change nothing. */
+static void angles_of_the_torus_grow_linearly(const form_case *c)
+{
+    const double turn = 6.283185307179586;
+    for (int i = 0; i < 20; i++) {
+        const kr_scene s = c->draw();
+        const void *plan = plan_of(c, &s);
+        if (!plan) continue;
+        const plan_head head = c->head(plan);
+        const double a = uniform(0, 1), b = uniform(0, 1), t = 5.0 / head.rate;
+        kr_scene there = s;
+        there.start = c->state_at(plan, a, b);
+        IS(there.start.t == s.start.t);
+        there.start.q = q_unit(there.start.q);
+        const kr_state want = by_series(&there, t),
+                       got = c->state_at(plan, a + head.frequency[0] * t / turn,
+                                         b + head.frequency[1] * t / turn);
+        NEAR(off_in_body(&s, got, want), 0.0, 1e-12);
+        NEAR(off_in_body(&s, c->state_at(plan, a - 3.0, b + 2.0), there.start), 0.0, 1e-12);
+        IS(isnan(c->state_at(plan, INFINITY, b).q.w) && isnan(c->state_at(plan, a, NAN).m.x));
+    }
+}
 static void check_form(const form_case *c)
 {
     memory = malloc(c->size());
@@ -359,6 +398,7 @@ static void check_form(const form_case *c)
     a_step_is_a_period_of_the_first_angle(c);
     a_refused_reset_leaves_the_top_as_it_was(c);
     checkpoints_go_on(c);
+    angles_of_the_torus_grow_linearly(c);
     free(memory);
 }
 
@@ -372,6 +412,7 @@ static form_case kowalewski_case(void)
         .size = kr_kowalewski_size,
         .plan = plan_kowalewski,
         .state = state_of_kowalewski,
+        .state_at = kowalewski_at,
         .head = head_of_kowalewski,
         .draw = draw_kowalewski,
         .some = kowalewski_top_of(up, v3(0.3, 0.5, 0.8)),
@@ -393,6 +434,7 @@ static form_case chaplygin_case(void)
         .size = kr_goryachev_chaplygin_size,
         .plan = plan_chaplygin,
         .state = state_of_chaplygin,
+        .state_at = chaplygin_at,
         .head = head_of_chaplygin,
         .draw = draw_chaplygin,
         .some = chaplygin_top_of(up, v3(0.6, 1.0, 0.8)),

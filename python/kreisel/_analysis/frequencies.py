@@ -24,9 +24,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._options.methods import EXACT, has_torus
+from .._options.methods import EXACT
 from .._results.path import Path
-from .._solve.exact import exact
+from .._solve.exact import Exact, ExactTorus, exact
 from .._utils.html import display_picture
 from .._utils.validation import (
     Array,
@@ -36,6 +36,7 @@ from .._utils.validation import (
     check_type,
     freeze_arrays,
 )
+from .torus_rates import compute_torus_rates
 from .turns import Waves, compute_motion, count_turns
 
 if TYPE_CHECKING:
@@ -112,7 +113,9 @@ class Frequencies(ReadOnlyArrays):
 def frequencies(path: Path, n: int = 12) -> Frequencies:
     """Compute the frequencies of a path with evenly spaced times, and its `n` strongest lines.
 
-    For a path with method='exact', the rates are computed by kreisel.exact. For other methods, two
+    For a path with method='exact', the rates are computed from kreisel.exact, also for tops whose
+    motion is on a torus. Near a pole, their precession is not a sum of integer multiples of
+    ExactTorus.frequencies, but depends on where the axis is vertical. For other methods, two
     lines are resolved if they differ by more than 23 turns over the length of the path. The path
     should contain many nutations, and more than two states in each turn of the fastest angle. If
     the motion is regular, a rate is as accurate as the path. Near a pole, additional states are
@@ -150,10 +153,18 @@ def frequencies(path: Path, n: int = 12) -> Frequencies:
     lines, amplitudes, rest = _strongest_lines(t, seen, count)
     told = lines, amplitudes, rest
     freeze_arrays(told)
-    if path.method == EXACT and not has_torus(path.scene):
-        form = exact(path.scene)
-        return Frequencies(form.precession, math.tau / form.period, form.spin, *told, True)
+    if path.method == EXACT:
+        rates = _compute_exact_rates(exact(path.scene))
+        if rates is not None:
+            return Frequencies(*rates, *told, True)
     return Frequencies(*_compute_rates(path), *told, False)
+
+
+def _compute_exact_rates(form: Exact) -> tuple[float, float, float] | None:
+    """Return the rates of precession, nutation and spin of a closed form, or None."""
+    if isinstance(form, ExactTorus):
+        return compute_torus_rates(form)
+    return form.precession, math.tau / form.period, form.spin
 
 
 def _compute_rates(path: Path) -> tuple[float, float, float]:
