@@ -412,21 +412,22 @@ KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 /* Tangents: derivatives of the state. Computing them does not change the bits of the state.
  * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
  * the frame of description [rad], followed by the momentum in space. The 6 columns of the start are
- * the derivatives with respect to the same 6 numbers at the start. Moments and com are along the
- * principal axes. The derivative with respect to a parameter is taken at fixed initial momentum. */
+ * the derivatives with respect to the same 6 numbers at the start. Moments, com and damping are along
+ * the principal axes. The derivative with respect to a parameter is taken at fixed initial momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
     X(MOMENTS,  2, 3, "moments")                                                                  \
     X(COM,      4, 3, "com")                                                                      \
     X(GRAVITY,  8, 1, "gravity")                                                                  \
-    X(MASS,    16, 1, "mass")
+    X(MASS,    16, 1, "mass")                                                                     \
+    X(DAMPING, 32, 3, "damping")
 enum {
 #define KR_X_(by, bit, columns, name) KR_TANGENT_##by = bit,
     KR_TANGENT_LIST(KR_X_)
 #undef KR_X_
-    KR_TANGENT_COLUMNS_MAX = 14,   /* columns */
-    KR_TANGENT_GROWTH = 32 /* workers only: the growth of one tangent for each top */
+    KR_TANGENT_COLUMNS_MAX = 17,   /* columns */
+    KR_TANGENT_GROWTH = 64 /* workers only: the growth of one tangent for each top */
 };
 /* clang-format on */
 /* Returns the number of columns of the tangents selected by these flags. */

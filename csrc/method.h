@@ -56,8 +56,8 @@ typedef struct kr_step_polynomial {
 
 /* Deviations from a motion, in working axes and internal units: a rotation vector in the body, and
  * a change of the momentum in space. A seed holds the initial deviation for a parameter, and the
- * derivatives of the lever and of the moments (xx, yy, zz, yz, zx, xy) with respect to this
- * parameter. Deviations do not change the motion, with one exception: strongly damped motions with
+ * derivatives of the lever, the moments and the damping with respect to this parameter. The last
+ * two are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the motion, with one exception: strongly damped motions with
  * deviations take short steps only. */
 typedef struct kr_deviation {
     vec_dd turn, push;
@@ -65,7 +65,7 @@ typedef struct kr_deviation {
 typedef struct kr_seed {
     kr_deviation at_start;
     vec_dd lever;
-    double moments[6];
+    double moments[6], damping[6];
 } kr_seed;
 /* Functions of a method that propagate deviations. */
 typedef struct kr_tangent_ops {

@@ -213,7 +213,7 @@ static kr_status check_numbers(const kr_config *config)
         return KR_ERR_ARGUMENT;
     if (digits < 0 || digits > 30) return KR_ERR_ARGUMENT;
     if (digits > 0 && config->tol > (digits > 20 ? 0x1p-100 : 0.0)) return KR_ERR_ARGUMENT;
-    return config->tangents < 2 * KR_TANGENT_MASS ? KR_OK : KR_ERR_ARGUMENT;
+    return config->tangents < 2 * KR_TANGENT_DAMPING ? KR_OK : KR_ERR_ARGUMENT;
 }
 /* Returns KR_OK if `method` offers all that `config` requests. */
 static kr_status check_options(const kr_method *method, const kr_config *config)

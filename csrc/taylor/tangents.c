@@ -163,20 +163,35 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     put_four(motion, g->down, down);
     g->damped = v_largest(motion->damping);
 }
-/* Sets the derivatives of the lever and of the moments with respect to the deviation's
+/* Writes the rows of a symmetric matrix with the elements xx, yy, zz, yz, zx, xy. */
+static void put_rows(double rows[3][4], const double B[6])
+{
+    v_put(rows[0] + 1, v3(B[0], B[1], B[2]));
+    v_put(rows[1] + 1, v3(B[5], B[3], B[4]));
+    v_put(rows[2] + 1, v3(B[4], B[5], B[3]));
+}
+static double largest_element(const double B[6])
+{
+    return fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
+}
+/* Sets the derivatives of the lever, the moments and the damping with respect to the deviation's
  * parameter. */
 static void set_changes(const deviation_address *at, const kr_motion *motion, const kr_seed *seed)
 {
     const double rate = series_work(motion)->rate, *B = seed->moments;
+    double F[6];
     kr_tangent *g = at->from;
-    const double most = fmax(v_largest(v_of(B)), v_largest(v_of(B + 3)));
+    for (int k = 0; k < 6; k++) F[k] = seed->damping[k] / rate;
     put_components(motion, at, g->lever, 0, scale_exactly(1.0 / (rate * rate), seed->lever));
     if (at->apart > 0)
-        for (size_t k = 0; k < 6; k++) *component_address(at, g->moment, k) = B[k];
-    v_put(g->moments[0] + 1, v3(B[0], B[1], B[2]));
-    v_put(g->moments[1] + 1, v3(B[5], B[3], B[4]));
-    v_put(g->moments[2] + 1, v3(B[4], B[5], B[3]));
-    g->changes = fmax(g->changes, fmax(most, v_largest(vdd_high(seed->lever))));
+        for (size_t k = 0; k < 6; k++) {
+            *component_address(at, g->moment, k) = B[k];
+            *component_address(at, g->drag_of, k) = F[k];
+        }
+    put_rows(g->moments, B);
+    put_rows(g->drags, F);
+    g->changes = fmax(g->changes, fmax(largest_element(B), v_largest(vdd_high(seed->lever))));
+    g->drag_changes = fmax(g->drag_changes, largest_element(F));
 }
 /* Returns the attitude at the end of the path's last step. */
 static quat_dd path_attitude(const kr_motion *motion)

@@ -186,8 +186,9 @@ class States(QuantityAttributes):
 
         With "start" the first six columns are the derivatives with respect to the initial state; at
         t = 0 they form the identity matrix. The next columns are the requested derivatives with
-        respect to the moments (3), the centre of mass (3) along the principal axes, gravity and
-        mass. Each column is the change per unit of its parameter, at constant initial momentum.
+        respect to the moments (3), the centre of mass (3) along the principal axes, gravity, mass
+        and the damping (3). Each column is the change per unit of its parameter, at constant
+        initial momentum.
         """
         return self._tangents().high
 
@@ -195,7 +196,7 @@ class States(QuantityAttributes):
     def tangents_low(self) -> Array:
         """(n, 6, c) low words of the tangents.
 
-        The low words are below the rounding error of doubles if at most 16 digits were requested.
+        The low words are zero if at most 16 digits were requested.
         """
         return self._tangents().low
 
@@ -213,7 +214,7 @@ class States(QuantityAttributes):
         """(n,) a bound on the change of attitude if each number of the scene is rounded [rad].
 
         Each number is rounded once, with the relative error 2^-53. Raises AttributeError unless the
-        path was solved with all tangents.
+        path was solved with the tangents by all numbers that are not zero.
         """
         return self._tangents().conditioning(self.scene)
 

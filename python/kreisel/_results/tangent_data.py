@@ -49,17 +49,20 @@ class TangentData(NamedTuple):
     def conditioning(self, scene: Scene) -> Array:
         """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
 
-        Raises AttributeError if some tangents are missing.
+        Raises AttributeError if some tangents are missing. Those by numbers that are zero are not
+        needed, because a zero is not rounded.
         """
-        if self.by != tuple(TANGENTS):
+        data = {
+            # a change of a unit quaternion rotates by twice its size
+            "start": (2.0, 2.0, 2.0, *scene.momentum),
+            "moments": scene.body.moments,
+            "com": scene.body.principal_com,
+            "gravity": (scene.gravity,),
+            "mass": (scene.body.mass,),
+            "damping": scene.damping,
+        }
+        if any(name not in self.by and any(numbers) for name, numbers in data.items()):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
-        data = [
-            *(2.0, 2.0, 2.0),  # a change of a unit quaternion rotates by twice its size
-            *scene.momentum,
-            *scene.body.moments,
-            *scene.body.principal_com,
-            scene.gravity,
-            scene.body.mass,
-        ]
+        sizes = np.abs([number for name in self.by for number in data[name]])
         moved = np.sqrt((self.high[:, :3] ** 2).sum(axis=1))
-        return read_only(_ROUNDING * (moved * np.abs(data)).sum(axis=1))
+        return read_only(_ROUNDING * (moved * sizes).sum(axis=1))

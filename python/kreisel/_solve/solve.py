@@ -89,9 +89,9 @@ def solve(
     events     taylor only: an event of kreisel.events or a list of events; path.events has the
                occurrences. A terminal event ends the path
     tangents   taylor only, for one scene: one or several of "start", "moments", "com", "gravity",
-               "mass". path.tangents has the derivatives of the states with respect to these. The
-               states are bitwise equal to those without tangents, unless strong damping requires
-               shorter steps for the tangents
+               "mass", "damping". path.tangents has the derivatives of the states with respect to
+               these. The states are bitwise equal to those without tangents, unless strong damping
+               requires shorter steps for the tangents
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)

@@ -18,7 +18,7 @@ from .._results.tangent_data import TangentData
 from .._utils.errors import unknown_name_message
 from .._utils.validation import Numbers, check_type, short_repr
 
-TangentName = Literal["start", "moments", "com", "gravity", "mass"]
+TangentName = Literal["start", "moments", "com", "gravity", "mass", "damping"]
 TangentSpec = TangentName | Iterable[TangentName]
 
 
