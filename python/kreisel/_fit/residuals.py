@@ -31,7 +31,6 @@ from .rotations import (
 _STEPS = 20  # a trial may take this many times the steps of the guesses
 _STEPS_MOST = 10**6
 _FEWEST_STEPS = 1000
-_DIFFERENCE = 1e-4  # change of a damping in its differences, relative to its natural size
 
 
 class Evaluation(NamedTuple):
@@ -148,7 +147,7 @@ class ResidualModel:
         times, where = self._shift_times(point)
         scene = point.to_scene()
         path, by_start = self._solve(scene, times, self._tangents if has_jacobian else ())
-        by = self._by_parameters(point, path, by_start, times) if has_jacobian else None
+        by = self._by_parameters(point, by_start) if has_jacobian else None
         turned = rotation_matrix(point.axes)
         if self._end_time:
             last = int(where[-1][0])
@@ -216,15 +215,13 @@ class ResidualModel:
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 
-    def _by_parameters(
-        self, point: Point, states: tuple[Array, Array], tangents: Array, t: Array
-    ) -> Array:
+    def _by_parameters(self, point: Point, tangents: Array) -> Array:
         """Return the derivatives (n, 6, size) of (theta, m) by the parameters of the motion."""
         p, places, begin = self.parameters, {}, 0
         for name in self._tangents:
             places[name] = slice(begin, begin + TANGENTS[name][1])
             begin = places[name].stop
-        made = np.zeros((len(t), 6, p.size))
+        made = np.zeros((len(tangents), 6, p.size))
         by_momentum = tangents[:, :, 3:6] @ rotation_matrix(point.attitude)
         for name in p.free:
             at = p.at(name)
@@ -239,30 +236,10 @@ class ResidualModel:
             elif name == "lever":
                 made[:, :, at] = tangents[:, :, places["com"]] @ p.lever[:, None]
             elif name == "damping":
-                made[:, :, at] = (
-                    tangents[:, :, places[name]] @ p.damping
-                    if name in places
-                    else self._difference_damping(point, t)
-                )
+                made[:, :, at] = tangents[:, :, places[name]] @ p.damping
             elif name != "axes":
                 made[:, :, at] = tangents[:, :, places[name]]
         return made
-
-    def _difference_damping(self, point: Point, t: Array) -> Array:
-        """Return the derivatives (n, 6, groups) of (theta, m) by the damping, from differences."""
-        p, columns = self.parameters, []
-        at = p.at("damping")
-        sizes = _DIFFERENCE * self.natural_sizes(point)[at]
-        for k, size in enumerate(sizes):
-            step = np.zeros(p.size)
-            step[at.start + k] = size
-            ends = [p.move(point, sign * step) for sign in (1.0, -1.0)]
-            (q, m), (p_q, p_m) = (self._solve(end.to_scene(), t, ())[0] for end in ends)
-            turned = logarithm(multiply_quaternions(conjugate_quaternions(p_q), q))
-            change = (p.damping.T @ (ends[0].damping - ends[1].damping))[k]
-            change /= p.damping[:, k].sum()
-            columns.append(np.concatenate((turned, m - p_m), axis=-1) / change)
-        return np.stack(columns, axis=-1)
 
 
 class _RowBuilder:
