@@ -136,18 +136,12 @@ class Fit(ReadOnlyArrays):
             lengths = [min(1.0, self._distance(k) / step[k]), 1.0]
             both = [_as_numbers(function(self._parameters.to_scene(end))) for end in ends]
             columns.append((both[0] - both[1]).ravel() / (step[k] * sum(lengths)))
-        _, errors = self._spectrum.propagate(self._pad(np.stack(columns, axis=-1)))
+        _, errors = self._spectrum.propagate(np.stack(columns, axis=-1))
         shaped = errors.reshape(value.shape)
         return (value, shaped) if value.ndim else (float(value), float(shaped))
 
     def _distance(self, k: int) -> float:
         return float(self._parameters.distances(self._point)[k])
-
-    def _pad(self, gradient: Array) -> Array:
-        """Return gradients with a zero for each further column of a motion in pieces."""
-        made = np.zeros((len(gradient), len(self._spectrum.natural)))
-        made[:, : gradient.shape[1]] = gradient
-        return made
 
     def scatter(self, n: int, *, seed: int = 0) -> Ensemble:
         """Return an ensemble of n scenes that are drawn from the covariance.
@@ -157,12 +151,8 @@ class Fit(ReadOnlyArrays):
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw(np.random.default_rng(key), count)
-        size = self._parameters.size
         return join_scenes(
-            [
-                self._parameters.to_scene(self._parameters.move(self._point, step[:size]))
-                for step in steps
-            ]
+            [self._parameters.to_scene(self._parameters.move(self._point, step)) for step in steps]
         )
 
     def plot(self) -> Picture:
@@ -264,12 +254,10 @@ def make_fit(session: SearchSession) -> Fit:
     best, p, loss = session.best, session.parameters, session.loss
     assert best is not None
     statistics = compute_statistics(session.model, best.residuals, loss, session.is_sigma_known)
-    spectrum = analyse_spectrum(best.jacobian, best.natural, statistics.inflation)
+    spectrum = analyse_spectrum(best.jacobian, best.natural, statistics.inflation, p.size)
     names, units, values, by_step = p.describe(best.point)
-    gradient = np.zeros((p.size, len(best.natural)))
-    gradient[:, : p.size] = by_step
-    covariance, errors = spectrum.propagate(gradient)
-    unidentified = _name_blind_directions(p, best.point, spectrum, names)
+    covariance, errors = spectrum.propagate(by_step)
+    unidentified = describe_blind_directions(p, best.point, spectrum.natural, spectrum.blind, names)
     residuals, sigma = _collect_residuals(session, best.residuals)
     freeze_arrays((covariance, residuals, sigma))
     return Fit(
@@ -308,17 +296,6 @@ def _measure_nonlinearity(
 
 def _read_statistics(found: ResidualStatistics) -> tuple[float, int, float, float]:
     return found.chi2, found.dof, found.correlation, found.inflation
-
-
-def _name_blind_directions(
-    p: Parameters, point: Point, spectrum: Spectrum, names: list[str]
-) -> tuple[str, ...]:
-    blind = spectrum.blind[: p.size]
-    length = np.linalg.norm(blind, axis=0)
-    blind = blind[:, length > 0.5]  # directions that are mainly starts of later pieces have no name
-    if not blind.shape[1]:
-        return ()
-    return describe_blind_directions(p, point, spectrum.natural[: p.size], blind, names)
 
 
 def _collect_residuals(

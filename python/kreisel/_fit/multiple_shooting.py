@@ -129,6 +129,17 @@ class ShootingModel:
             points.append(point if k == self.first else own)
         return Pieces(tuple(points))
 
+    def start_along(self, point: Point) -> Pieces:
+        """Return pieces that begin on the motion of `point`."""
+        points = {}
+        scene, edges = point.to_scene(), self.edges[:-1]
+        for times in (edges[edges < 0.0][::-1], edges[edges >= 0.0]):
+            path = solve(scene, times, "taylor")
+            for t, q, m in zip(times, path.q, path.m, strict=True):
+                rate = rotation_matrix(q).T @ m / point.moments
+                points[float(t)] = replace(point, attitude=q, rate=rate)
+        return Pieces(tuple(points[float(t)] for t in edges))
+
     def move(self, pieces: Pieces, step: Array) -> Pieces:
         moved = [
             model.move(point, step[columns])

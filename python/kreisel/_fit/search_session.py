@@ -23,6 +23,7 @@ _ROUGH_LIMIT = 12  # evaluations for a part of the records
 _AGREE = 0.4  # residuals relative to the spread of the data up to which a motion agrees
 _GROWTH = 1.4  # least factor from one part of the records to the next
 _PARTS_MOST = 40
+_CHAOTIC = 28  # pieces from which errors grow more than a millionfold
 _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
 _UNKNOWN_FITS = 1.5  # the same as a ratio if the noise is only estimated
@@ -129,7 +130,16 @@ class SearchSession:
                 self._search_until_excellent(found if is_done else [*found, own])
             if pieces != 1 and not self._is_good():
                 self._shoot(found, pieces)
+        if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
+            self._split_chaotic(self.best.point)
         self._refine()
+
+    def _split_chaotic(self, point: Point) -> None:
+        """Put the best motion in pieces if errors grow so much that first order says nothing."""
+        count = choose_pieces(point, self.records)
+        if count >= _CHAOTIC:
+            model = ShootingModel(self.parameters, self.records, self.sigmas, count)
+            self._shoot_from(model, model.start_along(point), np.inf)
 
     def _search_until_excellent(self, guesses: list[Guess]) -> None:
         """Search from the guesses in the order of their agreement with the records."""
@@ -237,18 +247,17 @@ class SearchSession:
                 continue
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start(guess.point, guess.motion)
-            self._shoot_from(model, begin)
-        if self.best is not None and self.best.pieces and pieces is None:
-            self._search_from(self.best.point, self._end)
+            self._shoot_from(model, begin, 0.5)
 
-    def _shoot_from(self, model: ShootingModel, begin: Pieces) -> None:
+    def _shoot_from(self, model: ShootingModel, begin: Pieces, factor: float) -> None:
+        """Search with the motion in pieces; keep a cost below `factor` times the one so far."""
         before = self.best
         self.best = None
         found = shoot(model, begin, self.loss, lambda m: self._keep_pieces(m, model), self.limit)
         self.evaluations += model.evaluations
         if np.isfinite(found.cost):
             self._keep_pieces(found, model)
-        if before is not None and (self.best is None or before.cost <= 2.0 * self.best.cost):
+        if before is not None and (self.best is None or self.best.cost > factor * before.cost):
             self.best = before
 
     def _keep_pieces(self, found: Minimum, model: ShootingModel) -> None:
@@ -286,7 +295,7 @@ class SearchSession:
         self.best = None
         if best.pieces:
             model = ShootingModel(self.parameters, self.records, sigmas, len(best.pieces))
-            self._shoot_from(model, Pieces(tuple(point for _, point in best.pieces)))
+            self._shoot_from(model, Pieces(tuple(point for _, point in best.pieces)), np.inf)
         else:
             self._search_from(best.point, self._end)
 

@@ -22,6 +22,7 @@ from .residuals import ResidualModel, Rows
 _CHANCE = 3.0  # standard deviations beyond which a deviation is not chance
 _RANK = 1e-9  # smaller singular values are rounding errors, relative to the largest
 _LOST = 0.1  # part of a parameter's change in blind directions that makes its error infinite
+_PRESENT = 1e-3  # part of a blind direction that lies in the parameters
 _CLIP = 3.0  # standard deviations at which residuals are cut off for their correlation
 _FEWEST = 6  # residuals that a correlation needs
 
@@ -45,17 +46,16 @@ class ResidualStatistics(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """The singular values and vectors of the Jacobian in natural units.
+    """The directions that the residuals determine, and the others, in natural units.
 
-    seen   (size, k) directions that the residuals determine
-    blind  (size, l) directions that they do not determine
-    sigma  (k,) standard deviations along `seen`
+    natural  (size,) the natural sizes of the parameters
+    factor   (size, k) whose product with its transpose is the covariance
+    blind    (size, l) unit vectors along the changes that no residual sees
     """
 
     natural: Array
-    seen: Array
+    factor: Array
     blind: Array
-    sigma: Array
 
     def propagate(self, gradient: Array) -> tuple[Array, Array]:
         """Return the covariance (k, k) of functions with gradients (k, size), and their errors.
@@ -63,32 +63,36 @@ class Spectrum:
         The error is infinite if a function changes mainly in blind directions.
         """
         scaled = gradient * self.natural
-        along = scaled @ self.seen * self.sigma
+        along = scaled @ self.factor
         lost = scaled @ self.blind
         length = np.linalg.norm(scaled, axis=1)
         covariance = along @ along.T + lost @ lost.T
         errors = np.sqrt(np.diag(covariance))
-        is_lost = np.linalg.norm(lost, axis=1) > _LOST * length
-        errors = np.where(is_lost & (length > 0.0), np.inf, errors)
+        is_lost = (np.linalg.norm(lost, axis=1) > _LOST * length) & (length > 0.0)
+        errors = np.where(is_lost, np.inf, errors)
         covariance[is_lost, :] = covariance[:, is_lost] = np.nan
         covariance[is_lost, is_lost] = np.inf
         return covariance, errors
 
     def draw(self, generator: np.random.Generator, n: int) -> Array:
         """Return n random steps (n, size); their components in blind directions are zero."""
-        normal = generator.standard_normal((n, self.sigma.size))
-        return (normal * self.sigma) @ self.seen.T * self.natural
+        normal = generator.standard_normal((n, self.factor.shape[1]))
+        return normal @ self.factor.T * self.natural
 
 
-def analyse_spectrum(jacobian: Array, natural: Array, inflation: float) -> Spectrum:
-    """Return the directions that residuals determine to less than the natural size, and others."""
+def analyse_spectrum(jacobian: Array, natural: Array, inflation: float, size: int) -> Spectrum:
+    """Return the spectrum of the first `size` parameters.
+
+    A direction is blind if one standard deviation along it exceeds the natural size.
+    """
     triangle = np.linalg.qr(jacobian * natural, mode="r")
     _, values, vectors = np.linalg.svd(triangle)
-    size = jacobian.shape[1]
-    values = np.concatenate((values, np.zeros(size - len(values))))
+    values = np.concatenate((values, np.zeros(len(natural) - len(values))))
     is_seen = (values > inflation) & (values > _RANK * values[0])
-    sigma = inflation / values[is_seen]
-    return Spectrum(natural, vectors[is_seen].T, vectors[~is_seen].T, sigma)
+    factor = vectors[is_seen].T * (inflation / values[is_seen])
+    # Changes of further columns, the starts of later pieces, belong to blind changes of the first.
+    directions, lengths, _ = np.linalg.svd(vectors[~is_seen].T[:size], full_matrices=False)
+    return Spectrum(natural[:size], factor[:size], directions[:, lengths > _PRESENT])
 
 
 def compute_statistics(
@@ -137,10 +141,10 @@ def measure_nonlinearity(
     The rise is that along the least certain direction, on its worse side. The inflation of the
     errors enlarges one sigma.
     """
-    if not spectrum.sigma.size:
+    if not spectrum.factor.size:
         return 0.0
-    k = int(spectrum.sigma.argmax())
-    step = spectrum.natural * spectrum.seen[:, k] * spectrum.sigma[k]
+    k = int(np.linalg.norm(spectrum.factor, axis=0).argmax())
+    step = spectrum.natural * spectrum.factor[:, k]
     worst = 0.0
     for sign in (1.0, -1.0):
         there = model.evaluate(model.move(point, sign * step), has_jacobian=False).residuals
