@@ -30,6 +30,7 @@ class Case(NamedTuple):
     records  the records
     free     the free parameters
     compare  the functions of the scene that the records determine
+    loss     the loss of the fit
     """
 
     truth: kr.Scene
@@ -37,6 +38,7 @@ class Case(NamedTuple):
     records: list[kr.Record]
     free: tuple[str, ...]
     compare: object
+    loss: str = "linear"
 
 
 def heavy_truth():
@@ -121,7 +123,29 @@ def two_clocks(rng):
     return heavy_case([drift, kr.Record(late, {"apex": apex}, NOISE, free="delay")])
 
 
-KINDS = {case.__name__: case for case in (gyroscope, attitudes, velocity, tip, angles, two_clocks)}
+def replace_rows(rng, record):
+    """Return the record with nonsense in 3 % of its rows."""
+    [series] = record.series
+    values, rows = series.values.copy(), rng.random(len(record.t)) < OUTLIERS
+    nonsense = rng.uniform(-1.0, 1.0, (int(rows.sum()), values.shape[1]))
+    values[rows] = nonsense * np.abs(values).max()
+    return kr.Record(record.t, {series.name: values}, series.sigma[0, 0])
+
+
+def tip_with_outliers(rng):
+    case = tip(rng)
+    return case._replace(records=[replace_rows(rng, case.records[0])], loss="soft")
+
+
+def gyroscope_with_outliers(rng):
+    case = gyroscope(rng)
+    return case._replace(records=[replace_rows(rng, case.records[0])], loss="soft")
+
+
+OUTLIERS = 0.03  # share of rows
+SIX = (gyroscope, attitudes, velocity, tip, angles, two_clocks)
+CASES = (*SIX, tip_with_outliers, gyroscope_with_outliers)
+KINDS = {case.__name__: case for case in CASES}
 
 
 class Coverage(NamedTuple):
@@ -145,7 +169,7 @@ def measure_coverage(kind, seeds):
     for seed in range(seeds):
         case = KINDS[kind](np.random.default_rng(seed))
         begin = time.perf_counter()
-        fit = kr.fit(case.guess, case.records, case.free)
+        fit = kr.fit(case.guess, case.records, case.free, loss=case.loss)
         times.append(1e3 * (time.perf_counter() - begin))
         dof = fit.dof
         if fit.chi2 > LOST * dof:
@@ -167,7 +191,7 @@ def main():
         found = measure_coverage(kind, given.seeds)
         shares = " ".join(f"{share:.4f}" for share in found.shares())
         print(
-            f"{kind:<11} lost {found.lost}; within 1, 2, 3 sigma {shares}; "
+            f"{kind:<23} lost {found.lost}; within 1, 2, 3 sigma {shares}; "
             f"chi2 {found.chi2.mean():.4f} +- {found.chi2.std():.4f} "
             f"({np.sqrt(2.0 / found.dof):.4f} expected); {np.median(found.milliseconds):.0f} ms",
             flush=True,

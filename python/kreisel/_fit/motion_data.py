@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._utils.validation import Array
 from .parameters import Point
@@ -20,6 +21,9 @@ from .rotations import (
 )
 
 _FEWEST = 8  # samples that a guess needs
+_OUTLIER = 8.0  # deviation from neighbours that is an outlier, relative to the usual one
+_OUTLIERS_MOST = 0.2  # share of outliers above which the deviations are the motion itself
+_NEIGHBOURS = 5  # samples of which the middle one is compared with the median of the others
 _GAP = 6.0  # a longer pause between two samples, relative to the median, ends a stretch
 _TURN = 0.5  # angle between attitudes whose difference gives an angular velocity [rad]
 
@@ -105,7 +109,11 @@ def _read_apex(record: Record, point: Point) -> tuple[Array, Array] | None:
     else:
         return None
     t, first = np.unique(t, return_index=True)
-    return (t, e[first]) if len(t) >= _FEWEST else None
+    e = e[first]
+    if len(t) >= _FEWEST:
+        regular = _find_regular(e, is_attitude=False)
+        t, e = t[regular], e[regular]
+    return (t, e) if len(t) >= _FEWEST else None
 
 
 def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
@@ -113,6 +121,8 @@ def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
     whole = series.measured.all(axis=1)
     times, first = np.unique(t[whole], return_index=True)
     values = series.values[whole][first]
+    regular = _find_regular(values, series.is_attitude)
+    times, values = times[regular], values[regular]
     if len(times) < _FEWEST:
         return times[:0], values[:0]
     pauses = np.diff(times)
@@ -121,6 +131,29 @@ def _select_stretch(t: Array, series: Series) -> tuple[Array, Array]:
     k = int(np.argmax(np.diff(edges)))
     at = slice(edges[k], edges[k + 1])
     return times[at], values[at]
+
+
+def _find_regular(values: Array, is_attitude: bool) -> NDArray[np.bool_]:
+    """Return True for each row that is near the median of its neighbours.
+
+    Source: F. Hampel, Journal of the American Statistical Association 69 (1974) 383.
+    """
+    if len(values) < _FEWEST:
+        return np.ones(len(values), dtype=np.bool_)
+    if is_attitude:  # q and -q are the same attitude
+        steps = (values[1:] * values[:-1]).sum(axis=1)
+        signs = np.concatenate(([1.0], np.where(steps < 0.0, -1.0, 1.0)))
+        values = values * np.cumprod(signs)[:, None]
+    half = _NEIGHBOURS // 2
+    padded = np.pad(values, ((half, half), (0, 0)), mode="reflect", reflect_type="odd")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, _NEIGHBOURS, axis=0)
+    others = np.delete(windows, half, axis=-1)
+    deviation = np.abs(values - np.median(others, axis=-1))
+    usual = np.maximum(np.median(deviation, axis=0), 1e-9 * np.abs(values).max(axis=0))
+    regular: NDArray[np.bool_] = (deviation <= _OUTLIER * usual).all(axis=1)
+    if regular.mean() < 1.0 - _OUTLIERS_MOST:
+        return np.ones(len(values), dtype=np.bool_)
+    return regular
 
 
 def _motion_of_attitudes(t: Array, q: Array) -> list[MotionData]:

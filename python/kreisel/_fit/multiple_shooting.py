@@ -36,7 +36,8 @@ _PER_GROWTH = 2.0  # pieces for each factor e of the growth of errors
 _ROWS = 10  # fewest times of a piece
 _MOST = 400
 _FTOL = 1e-5
-_STAGE_LIMIT = 60  # evaluations of all pieces in a stage
+_HOPELESS = 3.0  # mean squared residual from which smaller gaps are not tried
+_STAGE_LIMIT = 40  # evaluations of all pieces in a stage
 _START = ("attitude", "velocity")
 
 
@@ -209,7 +210,10 @@ def shoot(
     report: Callable[[Minimum], None],
     limit: int,
 ) -> Minimum:
-    """Return the minimum in which the pieces meet, found with ever smaller gaps."""
+    """Return the minimum in which the pieces meet, found with ever smaller gaps.
+
+    The search ends early if even pieces that need not meet disagree with the records.
+    """
     found: Minimum | None = None
     for gap in GAPS:
         model.gap = gap
@@ -217,6 +221,8 @@ def shoot(
         tell = report if gap == GAPS[-1] else _ignore
         found = minimize(model, pieces, Search(loss, stage, _FTOL, tell, is_stiff=True))
         pieces = found.point  # type: ignore[assignment]
+        if not found.cost <= _HOPELESS * model.size:
+            break
     assert found is not None
     return found
 

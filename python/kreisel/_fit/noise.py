@@ -13,7 +13,7 @@ from .rotations import conjugate_quaternions, logarithm, multiply_quaternions, w
 _FEWEST = 6  # values that an estimate needs
 _UNKNOWN = 0.1  # standard deviation without an estimate, relative to the spread
 _LEAST = 1e-12  # least standard deviation, relative to the spread
-_MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its median deviation
+MEDIAN = 1.4826  # standard deviation of a normal distribution, relative to its median deviation
 
 
 def initial_sigmas(records: tuple[Record, ...]) -> list[Array]:
@@ -39,7 +39,7 @@ def _estimate_from_neighbours(series: Series) -> float:
     else:
         steps = np.diff(values, axis=0)
         steps = wrap_angle(steps) if series.is_angle else steps
-    noise = _MEDIAN * float(np.median(np.abs(np.diff(steps, axis=0)))) / np.sqrt(6.0)
+    noise = MEDIAN * float(np.median(np.abs(np.diff(steps, axis=0)))) / np.sqrt(6.0)
     return float(np.clip(noise, _LEAST * series.spread, series.spread))
 
 
@@ -54,7 +54,7 @@ def update_sigmas(model: ResidualModel, residuals: Array, loss: LossName) -> lis
             continue
         own = rows.select(residuals)[rows.mask]
         if loss == "soft" and own.size:
-            factor = _MEDIAN * float(np.median(np.abs(own)))
+            factor = MEDIAN * float(np.median(np.abs(own)))
         else:
             factor = float(np.sqrt((own @ own) / max(own.size * share, 1e-300)))
         least = _LEAST * rows.series.spread

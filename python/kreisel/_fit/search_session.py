@@ -12,7 +12,7 @@ from .._utils.validation import Array
 from .initial_guess import Guess, guess_from_records
 from .levenberg_marquardt import LossName, Minimum, Search, compute_cost, minimize
 from .multiple_shooting import Pieces, ShootingModel, choose_pieces, shoot
-from .noise import initial_sigmas, update_sigmas
+from .noise import MEDIAN, initial_sigmas, update_sigmas
 from .parameters import Parameters, Point
 from .records import Record, slice_record
 from .residuals import Evaluation, ResidualModel, Rows
@@ -23,10 +23,11 @@ _ROUGH_LIMIT = 12  # evaluations for a part of the records
 _AGREE = 0.4  # residuals relative to the spread of the data up to which a motion agrees
 _GROWTH = 1.4  # least factor from one part of the records to the next
 _PARTS_MOST = 40
+_UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
 _CHAOTIC = 28  # pieces from which errors grow more than a millionfold
 _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
-_UNKNOWN_FITS = 1.5  # the same as a ratio if the noise is only estimated
+_ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _WINDOW = 25  # residuals over which a disagreement is averaged
@@ -156,13 +157,23 @@ class SearchSession:
             return guess.point
         return self._fit_part(SubspaceModel(self.model, guess.allowed), guess.point)
 
+    def _measure_misfit(self) -> float:
+        """Return chi2 per degree of freedom, or for the soft loss its estimate from the median."""
+        if self.best is None:
+            return np.inf
+        if self.loss == "linear":
+            return self.best.cost / self.dof
+        own = np.abs(self.best.residuals[self.model.measured])
+        return float(MEDIAN * np.median(own)) ** 2
+
     def _is_good(self) -> bool:
-        return self.best is not None and self.best.cost <= _FITS * self.dof
+        return self._measure_misfit() <= _FITS
 
     def _is_excellent(self) -> bool:
         """Return True if the residuals are as small as their noise."""
-        chance = 1.0 + _CHANCE * np.sqrt(2.0 / self.dof) if self.is_sigma_known else _UNKNOWN_FITS
-        return self.best is not None and self.best.cost <= chance * self.dof
+        is_exact = self.is_sigma_known and self.loss == "linear"
+        chance = 1.0 + _CHANCE * np.sqrt(2.0 / self.dof) if is_exact else _ROUGHLY
+        return self._measure_misfit() <= chance
 
     def _settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
         def report(found: Minimum) -> None:
@@ -243,7 +254,7 @@ class SearchSession:
         for guess in guesses[:1]:
             assert guess.motion is not None
             count = pieces or choose_pieces(guess.point, self.records)
-            if count < 2:
+            if count < (_UNSTABLE if pieces is None else 2):
                 continue
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start(guess.point, guess.motion)
