@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._model.bodies import Bodies
 from .._model.scene import Ensemble, Scene
 from .._results.path import Path
 from .._utils.atomic_io import atomic_write
@@ -52,6 +51,8 @@ class Fit(ReadOnlyArrays):
     values        {name: value}. The attitude is a rotation vector [rad]
     error         {name: standard deviation}; infinite where the records do not determine it. The
                   error of the attitude is that of a small rotation, seen from the body [rad]
+    moment_ratios  {"I1 / I3": (value, standard deviation)} of the moments to the last one; empty if
+                  the moments are not free
     covariance    (k, k) in the order of `names`; infinite and NaN for infinite errors
     residuals     for each record {quantity: (n, ...) model minus measurement, in standard
                   deviations}; NaN where nothing was measured. q has 3 components, a rotation
@@ -76,6 +77,7 @@ class Fit(ReadOnlyArrays):
     units: tuple[str, ...]
     values: dict[str, float]
     error: dict[str, float]
+    moment_ratios: dict[str, tuple[float, float]]
     covariance: Array
     residuals: tuple[dict[str, Array], ...]
     sigma: tuple[dict[str, Array], ...]
@@ -151,7 +153,7 @@ class Fit(ReadOnlyArrays):
         """
         count, key = as_int("n", n, 1), as_int("seed", seed, 0)
         steps = self._spectrum.draw(np.random.default_rng(key), count)
-        return join_scenes(
+        return Ensemble.of(
             [self._parameters.to_scene(self._parameters.move(self._point, step)) for step in steps]
         )
 
@@ -224,24 +226,6 @@ def _list_panels(fit: Fit) -> Iterator[_Panel]:
             yield _Panel(series.name, record.t, values, shaped, sigma)
 
 
-def join_scenes(scenes: list[Scene]) -> Ensemble:
-    """Return an ensemble of scenes."""
-    bodies = Bodies(
-        [one.body.mass for one in scenes],
-        np.array([one.body.inertia for one in scenes]),
-        np.array([one.body.com for one in scenes]),
-        inertia_rtol=scenes[0].body.inertia_rtol,
-        unphysical=True,
-    )
-    return Ensemble(
-        bodies,
-        momentum=np.array([one.momentum for one in scenes]),
-        attitude=np.array([one.attitude for one in scenes]),
-        gravity=np.array([one.gravity for one in scenes]),
-        damping=np.array([one.damping for one in scenes]),
-    )
-
-
 def _as_numbers(value: ArrayLike) -> Array:
     numbers = np.asarray(value)
     if numbers.dtype.kind not in "iuf":
@@ -267,6 +251,7 @@ def make_fit(session: SearchSession) -> Fit:
         tuple(units),
         dict(zip(names, map(float, values), strict=True)),
         dict(zip(names, map(float, errors), strict=True)),
+        _compare_moments(p, names, values, by_step, spectrum),
         covariance,
         residuals,
         sigma,
@@ -283,6 +268,22 @@ def make_fit(session: SearchSession) -> Fit:
         spectrum,
         best.pieces,
     )
+
+
+def _compare_moments(
+    p: Parameters, names: list[str], values: Array, by_step: Array, spectrum: Spectrum
+) -> dict[str, tuple[float, float]]:
+    """Return the ratios of the moments to the last one, with their standard deviations."""
+    if not p.has("moments"):
+        return {}
+    *others, last = range(*p.at("moments").indices(p.size))
+    made = {}
+    for k in others:
+        ratio = values[k] / values[last]
+        gradient = (by_step[k] - ratio * by_step[last]) / values[last]
+        _, [error] = spectrum.propagate(gradient[None])
+        made[f"{names[k]} / {names[last]}"] = (float(ratio), float(error))
+    return made
 
 
 def _measure_nonlinearity(

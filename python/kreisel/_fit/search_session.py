@@ -26,6 +26,7 @@ _PARTS_MOST = 40
 _UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
 _CHAOTIC = 28  # pieces from which errors grow more than a millionfold
 _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
+_MEDIAN_WIDTH = 2.33  # standard deviation of chi2 from the median, times the root of its number
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
 _ROUNDS = 6  # estimates of unknown standard deviations
@@ -127,10 +128,12 @@ class SearchSession:
         if not self._is_excellent() and (has_data_guess or not is_single):
             found = guess_from_records(self.parameters, self.records)
             found = found if has_data_guess else [one._replace(point=own.point) for one in found]
-            if is_single:
+            if pieces is None:
+                self._shoot(found, None, _CHAOTIC)
+            if is_single and not self._is_good():
                 self._search_until_excellent(found if is_done else [*found, own])
             if pieces != 1 and not self._is_good():
-                self._shoot(found, pieces)
+                self._shoot(found, pieces, _UNSTABLE if pieces is None else 2)
         if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
             self._split_chaotic(self.best.point)
         self._refine()
@@ -171,9 +174,11 @@ class SearchSession:
 
     def _is_excellent(self) -> bool:
         """Return True if the residuals are as small as their noise."""
-        is_exact = self.is_sigma_known and self.loss == "linear"
-        chance = 1.0 + _CHANCE * np.sqrt(2.0 / self.dof) if is_exact else _ROUGHLY
-        return self._measure_misfit() <= chance
+        limit = _ROUGHLY
+        if self.is_sigma_known:
+            width = np.sqrt(2.0) if self.loss == "linear" else _MEDIAN_WIDTH / _CHANCE
+            limit = 1.0 + _CHANCE * width / np.sqrt(self.dof)
+        return bool(self._measure_misfit() <= limit)
 
     def _settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
         def report(found: Minimum) -> None:
@@ -249,16 +254,15 @@ class SearchSession:
             until = min(until, late)
         return until, compute_cost(found.residuals, "soft")
 
-    def _shoot(self, guesses: list[Guess], pieces: int | None) -> None:
-        """Search with the motion in pieces; keep the result if it is clearly better."""
-        for guess in guesses[:1]:
-            assert guess.motion is not None
+    def _shoot(self, guesses: list[Guess], pieces: int | None, least: int) -> None:
+        """Search with the motion in at least `least` pieces; keep a clearly better result."""
+        for guess in guesses:
             count = pieces or choose_pieces(guess.point, self.records)
-            if count < (_UNSTABLE if pieces is None else 2):
+            if count < least or guess.motion is None:
                 continue
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start(guess.point, guess.motion)
-            self._shoot_from(model, begin, 0.5)
+            return self._shoot_from(model, begin, 0.5)
 
     def _shoot_from(self, model: ShootingModel, begin: Pieces, factor: float) -> None:
         """Search with the motion in pieces; keep a cost below `factor` times the one so far."""

@@ -28,6 +28,8 @@ class FitValues(Protocol):
     @property
     def error(self) -> dict[str, float]: ...
     @property
+    def moment_ratios(self) -> dict[str, tuple[float, float]]: ...
+    @property
     def chi2(self) -> float: ...
     @property
     def dof(self) -> int: ...
@@ -61,11 +63,13 @@ def format_summary(fit: FitValues) -> str:
         f"Fit of {len(fit.names)} parameters to {fit.dof + len(fit.names)} numbers: "
         f"chi2 {fit.chi2 / fit.dof:.3g} per degree of freedom, {fit.evaluations} paths"
     )
-    width = max(map(len, fit.names))
+    ratios = {} if all(map(math.isfinite, fit.error.values())) else fit.moment_ratios
+    width = max(map(len, [*fit.names, *ratios]))
     rows = [
         f"  {name:<{width}}  {format_value(fit.values[name], fit.error[name])}{_unit(unit)}"
         for name, unit in zip(fit.names, fit.units, strict=True)
     ]
+    rows += [f"  {name:<{width}}  {format_value(*pair)}" for name, pair in ratios.items()]
     return "\n".join([head, *rows, *_list_sentences(fit)])
 
 

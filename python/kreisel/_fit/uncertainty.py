@@ -112,10 +112,11 @@ def compute_statistics(
         variance = float(influence @ influence) / dof / slope**2
     correlation = _correlate_neighbours(model.rows, residuals)
     factor = variance
-    if is_sigma_known and not variance > 1.0 + _CHANCE * math.sqrt(2.0 / dof):
-        factor = max(variance, 1.0) if loss == "soft" else 1.0
     if correlation > _CHANCE / math.sqrt(own.size):
         factor *= (1.0 + correlation) / max(1.0 - correlation, 1.0 / own.size)
+    chance = 1.0 + _CHANCE * math.sqrt(2.0 / dof) if loss == "linear" else 1.0
+    if is_sigma_known and not factor > chance:
+        factor = 1.0
     return ResidualStatistics(chi2, dof, variance, correlation, math.sqrt(factor))
 
 
