@@ -66,8 +66,7 @@ def select_columns(
 
     `parts` maps the name of each component to its quantity and its index.
     """
-    if t not in table:
-        raise ValueError(unknown_name_message("column of times", t, table))
+    _check_column("column of times", t, table)
     if columns is None:
         return table[t], _join_components({n: c for n, c in table.items() if n != t}, parts)
     if not isinstance(columns, Mapping):
@@ -78,14 +77,20 @@ def select_columns(
     values = {}
     for quantity, names in columns.items():
         for name in [names] if isinstance(names, str) else names:
-            if name not in table:
-                raise ValueError(unknown_name_message("column", str(name), table))
+            _check_column("column", name, table)
         values[quantity] = (
             table[names]
             if isinstance(names, str)
             else np.stack([as_array(name, table[name], "numbers") for name in names], axis=-1)
         )
     return table[t], values
+
+
+def _check_column(what: str, name: object, table: Mapping[str, Array]) -> None:
+    if not isinstance(name, str):
+        raise TypeError(f"a {what} must have a name, not {short_repr(name)}")
+    if name not in table:
+        raise ValueError(unknown_name_message(what, name, table))
 
 
 def _join_components(
