@@ -66,7 +66,7 @@ sphinx_gallery_conf = {
     "examples_dirs": ["examples"],
     "gallery_dirs": ["gallery"],
     "subsection_order": [
-        f"examples/{part}" for part in ("tops", "free", "chaos", "numerics", "practice")
+        f"examples/{part}" for part in ("tops", "free", "chaos", "numerics", "fits", "practice")
     ],
     "filename_pattern": "/",
     "run_stale_examples": True,  # each example runs at each build
