@@ -88,6 +88,11 @@ class torus_memory
         else
             kr_goryachev_chaplygin_states(chaplygin, n, t, out);
     }
+    kr_state state_at(const double turns[2]) const
+    {
+        return kowalewski ? kr_kowalewski_state_at(kowalewski, turns[0], turns[1])
+                          : kr_goryachev_chaplygin_state_at(chaplygin, turns[0], turns[1]);
+    }
 };
 static py::tuple torus_plan(const kr_scene &scene, double bound)
 {
@@ -115,19 +120,14 @@ static py::object torus_states(const torus_memory &plan, const py::object &t, do
 // Returns the states of a plan at the two angles in each row of `turns`.
 static doubles torus_states_at(const torus_memory &plan, const doubles &turns)
 {
-    if (!plan.kowalewski && !plan.chaplygin) throw py::value_error("there is no plan");
+    if (!plan.is_planned()) throw py::value_error("there is no plan");
     if (turns.ndim() != 2 || turns.shape(1) != 2) throw py::value_error("each row has two angles");
     const py::ssize_t n = turns.shape(0);
     doubles out({n, py::ssize_t(8)});
     auto *states = reinterpret_cast<kr_state *>(out.mutable_data());
-    const double *angle = turns.data();
+    const double *angles = turns.data();
     in_pieces(n, [&](py::ssize_t i, py::ssize_t end) {
-        for (; i < end; i++) {
-            const double first = angle[2 * i], second = angle[2 * i + 1];
-            states[i] = plan.kowalewski
-                            ? kr_kowalewski_state_at(plan.kowalewski, first, second)
-                            : kr_goryachev_chaplygin_state_at(plan.chaplygin, first, second);
-        }
+        for (; i < end; i++) states[i] = plan.state_at(angles + 2 * i);
     });
     return out;
 }

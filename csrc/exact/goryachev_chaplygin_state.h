@@ -211,8 +211,7 @@ INLINE state_lanes chaplygin_kernel_at(const kr_chaplygin_plan *plan, wide time,
 {
     const dd turn = one_turn();
     angle_lanes a[2];
-    const wide slip = find_slip(plan, mean, a),
-               tau = elapsed + (slip - plan->slip);
+    const wide slip = find_slip(plan, mean, a), tau = elapsed + (slip - plan->slip);
     wide part[2], other[2];
     sum_parts(plan, a, part, other);
     const wide c1 = part[0], c2 = part[1], s1 = other[0], s2 = other[1],
