@@ -122,11 +122,6 @@ static void set_start(kr_chaplygin_plan *plan, const dd half[2], const double ti
         phase_start(&plan->torus.turn[j],
                     dd_sub(half[j], dd_of(plan->slip * plan->angle[j].half_turns)));
 }
-/* The least value of G. If G is zero, two branch points coincide. The motion is then replaced by a
- * neighbouring one. Both differ by less than rounding errors, except for planar motions, which may
- * be unstable. */
-static const double LEAST_G = 1e-24;
-
 /* Returns 1 if the top swings or circles in a plane that contains the third axis or is
  * perpendicular to it. The start may differ from such a motion by rounding errors. */
 static int is_planar(const chaplygin_top *y)
@@ -152,14 +147,15 @@ static kr_chaplygin_refusal make_plan(chaplygin_top *y, chaplygin_memory *m)
     chaplygin_curve *o = &m->curve;
     series_work *w = &m->work;
     kr_chaplygin_plan *plan = &m->plan;
+    const double least = 1e-24;
     dd rate[2], half[2];
     double time[2];
     int M[2];
     if (!(fabs(o->H.hi) < 1e10)) return KR_CHAPLYGIN_COINCIDENT;
-    if (o->G.hi < LEAST_G) {
-        if (is_planar(y)) return KR_CHAPLYGIN_PLANAR;
-        o->G = dd_of(LEAST_G);
-    }
+    /* If G is zero, two branch points coincide. The motion is then replaced by a neighbouring one.
+     * Both differ by less than rounding errors, except that planar motions may be unstable. */
+    if (o->G.hi < least && is_planar(y)) return KR_CHAPLYGIN_PLANAR;
+    if (o->G.hi < least) o->G = dd_of(least);
     const kr_chaplygin_refusal degenerate = find_branch_points(o);
     if (degenerate != KR_CHAPLYGIN_PLANNED) return degenerate;
     separate(y);

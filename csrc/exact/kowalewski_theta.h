@@ -3,7 +3,8 @@
  *     c(n) = sign(n) (1, or i if k2 is odd) exp(-n B n/2 - n beta),
  * with beta = 0 for P, Q and R. Classes and signs depend on the order of the real roots (`kind`).
  * Each sum has terms of some classes only. All this was found numerically and is not proved. A plan
- * whose sums do not agree with states of the top is therefore refused. The constants of S and T are the null vector of the equations
+ * whose sums do not agree with states of the top is therefore refused. The constants of S and T are
+ * the null vector of the equations
  *     (1 - g3)(S - T) = (g1 - i g2)(S + T)
  * at points of the torus. The constants of P, Q and R solve least-squares problems.
  *

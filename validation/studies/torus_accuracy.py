@@ -14,6 +14,7 @@ compared at 1e6 tau, divided by the conditioning, because the rounded state has 
 
 import argparse
 from collections import Counter
+from dataclasses import dataclass, field
 
 import kreisel as kr
 import numpy as np
@@ -121,11 +122,59 @@ def describe(title, values, *limits):
     )
 
 
+@dataclass
+class Findings:
+    """Results for the planned tops of one kind; `excess` has the tops above the limit."""
+
+    certificates: list = field(default_factory=list)
+    errors: list = field(default_factory=list)
+    excess: list = field(default_factory=list)
+    integrals: list = field(default_factory=list)
+    restarted: list = field(default_factory=list)
+    late: list = field(default_factory=list)
+
+
+def examine(number, scene, top, tau, chosen, limit, rng, found):
+    """Append the results for one planned top."""
+    scale = largest_momentum(scene)
+    found.certificates.append(top.certificate)
+    t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-1, np.log10(chosen.longest)) * tau)
+    error, sensitive = compare_with_series(scene, top, t, rng, scale, limit)
+    found.errors.append(error)
+    if error > limit:
+        found.excess.append((error, sensitive, top.certificate, t / tau, number))
+    found.integrals.append(drift_of_integrals(top, tau, rng, scale))
+    if number < chosen.restarted:
+        found.restarted.append(compare_restarted(scene, top, tau, rng, scale))
+    if number < chosen.late:
+        t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(4, 6) * tau)
+        found.late.append(compare_with_series(scene, top, t, rng, scale, np.inf)[0])
+
+
+def print_findings(found, chosen, limit):
+    """Print the distributions of all results, and the tops above the limit."""
+    describe("certificate", found.certificates)
+    describe(f"error up to {chosen.longest:g} tau", found.errors, limit, 10 * limit)
+    for error, sensitive, certificate, t, number in sorted(found.excess, reverse=True)[:20]:
+        print(
+            f"  top {number} at {t:.3g} tau: error {error:.1e}, conditioning {sensitive:.1e}, "
+            f"certificate {certificate:.1e}, ratio {error / sensitive:.2g}"
+        )
+    names = ("energy", "vertical momentum", "third integral")
+    for name, values in zip(names, np.transpose(found.integrals), strict=True):
+        describe(f"{name} up to {LATE:g} tau", values)
+    met = [x for x in found.restarted if x is not None]
+    if met:
+        describe(f"second plan at {LATE:g} tau, over the conditioning", met, 1.0, 10.0)
+    print(f"  {len(found.restarted) - len(met)} second plans refused")
+    if found.late:
+        describe(f"error at 1e4 to {LATE:g} tau", found.late, limit)
+
+
 def measure(kind, chosen):
     """Print refusals and errors of random tops of one kind."""
     ratio, limit = KINDS[kind]
-    rng, refused, certificates, errors = np.random.default_rng(chosen.seed), Counter(), [], []
-    excess, integrals, restarted, late = [], [], [], []
+    rng, refused, found = np.random.default_rng(chosen.seed), Counter(), Findings()
     for number in range(chosen.tops):
         scene, tau = draw_top(rng, ratio)
         try:
@@ -133,36 +182,9 @@ def measure(kind, chosen):
         except ValueError as error:
             refused[str(error).split(": ")[1]] += 1
             continue
-        scale = largest_momentum(scene)
-        certificates.append(top.certificate)
-        t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(-1, np.log10(chosen.longest)) * tau)
-        error, sensitive = compare_with_series(scene, top, t, rng, scale, limit)
-        errors.append(error)
-        if error > limit:
-            excess.append((error, sensitive, top.certificate, t / tau, number))
-        integrals.append(drift_of_integrals(top, tau, rng, scale))
-        if number < chosen.restarted:
-            restarted.append(compare_restarted(scene, top, tau, rng, scale))
-        if number < chosen.late:
-            t = float(rng.choice([-1, 1]) * 10.0 ** rng.uniform(4, 6) * tau)
-            late.append(compare_with_series(scene, top, t, rng, scale, 1.0)[0])
+        examine(number, scene, top, tau, chosen, limit, rng, found)
     print(f"{kind}: {chosen.tops} tops, {sum(refused.values())} refused: {dict(refused)}")
-    describe("certificate", certificates)
-    describe(f"error up to {chosen.longest:g} tau", errors, limit, 10 * limit)
-    for error, sensitive, certificate, t, number in sorted(excess, reverse=True)[:20]:
-        print(
-            f"  top {number} at {t:.3g} tau: error {error:.1e}, conditioning {sensitive:.1e}, "
-            f"certificate {certificate:.1e}, ratio {error / sensitive:.2g}"
-        )
-    for name, values in zip(
-        ("energy", "vertical momentum", "third integral"), np.transpose(integrals), strict=True
-    ):
-        describe(f"{name} up to {LATE:g} tau", values)
-    met = [x for x in restarted if x is not None]
-    describe(f"second plan at {LATE:g} tau, over the conditioning", met, 1.0, 10.0)
-    print(f"  {len(restarted) - len(met)} second plans refused")
-    if late:
-        describe("error at 1e4 to 1e6 tau", late, limit)
+    print_findings(found, chosen, limit)
 
 
 def main(argv=None):

@@ -164,10 +164,10 @@ def level_momentum(eps, v):
     return make_scene("goryachev_chaplygin", [eps * v[0], 1.2, eps * v[1]], [0.3, eps * v[2], 0.9])
 
 
-def families(kind):
+def families_of_both(kind):
     one, other = np.cos(1.0), np.sin(1.0)
     up = SIDES[kind]
-    both = [
+    return [
         Family("rest upright", near(kind, [0, 0, 0], [up, 0, 0])),
         Family("rest hanging", near(kind, [0, 0, 0], [-up, 0, 0])),
         Family("swinging about axis 3", near(kind, [0, 0, 1.1], [one, other, 0])),
@@ -175,38 +175,39 @@ def families(kind):
         Family("swinging about axis 2", near(kind, [0, 0.7, 0], [one, 0, other])),
         Family("circling about axis 2", near(kind, [0, 2.6, 0], [one, 0, other])),
         Family("let go across axis 2", near(kind, [0, 0, 0], [one, 0, other])),
+        Family("fast, rate 1/eps", lambda e, v: make_scene(kind, v[:3] / max(e, 1e-19), v[3:])),
     ]
-    if kind == "goryachev_chaplygin":
-        return [
-            *both,
-            Family("G = eps", level_momentum),
-            scale_to(kind, separatrix, "separatrix"),
-            Family("fast, rate 1/eps", lambda e, v: make_scene(kind, v[:3] / max(e, 1e-19), v[3:])),
-        ]
-    lean = 0.7
+
+
+def families_of_kowalewski():
+    kind = "kowalewski"
+    lean = np.array([-0.7, 0, np.sqrt(1 - 0.7**2)])
+    delone = [0.4, 0.5, 0.8]  # angular velocity of a motion with k = 0
+
+    def near_delone(e, _):
+        g1, g2 = 0.09 + e, -0.4
+        return make_scene(kind, delone, [g1, g2, np.sqrt(1 - g1 * g1 - g2 * g2)])
+
     return [
-        *both,
         Family("turning about the com, upright", near(kind, [-1.3, 0, 0], [-1, 0, 0])),
         Family("turning about the com, fast", near(kind, [-2.6, 0, 0], [-1, 0, 0])),
         Family("turning about the com, hanging", near(kind, [1.3, 0, 0], [1, 0, 0])),
-        Family(
-            "permanent rotation",
-            near(
-                kind,
-                np.array([-lean, 0, np.sqrt(1 - lean**2)]) / np.sqrt(lean),
-                [-lean, 0, np.sqrt(1 - lean**2)],
-            ),
-        ),
-        Family(
-            "k = eps",
-            lambda e, v: make_scene(
-                kind, [0.4, 0.5, 0.8], [0.09 + e, -0.4, np.sqrt(1 - (0.09 + e) ** 2 - 0.16)]
-            ),
-        ),
+        Family("permanent rotation", near(kind, lean / np.sqrt(0.7), lean)),
+        Family("k = eps", near_delone),
         Family("l = eps", across_momentum),
         scale_to(kind, value_at_minus_k, "phi(-k) = 0"),
         scale_to(kind, discriminant_of_phi, "double root of phi"),
-        Family("fast, rate 1/eps", lambda e, v: make_scene(kind, v[:3] / max(e, 1e-19), v[3:])),
+    ]
+
+
+def families(kind):
+    """Return the families of motions of one kind of top."""
+    if kind == "kowalewski":
+        return [*families_of_both(kind), *families_of_kowalewski()]
+    return [
+        *families_of_both(kind),
+        Family("G = eps", level_momentum),
+        scale_to(kind, separatrix, "separatrix"),
     ]
 
 
