@@ -274,7 +274,8 @@ static void fill_times(double t[MANY])
 {
     for (int i = 0; i < MANY; i++) t[i] = i % 70 == 69 ? t[i - 1] : 0.1 * i;
 }
-static int stop_at_first_call(void *calls) { return ++*(int *)calls == 1; }
+/* A poll function that stops a run when the number of remaining calls becomes zero. */
+static int stop_at_last_call(void *left) { return --*(int *)left == 0; }
 /* A top that records many times at once has the states, the steps and the failures of a top that
  * records each time alone. */
 static void check_recording(const kr_scene *s, kr_config config, kr_status expected)
@@ -282,12 +283,12 @@ static void check_recording(const kr_scene *s, kr_config config, kr_status expec
     double t[MANY];
     kr_state out[MANY], own;
     size_t done = 0;
-    int calls[2] = {0, 0};
+    int left[2] = {1, 1};
     fill_times(t);
     memset(out, 0, sizeof out);
-    config.context = &calls[0];
+    config.context = &left[0];
     kr_top *together = make(s, kr_method_find("exact"), config);
-    config.context = &calls[1];
+    config.context = &left[1];
     kr_top *alone = make(s, kr_method_find("exact"), config);
     IS(kr_top_record(together, MANY, t, out, &done) == expected);
     IS((done == MANY) == (expected == KR_OK) && done > 100);
@@ -310,8 +311,24 @@ static void many_times_are_recorded_as_each_alone(const form_case *c)
     for (int i = 0; i < 2; i++) {
         check_recording(&scenes[i], (kr_config){0}, KR_OK);
         check_recording(&scenes[i], (kr_config){.max_steps = 130}, KR_ERR_LIMIT);
-        check_recording(&scenes[i], (kr_config){.poll = stop_at_first_call}, KR_ERR_INTERRUPTED);
+        check_recording(&scenes[i], (kr_config){.poll = stop_at_last_call}, KR_ERR_INTERRUPTED);
     }
+}
+/* A worker polls after each top, because a set-up takes long. */
+static void a_worker_can_stop_after_each_top(const form_case *c)
+{
+    const double t = 1.0;
+    kr_scene scenes[TOPS];
+    kr_outcome outcomes[TOPS];
+    int left = 1 + 2; /* one call after the batch of other closed forms, and two tops */
+    const kr_config config = {.poll = stop_at_last_call, .context = &left};
+    kr_worker *worker = NULL;
+    const kr_tops tops = {.n = TOPS, .scenes = scenes, .times = 1, .t = &t, .outcomes = outcomes};
+    for (int i = 0; i < TOPS; i++) scenes[i] = c->some;
+    IS(kr_worker_create(kr_method_find("exact"), config, 0, NULL, &worker) == KR_OK);
+    IS(kr_worker_run(worker, &tops) == KR_ERR_INTERRUPTED);
+    for (int i = 0; i < TOPS; i++) IS(outcomes[i].status == (i < 2 ? KR_OK : KR_ERR_INTERRUPTED));
+    kr_worker_free(worker);
 }
 /* Without a requested end, a step is a period of the first angle. */
 static void a_step_is_a_period_of_the_first_angle(const form_case *c)
@@ -395,6 +412,7 @@ static void check_form(const form_case *c)
     a_copy_of_the_used_part_is_a_plan(c);
     tops_and_workers_give_the_same_states(c);
     many_times_are_recorded_as_each_alone(c);
+    a_worker_can_stop_after_each_top(c);
     a_step_is_a_period_of_the_first_angle(c);
     a_refused_reset_leaves_the_top_as_it_was(c);
     checkpoints_go_on(c);
