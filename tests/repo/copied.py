@@ -73,8 +73,8 @@ VALUE = """double kr_state_height(const kr_scene *scene, const kr_state *s)
     return kr_state_apex(scene, s).z;
 }
 """
-DERIVATIVE = """\
-static void tangent_of_height(const quantity_point *at, const quantity_change *by, double out[])
+DERIVATIVE = """static void tangent_of_height(const quantity_point *at, const quantity_change *by,
+                              double out[])
 {
     double apex[3];
     tangent_of_apex(at, by, apex);
