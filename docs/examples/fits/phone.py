@@ -4,7 +4,8 @@ What can a phone tell about itself when it is thrown into the air?
 
 A phone that is thrown into the air is a free body. Its gyroscope measures the angular velocity a
 hundred times a second. The fit finds the ratios of the moments of inertia to a few parts in a
-thousand, but not the moments: if all moments had twice their size, the phone would turn in the same way.
+thousand, but not the moments: if all moments had twice their size, the phone would turn in the same
+way.
 """
 
 import kreisel as kr
