@@ -687,7 +687,8 @@ KR_API const char *kr_goryachev_chaplygin_refusal_text(int refusal);
 /* The closed form of a Goryachev-Chaplygin top with <m, e3> = 0. Each frequency in the matrix of
  * the attitude is a sum of integer multiples of `first` and `second` [T^-1]; the mean precession is
  * zero. `certificate` and `mismatch` are as in kr_kowalewski, for moments 4 : 4 : 1. `mismatch`
- * includes <m, e3> / |m|, which may differ from 0 by a rounding error. */
+ * includes <m, e3> / |m|, which may differ from 0 by a rounding error. Near G = 0, where the
+ * angles are in resonance, the error grows by a rounding error for each radian of the heading. */
 typedef struct kr_goryachev_chaplygin {
     double first, second, certificate, mismatch;
     int refusal; /* a kr_chaplygin_refusal */

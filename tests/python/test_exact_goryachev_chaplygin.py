@@ -17,9 +17,9 @@ def test_the_vertical_momentum_is_zero_at_any_time():
 
 def test_motions_are_refused_with_their_reason():
     still, level = (0.0, 0.0, 0.0), (np.sqrt(0.5), 0.0, -np.sqrt(0.5), 0.0)
-    pendulum = kr.Scene(BODY, momentum=still, attitude=level)
+    rest = kr.Scene(BODY, momentum=still, attitude=level)
     lifted = SCENE.replace(momentum=(0.9, 2.1, 1e-3))
-    for scene, reason in ((pendulum, "in a plane"), (lifted, "vertical component")):
+    for scene, reason in ((rest, "in equilibrium"), (lifted, "vertical component")):
         with pytest.raises(ValueError, match=f"Goryachev-Chaplygin top has no.*{reason}"):
             kr.exact(scene)
         with pytest.raises(ValueError, match=f"does not apply: this motion.*{reason}"):
