@@ -15,7 +15,7 @@ from .multiple_shooting import Pieces, ShootingModel, choose_pieces, shoot
 from .noise import MEDIAN, initial_sigmas, update_sigmas
 from .parameters import Parameters, Point
 from .records import Record, slice_record
-from .residuals import Evaluation, ResidualModel, Rows
+from .residuals import STEPS_MOST, Evaluation, ResidualModel, Rows
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
 _ROUGH_FTOL = 1e-3  # the same for a part of the records
@@ -106,7 +106,7 @@ class SearchSession:
         """Compute the motion of the scene; raise kreisel.Error if it fails."""
         times = np.unique(np.concatenate([record.t for record in self.records]))
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
-            solve(self.parameters.start.to_scene(), t, "taylor")
+            solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
     def check_records(self) -> None:
         """Raise ValueError if the records have fewer numbers than there are free parameters."""
@@ -218,7 +218,9 @@ class SearchSession:
             part = self._cut_records(horizon)
             if part is not None:
                 point = self._fit_part(part, point)
-            agreement, _ = self._find_agreement(point)
+            agreement, cost = self._find_agreement(point)
+            if not np.isfinite(cost):
+                break  # the motion takes too many steps, or leaves the range of doubles
         return point
 
     def _fit_part(self, part: ResidualModel | SubspaceModel, point: Point) -> Point:
