@@ -412,8 +412,9 @@ KR_API const char *kr_top_kernel(const kr_top *top, int *order);
 /* Tangents: derivatives of the state. Computing them does not change the bits of the state.
  * X(parameter, bit, number of columns, name). The 6 rows are the rotation vector of the attitude in
  * the frame of description [rad], followed by the momentum in space. The 6 columns of the start are
- * the derivatives with respect to the same 6 numbers at the start. Moments, com and damping are along
- * the principal axes. The derivative with respect to a parameter is taken at fixed initial momentum. */
+ * the derivatives with respect to the same 6 numbers at the start. Moments, com and damping are
+ * along the principal axes. The derivative with respect to a parameter is taken at fixed initial
+ * momentum. */
 /* clang-format off */
 #define KR_TANGENT_LIST(X)                                                                        \
     X(START,    1, 6, "start")                                                                    \
@@ -440,6 +441,13 @@ KR_API kr_status kr_top_tangents(kr_top *top, double out[], double low[]);
  * the last term of a tangent's series to the size of the tangent. The steps are chosen without
  * regard to the tangents. */
 KR_API double kr_top_tangent_truncation(const kr_top *top);
+/* Writes the derivatives of a quantity at n states, [n][kr_quantity_doubles][columns], from the
+ * tangents [n][6][columns] by the same parameters. Those of q are a rotation vector, of 3 numbers.
+ * Derivatives that do not exist are NaN: of Euler's angles at a vertical apex, of the apex by com
+ * at com = 0, and of K and G by numbers whose change makes them NaN. */
+KR_API void kr_quantity_tangents(const kr_quantity *quantity, const kr_scene *scene, size_t n,
+                                 const kr_state states[], uint64_t by, const double tangents[],
+                                 double out[]);
 
 /* Checkpoints. A checkpoint can be loaded into a top with the same body, gravity, damping, method,
  * config (max_steps and poll may differ) and watched events. The top then continues with the same

@@ -57,8 +57,8 @@ typedef struct kr_step_polynomial {
 /* Deviations from a motion, in working axes and internal units: a rotation vector in the body, and
  * a change of the momentum in space. A seed holds the initial deviation for a parameter, and the
  * derivatives of the lever, the moments and the damping with respect to this parameter. The last
- * two are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the motion, with one exception: strongly damped motions with
- * deviations take short steps only. */
+ * two are symmetric matrices (xx, yy, zz, yz, zx, xy). Deviations do not change the motion, with
+ * one exception: strongly damped motions with deviations take short steps only. */
 typedef struct kr_deviation {
     vec_dd turn, push;
 } kr_deviation;

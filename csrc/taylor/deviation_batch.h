@@ -90,8 +90,8 @@ INLINE triple load_lever(const kr_tangent *g)
 {
     return triple_all(duo_load(g->lever), duo_load(g[WORDS].lever), duo_load(g[2 * WORDS].lever));
 }
-/* The structs that hold the elements of a symmetric matrix. Row 0 has the elements xx, yy, zz. Row 1
- * has xy, yz, zx. Row 2 has xz, yx, zy. */
+/* The structs that hold the elements of a symmetric matrix. Row 0 has the elements xx, yy, zz. Row
+ * 1 has xy, yz, zx. Row 2 has xz, yx, zy. */
 static const int matrix_places[3][3] = {{0, 1, 2}, {5, 3, 4}, {4, 5, 3}};
 /* Returns a row of the derivatives B of the moments. */
 INLINE triple load_moments(const kr_tangent *g, int row)

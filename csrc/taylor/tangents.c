@@ -239,8 +239,8 @@ static double square_of(const deviation_address *at, double *numbers)
     return sum;
 }
 /* Evaluates all deviations at the time `at` of the series that expands the path for this part.
- * Writes the values to the members `part_end`. Returns the largest last term relative to the size of
- * its deviation, or INFINITY if a deviation is not finite. */
+ * Writes the values to the members `part_end`. Returns the largest last term relative to the size
+ * of its deviation, or INFINITY if a deviation is not finite. */
 static double sum_tangents(const kr_motion *motion, double *memory, size_t n)
 {
     const int order = order_of(motion);

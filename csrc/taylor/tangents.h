@@ -5,8 +5,9 @@
  *     theta' = 1/A (AW x theta + N - B W) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W) - F W
  * in the notation of taylor.h, with B, b and F the derivatives of the moments A, of c and of the
- * damping D with respect to the parameter. B and F are symmetric matrices. The equations are linear in theta and N, hence 18 products of coefficients per
- * term. The changes of the energy and of <m, e3> are conserved up to the tolerance. */
+ * damping D with respect to the parameter. B and F are symmetric matrices. The equations are linear
+ * in theta and N, hence 18 products of coefficients per term. The changes of the energy and of <m,
+ * e3> are conserved up to the tolerance. */
 #ifndef KR_TANGENTS_H
 #define KR_TANGENTS_H
 #include "taylor.h"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
+from .._core import tangents as TANGENTS
 from .._model.scene import Scene
 from .._utils.errors import unknown_name_message
 from .._utils.quantity_attributes import QuantityName
@@ -51,6 +52,16 @@ class SolveOptions:
     def is_plain(self) -> bool:
         """True if the core records the states in a single call."""
         return self.every is None and self.error is None and not (self.has_events or self.tangents)
+
+    @property
+    def tangent_bits(self) -> int:
+        """The sum of the core's bits of the names in `tangents`."""
+        return sum(TANGENTS[name][0] for name in self.tangents)
+
+    @property
+    def tangent_columns(self) -> int:
+        """The number of columns of the tangents."""
+        return sum(TANGENTS[name][1] for name in self.tangents)
 
     @cached_property
     def core(self) -> tuple[str, float, float, int, int, bool]:

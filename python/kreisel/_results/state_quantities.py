@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
-from .._core import modified_energy, modified_energy4, values
+from .._core import derivatives, modified_energy, modified_energy4, values
 from .._model.scene import Scene
 from .._options.plan import StepChoice
-from .._options.quantities import QUANTITIES, RECORDABLE, Quantity
+from .._options.quantities import QUANTITIES, RECORDABLE, Quantity, check_quantity
 from .._options.solve_options import SolveOptions
 from .._utils.errors import suggest
 from .._utils.quantity_attributes import MethodName, QuantityAttributes, QuantityName
@@ -217,6 +217,34 @@ class States(QuantityAttributes):
         path was solved with the tangents by all numbers that are not zero.
         """
         return self._tangents().conditioning(self.scene)
+
+    def derivative(self, quantity: QuantityName) -> Array:
+        """Return the derivatives of a quantity, if solve was called with `tangents`.
+
+        The array has the shape (n, c) for a scalar, (n, 3, c) for a vector and (n, 3, 3, c) for
+        `frame`, with the columns of `path.tangents`. The derivatives of q are rotation vectors seen
+        from the body [rad], (n, 3, c). Angles change without jumps.
+
+        The values are NaN where there is no derivative: of Euler's angles if the apex is vertical,
+        and of quantities that depend on the apex, by com, if com is zero. Those of `kowalewski` and
+        `goryachev_chaplygin` are NaN by numbers whose change makes the body one of another kind:
+        the moments, and com along the axis of the moment that differs.
+
+            >>> import kreisel as kr
+            >>> path = kr.solve(kr.scenes.asymmetric, [0.0, 1.0], tangents=("start", "gravity"))
+            >>> path.derivative("nutation").shape, path.derivative("apex").shape
+            ((2, 7), (2, 3, 7))
+
+        quantity  the name of a quantity, except t and the low words
+
+        Raises AttributeError if the path has no tangents, and ValueError for an unknown name.
+        """
+        if self._tangent_data is None:
+            hint = TANGENT_ATTRIBUTES["derivative"]
+            raise AttributeError(f"this path has no derivatives: {hint}")
+        name, data = check_quantity(quantity), self._tangent_data
+        block = self.scene._block
+        return read_only(derivatives(name, block, self.states, data.bits, data.high))
 
     def _tangents(self) -> TangentData:
         if self._tangent_data is None:

@@ -17,6 +17,7 @@ TANGENT_ATTRIBUTES = {  # {attribute of a path with tangents: the hint in the er
     "tangents_low": "solve with tangents='start' to have it",
     "tangents_rest": "solve with tangents='start' to have it",
     "conditioning": f"{_ALL} to have it",
+    "derivative": "solve with tangents='start' to have it",
 }
 _ROUNDING = 2.0**-53
 
@@ -45,6 +46,11 @@ class TangentData(NamedTuple):
     def select(self, which: ResolvedIndex) -> TangentData:
         """Return the tangents of the states that `which` selects."""
         return self._replace(high=read_only(self.high[which]), low=read_only(self.low[which]))
+
+    @property
+    def bits(self) -> int:
+        """The sum of the core's bits of the parameters."""
+        return sum(TANGENTS[name][0] for name in self.by)
 
     def conditioning(self, scene: Scene) -> Array:
         """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].

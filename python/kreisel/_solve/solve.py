@@ -24,6 +24,7 @@ from .variational import TangentSpec, parse_tangent_options, record_tangents
 
 class _EnsembleKeywords(SolveKeywords, PoolKeywords, total=False):
     out: Array | None
+    tangents: TangentSpec | None
 
 
 @overload
@@ -88,10 +89,11 @@ def solve(
                with the last time [T]; an exception in it stops the run
     events     taylor only: an event of kreisel.events or a list of events; path.events has the
                occurrences. A terminal event ends the path
-    tangents   taylor only, for one scene: one or several of "start", "moments", "com", "gravity",
-               "mass", "damping". path.tangents has the derivatives of the states with respect to
-               these. The states are bitwise equal to those without tangents, unless strong damping
-               requires shorter steps for the tangents
+    tangents   taylor only: one or several of "start", "moments", "com", "gravity", "mass",
+               "damping". path.tangents has the derivatives of the states with respect to these,
+               path.derivative those of a quantity. The states are bitwise equal to those without
+               tangents, unless strong damping requires shorter steps for the tangents. Tops of an
+               ensemble then have the bits of a solve of each alone
 
         >>> import kreisel as kr
         >>> path = kr.solve(kr.scenes.cusps, t=300, method="strang", step=0.01, every=100)
@@ -129,9 +131,8 @@ def solve(
     first failed top; kreisel.Interrupted has the results so far as `.paths`.
     """
     if isinstance(scene, Ensemble):
-        if tangents is not None:
-            check_type("scene", scene, Scene)
-        arguments = SolveArguments(step, tol, digits, every, max_steps, error, want, events)
+        controls = step, tol, digits, every, max_steps, error, want, events
+        arguments = SolveArguments(*controls, tangents=tangents)
         return solve_ensemble(scene, t, method, arguments, progress, threads, executor, out)
     is_for_many = threads is not None or executor is not None or out is not None
     is_special = error is not None or events is not None or tangents is not None
