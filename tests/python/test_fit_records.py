@@ -163,6 +163,7 @@ def test_columns_nobody_knows_are_refused(tmp_path):
     [
         ("", "start", {}, "records is empty"),
         ("gyro", (), {}, "free is empty"),
+        ("late", "start", {}, "begin at t = 1000, long after the start .* subtract the first time"),
         ("gyro", "mass_", {}, "unknown name in free: 'mass_'; did you mean 'mass'"),
         ("gyro", ("com", "lever"), {}, "free has both com and lever"),
         ("gyro", "start", {"loss": "soft_l1"}, "unknown loss 'soft_l1'; did you mean 'soft'"),
@@ -176,6 +177,7 @@ def test_invalid_fits_are_refused(records, free, words, message):
     given = {
         "gyro": gyroscope(n=20),
         "few": kr.Record([0.0], {"apex": [[0.0, 0.0, 1.0]]}, 0.1),
+        "late": kr.Record([1000.0, 1000.5], {"apex": [[0.0, 0.0, 1.0]] * 2}, 0.1),
         "momentum": kr.Record(T, {"vertical_momentum": [1.0] * 3}, 0.1),
     }
     measured = given[records] if records else []

@@ -130,7 +130,7 @@ def _no_motion_error(session: SearchSession) -> Error:
         session.solve_guess()
     except Error as error:
         return error
-    raise ValueError("no motion could be computed from the guess: it leaves the range of doubles")
+    raise ValueError("the residuals leave the range of doubles: check the values and their sigma")
 
 
 def _parse_scenes(scene: object) -> list[Scene]:

@@ -29,7 +29,7 @@ from .rotations import (
 )
 
 _STEPS = 20  # a trial may take this many times the steps of the guesses
-_STEPS_MOST = 10**6
+STEPS_MOST = 10**6
 _FEWEST_STEPS = 1000
 
 
@@ -211,7 +211,7 @@ class ResidualModel:
     def _solve_side(self, scene: Scene, t: Array, tangents: tuple[str, ...]) -> Path:
         """Return the path to times of one sign; a trial with tangents has a limit of steps."""
         if not tangents:
-            return solve(scene, t, "taylor", max_steps=_STEPS_MOST)
+            return solve(scene, t, "taylor", max_steps=STEPS_MOST)
         names = cast(TangentSpec, tangents)
         return solve(scene, t, "taylor", max_steps=self._max_steps, tangents=names)
 

@@ -15,7 +15,7 @@ from .multiple_shooting import Pieces, ShootingModel, choose_pieces, shoot
 from .noise import MEDIAN, initial_sigmas, update_sigmas
 from .parameters import Parameters, Point
 from .records import Record, slice_record
-from .residuals import Evaluation, ResidualModel, Rows
+from .residuals import STEPS_MOST, Evaluation, ResidualModel, Rows
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
 _ROUGH_FTOL = 1e-3  # the same for a part of the records
@@ -29,6 +29,7 @@ _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no piec
 _MEDIAN_WIDTH = 2.33  # standard deviation of chi2 from the median, times the root of its number
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
+_FAR = 100.0  # longest time before the first measurement, relative to the length of the records
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _WINDOW = 25  # residuals over which a disagreement is averaged
@@ -106,10 +107,17 @@ class SearchSession:
         """Compute the motion of the scene; raise kreisel.Error if it fails."""
         times = np.unique(np.concatenate([record.t for record in self.records]))
         for t in (times[times < 0.0][::-1], times[times >= 0.0]):
-            solve(self.parameters.start.to_scene(), t, "taylor")
+            solve(self.parameters.start.to_scene(), t, "taylor", max_steps=STEPS_MOST)
 
     def check_records(self) -> None:
-        """Raise ValueError if the records have fewer numbers than there are free parameters."""
+        """Raise ValueError for too few numbers, and for records far from the start at t = 0."""
+        times = np.concatenate([record.t for record in self.records])
+        first, span = float(np.abs(times).min()), float(np.ptp(times))
+        if first > _FAR * span > 0.0:
+            raise ValueError(
+                f"the records begin at t = {first:g}, long after the start at t = 0, and last only "
+                f"{span:g}: subtract the first time from t"
+            )
         count = sum(record.size for record in self.records)
         if count < self.parameters.size:
             raise ValueError(
@@ -218,7 +226,9 @@ class SearchSession:
             part = self._cut_records(horizon)
             if part is not None:
                 point = self._fit_part(part, point)
-            agreement, _ = self._find_agreement(point)
+            agreement, cost = self._find_agreement(point)
+            if not np.isfinite(cost):
+                break  # the motion takes too many steps, or leaves the range of doubles
         return point
 
     def _fit_part(self, part: ResidualModel | SubspaceModel, point: Point) -> Point:
