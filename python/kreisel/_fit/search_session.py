@@ -125,6 +125,14 @@ class SearchSession:
                 "parameters: measure more, or free less"
             )
 
+    def check_pieces(self, pieces: int | None) -> None:
+        """Raise ValueError if the records have fewer than two times for each piece."""
+        most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
+        if pieces is not None and pieces > most:
+            raise ValueError(
+                f"pieces must be at most {most}, one for two times of the records, not {pieces}"
+            )
+
     def run(self, pieces: int | None, has_data_guess: bool) -> None:
         """Search the best solution."""
         own = Guess(self.parameters.start, None)
@@ -273,6 +281,9 @@ class SearchSession:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start(guess.point, guess.motion)
             return self._shoot_from(model, begin, 0.5)
+        if pieces is not None:
+            model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
+            self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
 
     def _shoot_from(self, model: ShootingModel, begin: Pieces, factor: float) -> None:
         """Search with the motion in pieces; keep a cost below `factor` times the one so far."""
