@@ -288,3 +288,11 @@ def test_the_picture_of_a_fit(fit):
     upper, lower = fit.plot()
     assert upper.get_title() == "body_velocity" and len(upper.lines) == 6
     assert lower.get_ylabel() == "residual [sigma]"
+
+
+def test_the_centre_of_mass_is_on_the_side_of_the_scene():
+    """Check the twin motion, with centre of mass and vertical reversed, that a gyroscope shows."""
+    body = kr.Body(1.0, GUESS.body.moments, com=(0.0, 0.0, -0.3), unphysical=True)
+    up, down = (kr.fit(GUESS.replace(body=b), gyroscope(), FREE) for b in (GUESS.body, body))
+    assert up.values["com_z"] > 0.0 > down.values["com_z"]
+    assert np.isclose(up.cost, down.cost, rtol=1e-6)

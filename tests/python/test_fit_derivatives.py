@@ -40,7 +40,7 @@ def make_model(name, scene, free):
     parameters = Parameters(scene, parse_free(free), [record])
     model = ResidualModel(parameters, [record], [record.series[0].sigma])
     natural = np.minimum(model.natural_sizes(parameters.start), 1.0)
-    return model, model.move(parameters.start, 0.1 * natural * rng.normal(size=parameters.size))
+    return model, model.move(parameters.start, 0.03 * natural * rng.normal(size=parameters.size))
 
 
 @pytest.mark.parametrize(

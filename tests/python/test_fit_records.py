@@ -168,6 +168,7 @@ def test_columns_nobody_knows_are_refused(tmp_path):
         ("gyro", ("com", "lever"), {}, "free has both com and lever"),
         ("gyro", "start", {"loss": "soft_l1"}, "unknown loss 'soft_l1'; did you mean 'soft'"),
         ("gyro", "start", {"pieces": 0}, "pieces must be at least 1"),
+        ("gyro", "start", {"pieces": 11}, "pieces must be at most 10, one for two times"),
         ("gyro", "start", {"max_evaluations": 0}, "max_evaluations must be at least 1"),
         ("few", ("start", "moments"), {}, "3 numbers, fewer than the 9 free parameters"),
         ("momentum", "gravity", {}, "vertical_momentum does not depend on what is free"),

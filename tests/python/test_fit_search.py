@@ -47,6 +47,16 @@ def test_pieces_agree_with_a_single_motion():
     assert turned.max() < 1e-3 and (pieces.path.t == record.t).all()
 
 
+def test_pieces_without_a_measured_motion_begin_along_the_scene():
+    t = np.linspace(0.0, 3.0, 120)
+    noise = 0.1 * np.random.default_rng(0).normal(size=120)
+    record = kr.Record(t, {"energy": kr.solve(HEAVY, t).energy + noise}, 0.1)
+    fit = kr.fit(HEAVY.replace(gravity=9.5), record, "gravity", pieces=3)
+    single = kr.fit(HEAVY.replace(gravity=9.5), record, "gravity")
+    assert len(fit.piece_starts) == 3
+    assert abs(fit.values["gravity"] - single.values["gravity"]) < 0.1 * single.error["gravity"]
+
+
 def test_a_chaotic_motion_is_fitted_in_pieces():
     rate = kr.lyapunov(CHAOTIC, 500.0).value
     fit = kr.fit(chaotic_guess(), attitudes(15.0 / rate, 800), FREE)

@@ -93,6 +93,7 @@ def fit(
     ]
     for session in sessions:
         session.check_records()
+        session.check_pieces(count)
     return _run_sessions(sessions, count, is_multistart=isinstance(scene, Ensemble))
 
 

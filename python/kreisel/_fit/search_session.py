@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from .noise import MEDIAN, initial_sigmas, update_sigmas
 from .parameters import Parameters, Point
 from .records import Record, slice_record
 from .residuals import STEPS_MOST, Evaluation, ResidualModel, Rows
+from .rotations import multiply_quaternions
 
 _FTOL = 1e-10  # relative improvement of the cost that ends a search
 _ROUGH_FTOL = 1e-3  # the same for a part of the records
@@ -26,10 +28,11 @@ _PARTS_MOST = 40
 _UNSTABLE = 8  # pieces from which a motion that disagrees is searched in pieces
 _CHAOTIC = 28  # pieces from which errors grow more than a millionfold
 _FITS = 3.0  # largest chi2 per degree of freedom of a motion that needs no pieces
-_MEDIAN_WIDTH = 2.33  # standard deviation of chi2 from the median, times the root of its number
 _CHANCE = 3.0  # standard deviations of chi2 up to which a fit needs no other guess
 _ROUGHLY = 1.5  # chi2 per degree of freedom up to which the same holds if it is only estimated
 _FAR = 100.0  # longest time before the first measurement, relative to the length of the records
+_SAME = 1e-6  # relative difference of equal costs
+_BLIND_TO_SIGN = {"body_velocity", "body_momentum", "kinetic"}
 _ROUNDS = 6  # estimates of unknown standard deviations
 _SIGMA_RTOL = 0.01  # change of a standard deviation that needs another round
 _WINDOW = 25  # residuals over which a disagreement is averaged
@@ -125,6 +128,14 @@ class SearchSession:
                 "parameters: measure more, or free less"
             )
 
+    def check_pieces(self, pieces: int | None) -> None:
+        """Raise ValueError if the records have fewer than two times for each piece."""
+        most = max(len(np.unique(np.concatenate([r.t for r in self.records]))) // 2, 1)
+        if pieces is not None and pieces > most:
+            raise ValueError(
+                f"pieces must be at most {most}, one for two times of the records, not {pieces}"
+            )
+
     def run(self, pieces: int | None, has_data_guess: bool) -> None:
         """Search the best solution."""
         own = Guess(self.parameters.start, None)
@@ -144,6 +155,7 @@ class SearchSession:
                 self._shoot(found, pieces, _UNSTABLE if pieces is None else 2)
         if pieces is None and self._is_good() and self.best is not None and not self.best.pieces:
             self._split_chaotic(self.best.point)
+        self._choose_sign()
         self._refine()
 
     def _split_chaotic(self, point: Point) -> None:
@@ -181,11 +193,14 @@ class SearchSession:
         return self._measure_misfit() <= _FITS
 
     def _is_excellent(self) -> bool:
-        """Return True if the residuals are as small as their noise."""
-        limit = _ROUGHLY
-        if self.is_sigma_known:
-            width = np.sqrt(2.0) if self.loss == "linear" else _MEDIAN_WIDTH / _CHANCE
-            limit = 1.0 + _CHANCE * width / np.sqrt(self.dof)
+        """Return True if the residuals are as small as their noise.
+
+        With outliers, the residuals of a wrong motion may be as small as those of the right one, so
+        that all guesses are tried.
+        """
+        if self.loss == "soft":
+            return False
+        limit = 1.0 + _CHANCE * np.sqrt(2.0 / self.dof) if self.is_sigma_known else _ROUGHLY
         return bool(self._measure_misfit() <= limit)
 
     def _settings(self, ftol: float, model: ResidualModel, limit: int) -> Search:
@@ -209,11 +224,34 @@ class SearchSession:
 
     def _search_from(self, point: Point, agreement: float) -> None:
         """Search from a point, first on the parts of the records that begin with its agreement."""
+        before = self.best
         point = self._extend(point, agreement)
         settings = self._settings(_FTOL, self.model, self.limit)
         found = minimize(self.model, point, settings)
         if np.isfinite(found.cost):
             self._keep(found, self.model)
+        if before is not None and found.cost > (1.0 - _SAME) * before.cost:
+            self.best = before  # equal minima differ by rounding: the nearer guess counts
+
+    def _choose_sign(self) -> None:
+        """Replace the best point by its twin if the twin's centre of mass is on the scene's side.
+
+        An instrument on the body shows the same if the centre of mass and the vertical are
+        reversed.
+        """
+        p, best = self.parameters, self.best
+        quantities = {series.quantity for record in self.records for series in record.series}
+        if best is None or best.pieces or not (p.has("com") and p.has("attitude")):
+            return
+        if quantities <= _BLIND_TO_SIGN and best.point.com @ p.start.com < 0.0:
+            half_turn = np.array([0.0, 1.0, 0.0, 0.0])
+            attitude = multiply_quaternions(half_turn, best.point.attitude)
+            twin = replace(best.point, attitude=attitude, com=-best.point.com)
+            evaluation = self.model.evaluate(twin)
+            cost = compute_cost(evaluation.residuals, self.loss)
+            if cost <= (1.0 + _SAME) * best.cost:
+                natural = self.model.natural_sizes(twin)
+                self.best = Solution(twin, *evaluation, natural, cost, best.converged)
 
     def _extend(self, point: Point, agreement: float) -> Point:
         """Return a point fitted to ever longer parts of the records."""
@@ -273,6 +311,9 @@ class SearchSession:
             model = ShootingModel(self.parameters, self.records, self.sigmas, count)
             begin = model.start(guess.point, guess.motion)
             return self._shoot_from(model, begin, 0.5)
+        if pieces is not None:
+            model = ShootingModel(self.parameters, self.records, self.sigmas, pieces)
+            self._shoot_from(model, model.start_along(self.parameters.start), 0.5)
 
     def _shoot_from(self, model: ShootingModel, begin: Pieces, factor: float) -> None:
         """Search with the motion in pieces; keep a cost below `factor` times the one so far."""

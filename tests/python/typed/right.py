@@ -74,3 +74,8 @@ try:
     kr.solve(tops, 10).check()
 except kr.Error as error:
     print(error.path.t, error.paths.failed)
+record = kr.Record(times, {"apex": kr.solve(scene, times).apex}, sigma=0.1, free="delay")
+found = kr.fit(scene, [record], ("start", "lever"), loss="soft", max_evaluations=50)
+value, sigma = found.error_of(lambda fitted: fitted.body.moments)
+print(found.values["lever"], found.error, value, sigma, found.scatter(3).shape, found.path.t)
+print(found.unidentified, found.moment_ratios, found.scene.to_toml(), found.to_toml())
