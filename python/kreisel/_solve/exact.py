@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, Literal, overload
 
@@ -52,6 +52,8 @@ from .exact_ensemble import (
     parse_time_list,
 )
 from .torus_actions import compute_action
+from .torus_tangents import check_tangent_names, check_tangent_times, compute_torus_tangents
+from .variational import TangentSpec, parse_tangents
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
@@ -270,6 +272,16 @@ class ExactTorus(Exact):
         times = math.tau * whole.sum(axis=1) / (first + second)
         return np.column_stack([whole, times])
 
+    def __call__(self, t: Numbers, *, tangents: TangentSpec | None = None) -> Path:
+        if tangents is None:
+            return super().__call__(t)
+        names = parse_tangents(tangents)
+        check_tangent_names(names)
+        path = super().__call__(t)
+        check_tangent_times(self.scene, path.t)
+        data = compute_torus_tangents(self.scene, path.states, names, _compute_states)
+        return replace(path, _tangent_data=data)
+
     def _states_at(self, turns: Array) -> Array:
         """Return states, as rows, at rows of the first two angles of the torus [turns].
 
@@ -429,3 +441,10 @@ def _exact_torus(scene: Scene) -> ExactTorus:
     has_theta = scene.body.kind == "kowalewski"
     form = ExactKowalewski if has_theta else ExactGoryachevChaplygin
     return form(scene, *rates, np.empty(0), frequencies, certificate, mismatch, plan)
+
+
+def _compute_states(scene: Scene, t: Array) -> Array:
+    """Return the states of the closed form of a scene at some times, as rows."""
+    states = _exact_torus(scene)._states(t, math.inf)
+    assert states is not None
+    return states
