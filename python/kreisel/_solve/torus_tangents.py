@@ -32,7 +32,7 @@ PARAMETERS: Final = ("start", "gravity", "mass")  # changes that keep the kind o
 # Weights of the quotients (f(k h) - f(-k h)) / (2 k h), k = 1 .. 4, of order 8 and of order 6.
 _ORDER_8: Final = np.array((8.0 / 5.0, -4.0 / 5.0, 8.0 / 35.0, -1.0 / 35.0))
 _ORDER_6: Final = np.array((3.0 / 2.0, -3.0 / 5.0, 1.0 / 10.0, 0.0))
-_STEP: Final = 2.0**-4  # the step at early times, relative to the size of the start
+_STEP: Final = 2.0**-3.5  # the step at early times, relative to the size of the start
 _RANGE: Final = 8.0  # times of one step differ at most by this factor, unless they are early
 _SHRINK: Final = 0.25  # factor between two steps, if the larger one is not small enough
 _STEPS: Final = 4  # number of steps that are tried
@@ -46,13 +46,15 @@ _MOST: Final = 1 << 14  # number of times that are computed together, which boun
 class _Group:
     """Columns that are computed together: changes of one parameter of the scene.
 
-    size      the size of the parameter, in its own unit
+    size      the change of the parameter that changes the motion by about itself
+    largest   the largest step
     columns   the number of components that change
     change    returns the scene in which a component is changed by a number
     subtract  returns the exact difference of the parameter between two scenes
     """
 
     size: float
+    largest: float
     columns: int
     change: Callable[[Scene, int, float], Scene]
     subtract: Callable[[Scene, Scene], Array]
@@ -106,13 +108,18 @@ def check_tangent_times(scene: Scene, times: Array) -> None:
 
 def _list_groups(scene: Scene, name: str) -> list[_Group]:
     """Return the groups of columns of the parameter `name`."""
+    body = scene.body
     if name != "start":
-        return [_Group(abs(scene.gravity), 1, _change_gravity, _subtract_gravities)]
-    columns = 2 if scene.body.kind == "goryachev_chaplygin" else 3
-    size = scene._rate_bound * max(scene.body.moments)
+        arm = body.mass * math.hypot(*body.com)
+        size = scene._rate_bound**2 * max(body.moments) / arm
+        # All neighbours have gravity of the same sign, because a free body is of another kind.
+        largest = 0.125 * abs(scene.gravity)
+        return [_Group(size, largest, 1, _change_gravity, _subtract_gravities)]
+    columns = 2 if body.kind == "goryachev_chaplygin" else 3
+    size = scene._rate_bound * max(body.moments)
     return [
-        _Group(1.0, 3, _change_attitude, _subtract_attitudes),
-        _Group(size, columns, _change_momentum, _subtract_momenta),
+        _Group(1.0, math.inf, 3, _change_attitude, _subtract_attitudes),
+        _Group(size, math.inf, columns, _change_momentum, _subtract_momenta),
     ]
 
 
@@ -124,7 +131,7 @@ def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
 
 
 def _subtract_attitudes(one: Scene, other: Scene) -> Array:
-    return _rotation_between(np.array([one.attitude]), np.array([other.attitude]))[0]
+    return _rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(3)
 
 
 def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
@@ -134,7 +141,7 @@ def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
 
 
 def _subtract_momenta(one: Scene, other: Scene) -> Array:
-    return np.subtract(other.momentum, one.momentum)
+    return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
 
 
 def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
@@ -212,7 +219,8 @@ def _difference(
 
     The difference is relative to the tangent, or to the change of the parameter if it is larger.
     """
-    h = 2.0 ** round(math.log2(step * group.size))
+    h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
+    times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts
     quotients = []
     for k in range(1, 5):
         changes = np.empty((len(states), 6, group.columns))
@@ -220,13 +228,15 @@ def _difference(
         for j in range(group.columns):
             back, ahead = (group.change(scene, j, sign * k * h) for sign in (-1.0, 1.0))
             distances[:, j] = group.subtract(back, ahead)[: group.columns]
-            one, other = compute_states(back, states[:, 0]), compute_states(ahead, states[:, 0])
-            turn = [_rotation_between(states[:, 1:5], end[:, 1:5]) for end in (one, other)]
+            ends = compute_states(back, times), compute_states(ahead, times)
+            turn = [_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
             changes[:, :3, j] = turn[1] - turn[0]
-            changes[:, 3:, j] = other[:, 5:8] - one[:, 5:8]
+            changes[:, 3:, j] = ends[1][:, 5:8] - ends[0][:, 5:8]
         quotients.append(changes @ np.linalg.inv(distances))
-    best = np.tensordot(_ORDER_8, quotients, 1)
-    miss = best - np.tensordot(_ORDER_6, quotients, 1)
-    units = np.repeat((1.0, scene._rate_bound * max(scene.body.moments)), 3)[:, None]
-    sizes = np.maximum(np.linalg.norm(best / units, axis=1), 1.0 / group.size)
-    return best, (np.linalg.norm(miss / units, axis=1) / sizes).max(axis=1)
+    best, other = (
+        sum((w * quotient for w, quotient in zip(weights, quotients, strict=True)), np.zeros(1))
+        for weights in (_ORDER_8, _ORDER_6)
+    )
+    units = np.repeat((1.0, scene._rate_bound * max(scene.body.moments)), 3)[:, None] / group.size
+    sizes = np.maximum(np.linalg.norm(best / units, axis=1), 1.0)
+    return best, (np.linalg.norm((best - other) / units, axis=1) / sizes).max(axis=1)
