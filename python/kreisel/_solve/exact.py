@@ -204,6 +204,24 @@ class ExactTorus(Exact):
     The motion is described by angles on a torus, not by Euler angles. Calling the object with a
     time or an array of times returns a kreisel.Path.
 
+    With `tangents`, the path also has `tangents` and `derivative`, as from kreisel.solve. The names
+    are one or several of "start", "gravity" and "mass". Other changes leave the closed form, as
+    does the vertical momentum of a Goryachev-Chaplygin top, whose column is NaN. The tangents are
+    central differences of order 8 of the closed forms of neighbouring tops, and their steps are
+    shorter at later times. Usually the error stays below about 1e-10 of the tangent at any time,
+    where the error of a Taylor series grows. It is larger in two cases. Near resonances and
+    separatrices, `tangents_rest` is larger too. By gravity and mass, the derivative of a fast top
+    is a small difference. Each range of times within a factor of 8 takes at least eight closed
+    forms for each column.
+
+        >>> import kreisel as kr
+        >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
+        >>> path.tangents.shape, path.tangents_rest < 1e-10
+        ((2, 6, 7), True)
+
+    Raises ValueError for another name, for times at which the top has turned by more than 1e9 rad,
+    and if neighbours have no closed form.
+
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
                  body are integer combinations of the first two
