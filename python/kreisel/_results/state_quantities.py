@@ -206,6 +206,9 @@ class States(QuantityAttributes):
 
         The error is the largest last term of the tangents' Taylor series. The steps are chosen for
         the accuracy of the path, not of the tangents.
+
+        For a kreisel.ExactTorus, it is the largest difference between differences of order 8 and of
+        order 6. It is relative to the tangent or, if larger, to a change of the state by its size.
         """
         return self._tangents().truncation
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, Literal, overload
 
@@ -52,6 +52,8 @@ from .exact_ensemble import (
     parse_time_list,
 )
 from .torus_actions import compute_action
+from .torus_tangents import check_tangent_names, check_tangent_times, compute_torus_tangents
+from .variational import TangentSpec, parse_tangents
 
 _MAP: Final = "bobenko_suris"
 _COUNTABLE = 2.0**53  # doubles represent all smaller whole numbers
@@ -202,6 +204,24 @@ class ExactTorus(Exact):
     The motion is described by angles on a torus, not by Euler angles. Calling the object with a
     time or an array of times returns a kreisel.Path.
 
+    With `tangents`, the path also has `tangents` and `derivative`, as from kreisel.solve. The names
+    are one or several of "start", "gravity" and "mass". Other changes leave the closed form, as
+    does the vertical momentum of a Goryachev-Chaplygin top, whose column is NaN. The tangents are
+    central differences of order 8 of the closed forms of neighbouring tops, and their steps are
+    shorter at later times. Usually the error stays below about 1e-10 of the tangent at any time,
+    where the error of a Taylor series grows. It is larger in two cases. Near resonances and
+    separatrices, `tangents_rest` is larger too. By gravity and mass, the derivative of a fast top
+    is a small difference. Each range of times within a factor of 8 takes at least eight closed
+    forms for each column.
+
+        >>> import kreisel as kr
+        >>> path = kr.exact(kr.scenes.kowalewski)([1.0, 1e5], tangents=("start", "gravity"))
+        >>> path.tangents.shape, path.tangents_rest < 1e-10
+        ((2, 6, 7), True)
+
+    Raises ValueError for another name, for times at which the top has turned by more than 1e9 rad,
+    and if neighbours have no closed form.
+
     frequencies  (first, second, precession) [T^-1]. The frequencies of the attitude matrix in space
                  are integer combinations of all three. The frequencies of quantities seen from the
                  body are integer combinations of the first two
@@ -269,6 +289,16 @@ class ExactTorus(Exact):
         whole = np.array(turns, dtype=np.float64).reshape(-1, 2)
         times = math.tau * whole.sum(axis=1) / (first + second)
         return np.column_stack([whole, times])
+
+    def __call__(self, t: Numbers, *, tangents: TangentSpec | None = None) -> Path:
+        if tangents is None:
+            return super().__call__(t)
+        names = parse_tangents(tangents)
+        check_tangent_names(names)
+        path = super().__call__(t)
+        check_tangent_times(self.scene, path.t)
+        data = compute_torus_tangents(self.scene, path.states, names, _compute_states)
+        return replace(path, _tangent_data=data)
 
     def _states_at(self, turns: Array) -> Array:
         """Return states, as rows, at rows of the first two angles of the torus [turns].
@@ -429,3 +459,10 @@ def _exact_torus(scene: Scene) -> ExactTorus:
     has_theta = scene.body.kind == "kowalewski"
     form = ExactKowalewski if has_theta else ExactGoryachevChaplygin
     return form(scene, *rates, np.empty(0), frequencies, certificate, mismatch, plan)
+
+
+def _compute_states(scene: Scene, t: Array) -> Array:
+    """Return the states of the closed form of a scene at some times, as rows."""
+    states = _exact_torus(scene)._states(t, math.inf)
+    assert states is not None
+    return states

@@ -1,0 +1,242 @@
+"""Tangents of a top whose motion is on a torus, from closed forms of neighbouring tops.
+
+A central difference of order 8 uses the closed forms of eight neighbours for each column. The
+tangents of an integrable top grow at most linearly with time, and the error of its closed form does
+not grow. With a step that is inversely proportional to the time, truncation and rounding errors
+therefore stay small in proportion to the tangents.
+
+The start of a neighbour is rounded. Its exact distance is known, because the difference of two
+neighbouring doubles is exact, and the differences are solved for the derivatives along the axes.
+
+Source: B. Fornberg, Generation of finite difference formulas on arbitrarily spaced grids, Math.
+Comp. 51 (1988), table 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from .._model.scene import Scene
+from .._results.tangent_data import TangentData
+from .._utils.validation import Array
+from ..quaternion import conjugate, multiply
+
+ComputeStates = Callable[[Scene, Array], Array]
+
+PARAMETERS: Final = ("start", "gravity", "mass")  # changes that keep the kind of the body
+# Weights of the quotients (f(k h) - f(-k h)) / (2 k h), k = 1 .. 4, of order 8 and of order 6.
+_ORDER_8: Final = np.array((8.0 / 5.0, -4.0 / 5.0, 8.0 / 35.0, -1.0 / 35.0))
+_ORDER_6: Final = np.array((3.0 / 2.0, -3.0 / 5.0, 1.0 / 10.0, 0.0))
+_STEP: Final = 2.0**-3.5  # the step at early times, relative to the size of the start
+_RANGE: Final = 8.0  # times of one step differ at most by this factor, unless they are early
+_SHRINK: Final = 0.25  # factor between two steps, if the larger one is not small enough
+_STEPS: Final = 4  # number of steps that are tried
+_SETTLED: Final = 1e-11  # relative difference of the two orders below which no step is refined
+_LARGEST: Final = 1e-4  # relative difference of the two orders above which nothing is returned
+_LATEST: Final = 1e9  # latest time, as the angle by which the top turns
+_MOST: Final = 1 << 14  # number of times that are computed together, which bounds the memory
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Columns that are computed together: changes of one parameter of the scene.
+
+    size      the change of the parameter that changes the motion by about itself
+    largest   the largest step
+    columns   the number of components that change
+    change    returns the scene in which a component is changed by a number
+    subtract  returns the exact difference of the parameter between two scenes
+    """
+
+    size: float
+    largest: float
+    columns: int
+    change: Callable[[Scene, int, float], Scene]
+    subtract: Callable[[Scene, Scene], Array]
+
+
+def compute_torus_tangents(
+    scene: Scene, states: Array, names: tuple[str, ...], compute_states: ComputeStates
+) -> TangentData:
+    """Compute the tangents at the states of a closed form, by the parameters `names`.
+
+    `compute_states` returns the states of the closed form of a scene at some times. Columns of
+    changes that leave the closed form are NaN. Raises ValueError if the neighbours of the scene
+    have no closed forms, or differ too much from it.
+    """
+    blocks, rest = [], 0.0
+    for name in names:
+        for group in _list_groups(scene, name):
+            block, miss = _differentiate(scene, states, group, compute_states)
+            blocks.append(block)
+            rest = max(rest, miss)
+        if name == "start" and scene.body.kind == "goryachev_chaplygin":
+            blocks.append(np.full((len(states), 6, 1), np.nan))
+        if name == "mass":  # the motion depends on the product of mass and gravity
+            blocks[-1] = blocks[-1] * (scene.gravity / scene.body.mass)
+    high = np.concatenate(blocks, axis=2)
+    return TangentData.from_flat(high, np.zeros_like(high), rest, names)
+
+
+def check_tangent_names(names: tuple[str, ...]) -> None:
+    """Raise ValueError unless `names` has only parameters by which tangents are computed."""
+    for name in names:
+        if name not in PARAMETERS:
+            reason = (
+                "damped tops have none" if name == "damping" else "most changes of it have none"
+            )
+            raise ValueError(
+                f"a closed form on a torus has no tangents by {name!r}, because {reason}: use "
+                f"{', '.join(map(repr, PARAMETERS))}, or kr.solve(scene, t, tangents={name!r})"
+            )
+
+
+def check_tangent_times(scene: Scene, times: Array) -> None:
+    """Raise ValueError for times so late that a double does not resolve the needed neighbours."""
+    end = float(np.abs(times).max(initial=0.0))
+    if scene._rate_bound * end > _LATEST:
+        raise ValueError(
+            f"t must be at most {_LATEST / scene._rate_bound:.3g} in size for the tangents of a "
+            f"closed form, not {end!r}: they grow, and rounding errors of the start with them"
+        )
+
+
+def _list_groups(scene: Scene, name: str) -> list[_Group]:
+    """Return the groups of columns of the parameter `name`."""
+    body = scene.body
+    if name != "start":
+        arm = body.mass * math.hypot(*body.com)
+        size = scene._rate_bound**2 * max(body.moments) / arm
+        # All neighbours have gravity of the same sign, because a free body is of another kind.
+        largest = 0.125 * abs(scene.gravity)
+        return [_Group(size, largest, 1, _change_gravity, _subtract_gravities)]
+    columns = 2 if body.kind == "goryachev_chaplygin" else 3
+    size = scene._rate_bound * max(body.moments)
+    return [
+        _Group(1.0, math.inf, 3, _change_attitude, _subtract_attitudes),
+        _Group(size, math.inf, columns, _change_momentum, _subtract_momenta),
+    ]
+
+
+def _change_attitude(scene: Scene, axis: int, angle: float) -> Scene:
+    turn = [math.cos(0.5 * angle), 0.0, 0.0, 0.0]
+    turn[1 + axis] = math.sin(0.5 * angle)
+    w, x, y, z = turn
+    return scene.replace(attitude=multiply(scene.attitude, (w, x, y, z)))
+
+
+def _subtract_attitudes(one: Scene, other: Scene) -> Array:
+    return _rotation_between(np.array([one.attitude]), np.array([other.attitude])).reshape(3)
+
+
+def _change_momentum(scene: Scene, axis: int, size: float) -> Scene:
+    momentum = list(scene.momentum)
+    momentum[axis] += size
+    return scene.replace(momentum=momentum)
+
+
+def _subtract_momenta(one: Scene, other: Scene) -> Array:
+    return np.array([b - a for a, b in zip(one.momentum, other.momentum, strict=True)])
+
+
+def _change_gravity(scene: Scene, axis: int, size: float) -> Scene:
+    return scene.replace(gravity=scene.gravity + size)
+
+
+def _subtract_gravities(one: Scene, other: Scene) -> Array:
+    return np.array([other.gravity - one.gravity])
+
+
+def _rotation_between(one: Array, other: Array) -> Array:
+    """Return twice the vector part of one* other, as rows: a small rotation seen from the body.
+
+    The signs of the quaternions do not matter. The derivative is that of the rotation vector, and
+    the difference of the quaternions is exact if they are near.
+    """
+    sign = np.where((one * other).sum(axis=1) < 0.0, -1.0, 1.0)
+    change = sign[:, None] * other - one
+    w, x, y, z = conjugate(tuple(one.T))
+    return 2.0 * np.array(multiply((w, x, y, z), tuple(change.T)))[1:].T
+
+
+def _differentiate(
+    scene: Scene, states: Array, group: _Group, compute_states: ComputeStates
+) -> tuple[Array, float]:
+    """Return the tangents (n, 6, columns) of a group, and their largest relative error."""
+    turned = np.maximum(1.0, scene._rate_bound * np.abs(states[:, 0]))
+    ranges = np.ceil(np.log(turned) / math.log(_RANGE))
+    result, rest = np.empty((len(states), 6, group.columns)), np.zeros(len(states))
+    for number in np.unique(ranges):
+        step = _STEP * _RANGE**-number
+        rows = np.flatnonzero(ranges == number)
+        for some in np.split(rows, range(_MOST, len(rows), _MOST)):
+            result[some], rest[some] = _refine(scene, states[some], group, step, compute_states)
+    return result, float(rest.max(initial=0.0))
+
+
+def _refine(
+    scene: Scene, states: Array, group: _Group, step: float, compute_states: ComputeStates
+) -> tuple[Array, Array]:
+    """Return the tangents at some states, with the best of several steps, and their errors.
+
+    Each state is refined until its two orders agree, or agree less than with the step before.
+    """
+    result, rest = np.full((len(states), 6, group.columns), np.nan), np.full(len(states), np.inf)
+    rows = np.arange(len(states))
+    refused: ValueError | None = None
+    for number in range(_STEPS):
+        try:
+            one, miss = _difference(
+                scene, states[rows], group, step * _SHRINK**number, compute_states
+            )
+        except ValueError as error:
+            refused = error
+            continue
+        better = miss < rest[rows]
+        rows, one, miss = rows[better], one[better], miss[better]
+        result[rows], rest[rows] = one, miss
+        rows = rows[miss > _SETTLED]
+        if not len(rows):
+            break
+    if not (rest <= _LARGEST).all():
+        reason = str(refused or "they do not change smoothly from one to the next")
+        raise ValueError(
+            "the tangents are differences of the closed forms of neighbouring tops, which fail "
+            f"here: use kr.solve(scene, t, tangents=...). The reason is: {reason}"
+        )
+    return result, rest
+
+
+def _difference(
+    scene: Scene, states: Array, group: _Group, step: float, compute_states: ComputeStates
+) -> tuple[Array, Array]:
+    """Return the central differences of order 8, and their relative difference from order 6.
+
+    The difference is relative to the tangent, or to the change of the parameter if it is larger.
+    """
+    h = 2.0 ** math.floor(math.log2(min(step * group.size, group.largest)))
+    times = np.ascontiguousarray(states[:, 0])  # the only layout that the core accepts
+    quotients = []
+    for k in range(1, 5):
+        changes = np.empty((len(states), 6, group.columns))
+        distances = np.empty((group.columns, group.columns))
+        for j in range(group.columns):
+            back, ahead = (group.change(scene, j, sign * k * h) for sign in (-1.0, 1.0))
+            distances[:, j] = group.subtract(back, ahead)[: group.columns]
+            ends = compute_states(back, times), compute_states(ahead, times)
+            turn = [_rotation_between(states[:, 1:5], end[:, 1:5]) for end in ends]
+            changes[:, :3, j] = turn[1] - turn[0]
+            changes[:, 3:, j] = ends[1][:, 5:8] - ends[0][:, 5:8]
+        quotients.append(changes @ np.linalg.inv(distances))
+    best, other = (
+        sum((w * quotient for w, quotient in zip(weights, quotients, strict=True)), np.zeros(1))
+        for weights in (_ORDER_8, _ORDER_6)
+    )
+    units = np.repeat((1.0, scene._rate_bound * max(scene.body.moments)), 3)[:, None] / group.size
+    sizes = np.maximum(np.linalg.norm(best / units, axis=1), 1.0)
+    return best, (np.linalg.norm((best - other) / units, axis=1) / sizes).max(axis=1)
