@@ -29,12 +29,12 @@ typedef struct kowalewski_work {
 static int is_on_arcs(const kowalewski_curve *o, const dd state[6])
 {
     const double slack = 1e-25;
-    dd w[2];
-    separate(o, state[0], state[1], w);
+    dd gap[2];
+    separate(o, state, gap);
     const dd low = real_root(o, o->real - 2), least = real_root(o, 0);
     return o->order[o->real - 1] == ROOT_K &&
-           dd_sub(w[0], low).hi >= -slack * (1.0 + fabs(low.hi)) &&
-           dd_sub(w[1], least).hi <= slack * (1.0 + fabs(least.hi));
+           dd_sub(dd_sub(o->k, low), gap[0]).hi >= -slack * (1.0 + fabs(low.hi)) &&
+           gap[1].hi >= -slack * (1.0 + fabs(least.hi));
 }
 /* Returns the relative error of the distance between two branch points. Two roots of phi that are
  * close to each other have half of the digits. */
