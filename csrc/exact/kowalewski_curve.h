@@ -130,7 +130,7 @@ static void set_constants(kowalewski_curve *o, const dd y[6], dd l)
 static dd real_root(const kowalewski_curve *o, int i) { return o->root[o->order[i]]; }
 
 /* Writes w1 > w2 of a state: the roots of (x1 - x2)^2 w^2 - 2 R12 w - R1. */
-static void separate(const kowalewski_curve *o, dd p, dd q, dd w[2])
+static void find_variables(const kowalewski_curve *o, dd p, dd q, dd w[2])
 {
     const dd y = dd_add(dd_square(p), dd_square(q)), two_h = dd_twice(o->h);
     const cdd x = cdd_of(p, q), x2 = cdd_mul(x, x);
@@ -147,6 +147,22 @@ static void separate(const kowalewski_curve *o, dd p, dd q, dd w[2])
     const int swap = dd_less(u, v);
     w[0] = swap ? v : u;
     w[1] = swap ? u : v;
+}
+/* Writes k - w1, and the least real root minus w2, of a state p, q, r, g1, g2, g3. With z = (r x +
+ * g3) times the conjugate of the square root of x^2 + g1 + i g2, where x = p + iq,
+ *     (k - w1)(k - w2) = (Im z/q)^2.
+ * This gives k - w1 without cancellation, also if the arc of w1 is short. */
+static void separate(const kowalewski_curve *o, const dd y[6], dd gap[2])
+{
+    const dd p = y[0], q = y[1], r = y[2];
+    const cdd x = cdd_of(p, q), root = cdd_sqrt(cdd_add(cdd_mul(x, x), cdd_of(y[3], y[4])));
+    /* Im z */
+    const dd z = dd_sub(dd_mul(dd_mul(r, q), root.re), dd_mul(dd_add(dd_mul(r, p), y[5]), root.im));
+    dd w[2];
+    find_variables(o, p, q, w);
+    const dd under = dd_mul(dd_square(q), dd_sub(o->k, w[1]));
+    gap[0] = under.hi > 0.0 ? dd_div(dd_square(z), under) : dd_sub(o->k, w[0]);
+    gap[1] = dd_sub(real_root(o, 0), w[1]);
 }
 
 static void set_differences(const kowalewski_curve *o, kowalewski_arc *arc)

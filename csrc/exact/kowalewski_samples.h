@@ -149,25 +149,26 @@ static void sum_series(dd c[6][ORDER + 1], double span, dd out[6])
         for (int n = ORDER - 1; n >= 0; n--) out[i] = dd_add(dd_times(span, out[i]), c[i][n]);
     }
 }
-/* Writes sine and cosine of x/2 at the point of an arc where Kowalewski's variable is w. */
-static void half_angle_at(const kowalewski_arc *arc, dd w, dd *s, dd *c)
+/* Writes sine and cosine of x/2 at the point of an arc where Kowalewski's variable is `gap` below
+ * the upper end. */
+static void half_angle_at(const kowalewski_arc *arc, dd gap, dd *s, dd *c)
 {
-    const dd up = dd_max(dd_sub(arc->B, dd_mul(w, arc->E)), dd_of(0.0)),
-             down = dd_max(dd_sub(dd_mul(w, arc->C), arc->A), dd_of(0.0)), both = dd_add(up, down);
+    const dd size = dd_neg(arc->a[arc->high]), up = dd_max(gap, dd_of(0.0)),
+             down = dd_max(dd_sub(size, dd_mul(gap, arc->C)), dd_of(0.0)), both = dd_add(up, down);
     *s = dd_sqrt(dd_div(up, both));
     *c = dd_sqrt(dd_div(down, both));
 }
-/* Computes the point of an arc where Kowalewski's variable is w. The later value `next` of this
- * variable gives the direction of the motion. Returns 0 if sine or cosine of x/2 is at most
- * `least`. */
-static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd w, dd next,
+/* Computes the point of an arc where Kowalewski's variable is `gap` below the upper end. The later
+ * value `next` of this distance gives the direction of the motion. Returns 0 if sine or cosine of
+ * x/2 is at most `least`. */
+static int make_point_at(const kowalewski_curve *o, const kowalewski_arc *arc, dd gap, dd next,
                          double least, arc_point *out)
 {
     dd s, c;
-    half_angle_at(arc, w, &s, &c);
+    half_angle_at(arc, gap, &s, &c);
     if (!(s.hi > least && c.hi > least)) return 0;
     dd sine = dd_twice(dd_mul(s, c)), cosine = dd_sub(dd_square(c), dd_square(s));
-    if (dd_less(w, next)) {
+    if (dd_less(next, gap)) {
         s = dd_neg(s);
         sine = dd_neg(sine);
     }
@@ -220,11 +221,11 @@ static double find_signs(const kowalewski_curve *o, kowalewski_roots *k, const a
 static int make_points_at(const kowalewski_curve *o, const kowalewski_arc arc[2], const dd at[6],
                           const dd later[6], double least, arc_point point[2])
 {
-    dd w[2], next[2];
-    separate(o, at[0], at[1], w);
-    separate(o, later[0], later[1], next);
-    return make_point_at(o, &arc[0], w[0], next[0], least, &point[0]) &&
-           make_point_at(o, &arc[1], w[1], next[1], least, &point[1]);
+    dd gap[2], next[2];
+    separate(o, at, gap);
+    separate(o, later, next);
+    return make_point_at(o, &arc[0], gap[0], next[0], least, &point[0]) &&
+           make_point_at(o, &arc[1], gap[1], next[1], least, &point[1]);
 }
 /* Finds the signs, and the angles of the torus at the start. It uses a state shortly after the
  * start that is not close to an end of an arc. If w1 or w2 is slow, it stays close for long, and a

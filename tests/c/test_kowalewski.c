@@ -86,6 +86,19 @@ static void edges_are_met_or_refused(void)
         }
     }
 }
+/* Close to a uniform rotation about the axis of the hanging centre of mass, both variables move on
+ * short arcs. */
+static void nearly_uniform_rotations_are_met(void)
+{
+    for (int i = 1; i <= 8; i++) {
+        const double e = pow(10.0, -i);
+        const kr_scene s =
+            kowalewski_top_of(v3(1.0, -0.4 * e, 0.3 * e), v3(1.3 + 0.5 * e, 0.7 * e, -0.6 * e));
+        const kr_kowalewski *top = plan_of(&s);
+        IS(top);
+        if (top) NEAR(error_of(&s, kr_kowalewski_state(top, 90.0), by_series(&s, 90.0)), 0.0, 3e-14);
+    }
+}
 static int refusal_of(const kr_scene *s)
 {
     const kr_kowalewski *top = NULL;
@@ -177,6 +190,7 @@ int main(void)
     integrals_are_constant();
     edges_are_met_or_refused();
     slow_starts_are_met();
+    nearly_uniform_rotations_are_met();
     roots_near_a_path_are_met();
     degenerate_motions_are_refused_by_name();
     free(memory);
