@@ -159,7 +159,9 @@ static void set_tangent_constants(kr_tangent *g, const kr_motion *motion)
     put_four(motion, g->drag, scale_exactly(1.0 / rate, v_dd(motion->damping, none)));
     put_four(motion, g->up, up);
     put_four(motion, g->down, down);
+    put_four(motion, g->rotor, scale_exactly(1.0 / rate, v_dd(motion->rotor, none)));
     g->damped = v_largest(motion->damping);
+    g->gyrostat = v_largest(motion->rotor);
 }
 /* Sets the derivatives of the lever and of the moments with respect to the deviation's
  * parameter. */

@@ -2,7 +2,7 @@
  * taylor/. A deviation of the state, or its derivative with respect to a parameter, has two parts,
  * both in the body frame: a rotation vector theta, which changes the attitude q by q theta / 2, and
  * the change N of the angular momentum m:
- *     theta' = 1/A (AW x theta + N - B W) + theta x W
+ *     theta' = 1/A ((AW + h) x theta + N - B W) + theta x W
  *     N' = N x W + (c x theta) x P + P x b - D W x theta - D (theta' - theta x W)
  * in the notation of taylor.h, with B and b the derivatives of the moments A and of c with respect
  * to the parameter. The equations are linear in theta and N, hence 18 products of coefficients per
@@ -27,10 +27,12 @@ typedef struct kr_tangent {
     double lever[8];                /* (0, b); in a batch component k of each b, for k < 3 */
     double moments[3][4];           /* B: xx, yy, zz; then xy, yz, zx; then xz, yx, zy */
     double moment[8];               /* in a batch: element k of each B (xx, yy, zz, yz, zx, xy) */
+    double rotor[4];                /* h */
     double t;                       /* time of the expansion */
-    double damped, changes;         /* nonzero if D is not zero; nonzero if b or B is not zero */
-    double truncation;              /* largest relative size of a last term so far */
-    double unused[120];
+    /* Nonzero if D is not zero; if b or B is not zero; if h is not zero. */
+    double damped, changes, gyrostat;
+    double truncation; /* largest relative size of a last term so far */
+    double unused[123];
 } kr_tangent;
 enum {
     KR_DEVIATION_BATCH = 8,        /* deviations in a batch */

@@ -214,6 +214,7 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
 
     The other arguments are as in extremum; `direction` is not accepted under gravity. Raises
     ValueError for a body without torque and with two equal moments, because there is no separatrix.
+    Also raises ValueError for a body without torque that has a rotor.
     """
     check_type("scene", scene, Scene)
     if scene.gravity and any(scene.body.com):
@@ -222,6 +223,11 @@ def separatrix(scene: Scene, **more: Unpack[_More]) -> Event:
         more["direction"] = -1 if scene.gravity > 0.0 else 1
         return nutation(**more)
     moments = scene.body.moments
+    if any(scene.body.rotor):
+        raise ValueError(
+            "the unstable rotation of a body with a rotor is about no principal axis: describe the "
+            "event by kreisel.events.extremum"
+        )
     if len(set(moments)) < 3:
         raise ValueError(
             f"a body without torque whose moments are {moments} has no separatrix: two are equal"
