@@ -57,8 +57,8 @@ class Body(BodyConstructors):
     unphysical    True to allow an inertia that no distribution of mass has, as in models where only
                   mass * gravity * |com| matters
     rotor         constant angular momentum of rotors relative to the body (a gyrostat), in the
-                  frame of the body [M L^2 T^-1]. It is a part of the momentum, which is J w + rotor.
-                  The inertia includes the rotors, as if they were at rest
+                  frame of the body [M L^2 T^-1]. It is a part of the momentum J w + rotor. The
+                  inertia includes the rotors, as if they were at rest
 
     The principal moments must be positive, and none may exceed the sum of the other two. This is
     checked to a relative tolerance of 1e-12, so that plates and rods are valid. If the inertia is a
@@ -265,7 +265,7 @@ class Body(BodyConstructors):
         >>> top.with_rotor(spin=50, inertia=0.1, axis=(0, 0, 2)).rotor
         (0.0, 0.0, 5.0)
         """
-        size = as_float("spin", spin) * as_positive("inertia", inertia)
+        size = as_float("spin * inertia", as_float("spin", spin) * as_positive("inertia", inertia))
         along = np.array(as_vector("axis", axis))
         longest = np.abs(along).max()
         if longest == 0.0:

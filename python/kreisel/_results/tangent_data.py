@@ -49,11 +49,12 @@ class TangentData(NamedTuple):
     def conditioning(self, scene: Scene) -> Array:
         """Return bounds (n,) on the change of attitude if each number of `scene` is rounded [rad].
 
-        Raises AttributeError if some tangents are missing, and for a body with a rotor.
+        Raises AttributeError if some tangents are missing, and ValueError for a body with a rotor.
         """
         if any(scene.body.rotor):
-            raise AttributeError(
-                "this path has no 'conditioning': derivatives by the rotor are not computed"
+            raise ValueError(
+                "conditioning does not support bodies with rotors: derivatives by the rotor are not "
+                "computed"
             )
         if self.by != tuple(TANGENTS):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
