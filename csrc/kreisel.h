@@ -102,9 +102,8 @@ typedef struct kr_body {
      * largest moment may exceed the sum of the other two by this fraction. The moments are used as
      * given. At least 0 and less than 1; values below 1e-12 count as 1e-12. */
     double rounded;
-    /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes. It is
-     * a part of the momentum m. The moments include the rotors, as if they were at rest
-     * [M L^2 T^-1]. */
+    /* Constant momentum of rotors relative to the body (a gyrostat), along the principal axes
+     * [M L^2 T^-1]. It is a part of the momentum m. The moments include the rotors at rest. */
     kr_vec3 rotor;
 } kr_body;
 
@@ -120,7 +119,7 @@ typedef struct kr_scene {
     kr_state start;
     /* Linear damping, as by air: the torque along each principal axis is -damping * angular
      * velocity. Not negative; 0 means no damping [M L^2 T^-1]. Strong damping costs no more steps
-     * than the slow motion that remains, except backward in time and with tangents. */
+     * than the slow motion that remains, except backward in time, with tangents and with a rotor. */
     kr_vec3 damping;
 } kr_scene;
 

@@ -33,9 +33,9 @@ static doubles start_values(const tops &all, const std::string &name)
     return out;
 }
 
-// Makes bodies from mass, inertia (moments, or the rows of a matrix), com, inertia_rtol and rotor. Returns
-// the status and index of the first invalid body, whether each body is physical, and the blocks of
-// the bodies that are given by matrices.
+// Makes bodies from mass, inertia (moments, or the rows of a matrix), com, inertia_rtol and rotor.
+// Returns the status and index of the first invalid body, whether each body is physical, and the
+// blocks of the bodies that are given by matrices.
 static py::tuple bodies(const std::vector<size_t> &shape, const py::list &given, bool are_matrices)
 {
     const columns<5> all(shape, given, {1, are_matrices ? size_t(9) : size_t(3), 3, 1, 3});

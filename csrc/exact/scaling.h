@@ -34,8 +34,8 @@ static dd tilt_on(const kr_body *b, const kr_working *w, kr_quat *tilt)
     return dd_times(size, reach);
 }
 static double drop_tiny_momentum(double m) { return fabs(m) < LEAST_MOMENTUM ? 0.0 : m; }
-/* Returns half of the rate -rotor / I3 in internal units. In tilted axes the components of the rotor
- * are rounded, but its length is not. */
+/* Returns half of the rate -rotor / I3 in internal units. In tilted axes the components of the
+ * rotor are rounded, but its length is not. */
 static dd half_turn_of_rotor(const kr_body *b, const kr_working *w, const kr_units *units)
 {
     const double scale = units->time, per_moment = 1.0 / units->moment;

@@ -2,9 +2,9 @@
  * its precession. With m3 = <m, e3>, c = <m, apex> and the nutation th
  *     E = I1 th'^2/2 + U(th),   U = (m3 - c cos th)^2 / (2 I1 sin^2 th) + c^2/2 I3 + lever cos th,
  * where (m3 - c cos th)/sin th = ((m3 + c) tan th/2 + (m3 - c) cot th/2) / 2 loses no digits near a
- * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. A free body is treated as a top with u3 at infinity, because only g u3 is used. This header
- * is compiled once for each instruction set, because double-doubles are faster with fused
- * multiply-add. */
+ * pole. An axial rotor with the momentum h replaces c^2/2 I3 by (c - h)^2/2 I3. A free body is
+ * treated as a top with u3 at infinity, because only g u3 is used. This header is compiled once for
+ * each instruction set, because double-doubles are faster with fused multiply-add. */
 #ifndef KR_EXACT_TURNING_H
 #define KR_EXACT_TURNING_H
 #include "lagrange.h"

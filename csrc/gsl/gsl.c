@@ -2,10 +2,10 @@
  * references. They integrate
  *     q' = q W / 2,    I W' = (I W + h) x W + P x lever,    P = q* e3 q
  * where W and P are the components of the angular velocity and the vertical along the axes of the
- * body, and h is the momentum of the rotor. The methods conserve nothing. This file uses GSL's step and control, and replaces
- * gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the length of a step is exactly the difference of
- * the times at its ends. The end time may be infinite, and a failed step does not change the
- * state. */
+ * body, and h is the momentum of the rotor. The methods conserve nothing. This file uses GSL's step
+ * and control, and replaces gsl_odeiv2_evolve. Unlike in gsl_odeiv2_evolve, the length of a step is
+ * exactly the difference of the times at its ends. The end time may be infinite, and a failed step
+ * does not change the state. */
 #include <float.h>
 #include <stdlib.h>
 #include <gsl/gsl_errno.h>

@@ -6,9 +6,10 @@
  * rotations: about m, and about N, T and N again. The error of the drift is of third order in the
  * step. It is smallest if B is the axis of the middle moment. A rotor with the momentum h adds a
  * constant rate to the rotation about each axis, -h_N / I_N about N, and then B needs a rotation,
- * too. The drift of a symmetric body stays exact if the rotor is along T. The rounding error of each sum is
- * kept and added to the next sum (Kahan 1965). The rounding errors of the energy are then as small
- * as those of the changes of q and m, which are much smaller than those of q and m. */
+ * too. The drift of a symmetric body stays exact if the rotor is along T. The rounding error of
+ * each sum is kept and added to the next sum (Kahan 1965). The rounding errors of the energy are
+ * then as small as those of the changes of q and m, which are much smaller than those of q and
+ * m. */
 #ifndef KR_SPLITTING_H
 #define KR_SPLITTING_H
 #include <float.h>

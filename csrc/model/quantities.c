@@ -1,5 +1,5 @@
-/* The quantities of a state. With the attitude R of the principal axes, M = R* m R, and the momentum
- * h of the rotor:
+/* The quantities of a state. With the attitude R of the principal axes, M = R* m R, and the
+ * momentum h of the rotor:
  *     T = (M - h) J^-1 (M - h) / 2,   U = mass gravity <com, R* e3 R>
  * The integrals K and G are defined by (5.1) and (5.2) of the thesis (Bodack 2008). Axis 1 is along
  * -com, so that the potential has the same sign as in the thesis. Euler's angles are z-x-z. They

@@ -12,8 +12,8 @@ static const double sign_i[8] ALIGNED = {-.5, .5, .5, -.5, 0, 0, 1, -1};
 static const double sign_j[8] ALIGNED = {-.5, -.5, .5, .5, 0, -1, 0, 1};
 static const double sign_k[8] ALIGNED = {-.5, .5, -.5, .5, 0, 1, -1, 0};
 
-/* The headless form omits the attitude, whose lanes are zero. Motions with damping, and motions with
- * a rotor, have their own expansions, so that other motions pay nothing for the linear terms. */
+/* The headless form omits the attitude, whose lanes are zero. Motions with damping, and motions
+ * with a rotor, have their own expansions, so that other motions pay nothing for linear terms. */
 typedef enum { WHOLE, HEADLESS } form;
 typedef enum { PLAIN, DAMPED, GYROSTAT } linear_terms;
 /* Both cyclic permutations of a coefficient of a vector: (next | prev) and (prev | next). */

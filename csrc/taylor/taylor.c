@@ -103,7 +103,8 @@ static vec_dd scale_by_power(double rate, vec_dd a)
     return v;
 }
 /* Returns a power of two that is larger than the rates of damping, than the rate at which the rotor
- * turns W in the body, and than every W that the energy allows. Damping does not raise the energy, hence
+ * turns W in the body, and than every W that the energy allows. Damping does not raise the energy,
+ * hence
  *     W^2 least moment <= 2 T <= 2 T0 + 4 |c|, with the kinetic energy T. */
 static double rate_for(const kr_motion *motion, kr_vec3 W)
 {

@@ -1,7 +1,7 @@
 // The C core as WebAssembly. Structures of kreisel.h are rows of doubles in its memory: a body has
 // 15, a state 8 (t, q, m), and a scene 27 (body, gravity, start, damping). The file
-// csrc/viewer/wasm.c asserts these sizes. The page knows no rotors: the last three doubles of a body
-// are 0.
+// csrc/viewer/wasm.c asserts these sizes. The viewer has no rotors: the last three doubles of a
+// body are 0.
 import binary from "kreisel.wasm";
 
 const unpacked = new Blob([binary]).stream().pipeThrough(new DecompressionStream("deflate"));

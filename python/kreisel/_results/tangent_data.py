@@ -53,8 +53,8 @@ class TangentData(NamedTuple):
         """
         if any(scene.body.rotor):
             raise ValueError(
-                "conditioning does not support bodies with rotors: derivatives by the rotor are not "
-                "computed"
+                "conditioning does not support bodies with rotors: derivatives by the rotor are "
+                "not computed"
             )
         if self.by != tuple(TANGENTS):
             raise AttributeError(f"this path has no 'conditioning': {_ALL} to have it")
