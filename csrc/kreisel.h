@@ -119,7 +119,8 @@ typedef struct kr_scene {
     kr_state start;
     /* Linear damping, as by air: the torque along each principal axis is -damping * angular
      * velocity. Not negative; 0 means no damping [M L^2 T^-1]. Strong damping costs no more steps
-     * than the slow motion that remains, except backward in time, with tangents and with a rotor. */
+     * than the slow motion that remains, unless there are tangents or a rotor, or time runs
+     * backward. */
     kr_vec3 damping;
 } kr_scene;
 

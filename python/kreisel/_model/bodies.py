@@ -109,13 +109,9 @@ class Bodies(BodiesConstructors, Batch[Body]):
         slacks.raise_at_first(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
         )
-        rotors = parse_parameter("rotor", rotor, (3,))
-        rotors = rotors._replace(values=rotors.values + 0.0)  # no negative zeros
-        given = [
-            *words,
-            *([slacks] if np.any(slacks.values) else []),
-            *([rotors] if np.any(rotors.values) or rotors.shape else []),
-        ]
+        rotors = _parse_rotors(rotor)
+        given = [*words, *(each for each in (slacks,) if np.any(each.values))]
+        given += [rotors] if np.any(rotors.values) or rotors.shape else []
         names, shapes = [each.name for each in given], [each.shape for each in given]
         shape = common_shape([*names, "unphysical"], [*shapes, made.shape])
         columns: dict[str, Column] = {
@@ -398,6 +394,11 @@ def add_point_masses(tensor: Parameter, mass: Array, at: Array) -> Parameter:
             places = [(i, j) for i in range(3) for j in range(3)]
             flat = stack_components(*(tensor.values[..., i, j] + added[i][j] for i, j in places))
     return Parameter(tensor.name, flat.reshape(*flat.shape[:-1], 3, 3), (3, 3))
+
+
+def _parse_rotors(given: object) -> Parameter:
+    made = parse_parameter("rotor", given, (3,))
+    return made._replace(values=made.values + 0.0)  # no negative zeros
 
 
 def _parse_flags(name: str, given: object) -> Column:
