@@ -110,10 +110,10 @@ class Bodies(BodiesConstructors, Batch[Body]):
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
         )
         rotors = _parse_rotors(rotor)
-        given = [*words, *(each for each in (slacks,) if np.any(each.values))]
-        given += [rotors] if np.any(rotors.values) or rotors.shape else []
+        given = [*words, *(each for each in (slacks, rotors) if np.any(each.values))]
         names, shapes = [each.name for each in given], [each.shape for each in given]
-        shape = common_shape([*names, "unphysical"], [*shapes, made.shape])
+        others = [*names, "unphysical", "rotor"]
+        shape = common_shape(others, [*shapes, made.shape, rotors.shape])
         columns: dict[str, Column] = {
             "mass": make_column(mass, shape, 0),
             "inertia": make_column(tensor.values, shape, len(tensor.value)),
