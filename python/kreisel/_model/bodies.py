@@ -102,18 +102,16 @@ class Bodies(BodiesConstructors, Batch[Body]):
         `make` is the constructor of a single body from the parameters `words`. If a member is
         invalid, the error of this constructor is raised.
         """
-        slacks, made = (
-            parse_parameter("inertia_rtol", inertia_rtol),
-            _parse_flags("unphysical", unphysical),
-        )
+        slacks = parse_parameter("inertia_rtol", inertia_rtol)
+        made = _parse_flags("unphysical", unphysical)
         slacks.raise_at_first(
             ~((slacks.values >= 0.0) & (slacks.values < 1.0)), lambda _, x: check_tolerance(x)
         )
         rotors = _parse_rotors(rotor)
         given = [*words, *(each for each in (slacks, rotors) if np.any(each.values))]
         names, shapes = [each.name for each in given], [each.shape for each in given]
-        others = [*names, "unphysical", "rotor"]
-        shape = common_shape(others, [*shapes, made.shape, rotors.shape])
+        shapes += [made.shape, rotors.shape]
+        shape = common_shape([*names, "unphysical", "rotor"], shapes)
         columns: dict[str, Column] = {
             "mass": make_column(mass, shape, 0),
             "inertia": make_column(tensor.values, shape, len(tensor.value)),
